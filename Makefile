@@ -1,0 +1,35 @@
+# Two commands do everything:   make demo   (the main job on samples/)   and   make test
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+DEMO_OUT := demo-out
+
+.PHONY: demo test bench slow lint clean
+
+demo: $(VENV)/installed
+	@sh scripts/system-packages.sh
+	@$(BIN)/benchtwin measure samples/drawn-bench samples/soybean-paper --out $(DEMO_OUT) --overwrite
+
+test: $(VENV)/installed
+	$(BIN)/ruff check .
+	$(BIN)/pytest
+
+slow: $(VENV)/installed            # statistical studies: minutes
+	$(BIN)/pytest -m slow
+
+bench: $(VENV)/installed           # tables of accuracy and speed, side by side with peers
+	$(BIN)/pip install -q -e '.[bench]'
+	for study in benchmarks/[a-z]*.py; do echo "== $$study"; $(BIN)/python $$study || exit 1; done
+
+lint: $(VENV)/installed
+	$(BIN)/ruff check --fix .
+
+clean:
+	rm -rf $(VENV) $(DEMO_OUT) .pytest_cache .ruff_cache
+
+$(VENV)/installed: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit("benchtwin needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Name another:  make PYTHON=python3.12 ...") if sys.version_info < (3, 11) else 0'
+	@$(PYTHON) -m venv $(VENV) || { echo "Python cannot make a virtual environment here. On Debian or Ubuntu:  sudo apt-get install python3-venv"; exit 1; }
+	@echo "Installing benchtwin and what it needs into $(VENV) (once; about a minute) ..."
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[dev]'
+	@touch $@

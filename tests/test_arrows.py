@@ -1,0 +1,41 @@
+"""Who may import whom: vision → nothing of ours, sim → nothing of ours, calibrate → both, and only through twin.py."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+OURS = {"vision", "sim", "calibrate", "benchtwin"}
+
+
+def our_imports(file: Path) -> set[str]:
+    """Top-level names of our own packages that `file` imports."""
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            names.add(node.module.split(".")[0])
+    return names & OURS
+
+
+def allowed(file: Path) -> set[str]:
+    package = file.relative_to(ROOT).parts[0]
+    if package != "calibrate":
+        return {package}
+    return OURS - {"benchtwin"} if file.name == "twin.py" else {"calibrate"}
+
+
+@pytest.mark.parametrize("package", ["vision", "sim", "calibrate"])
+def test_imports_follow_the_arrows(package):
+    files = sorted((ROOT / package).rglob("*.py"))
+    assert files
+    wrong = {str(f.relative_to(ROOT)): our_imports(f) - allowed(f) for f in files if our_imports(f) - allowed(f)}
+    assert not wrong
+
+
+def test_the_check_sees_a_wrong_arrow(tmp_path):
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text("import numpy\nfrom sim.engine import step\n")
+    assert our_imports(wrong) == {"sim"}
