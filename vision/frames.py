@@ -1,0 +1,175 @@
+"""Frames of a recording, one at a time: from a folder of pictures or from a video, never all in memory."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from vision.measurement import MeasurementError
+from vision.photo import read_photo
+from vision.recording import Recording
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture: `index` is its number at the bench, `t_s` its time (NaN without a frame rate), pixels grey or RGB."""
+
+    index: int
+    t_s: float
+    pixels: np.ndarray
+
+
+@dataclass
+class FrameSource:
+    """The frames of one recording: `iterate()` streams them, `sample(n)` gives n spread over the whole for the background.
+
+    `notes` gathers what was skipped, with frame numbers. `count` is the number of frames expected.
+    """
+
+    path: Path
+    count: int
+    fps: float | None
+    notes: list[str] = field(default_factory=list)
+
+    def iterate(self) -> Iterator[Frame]:
+        raise NotImplementedError
+
+    def sample(self, n: int) -> list[np.ndarray]:
+        raise NotImplementedError
+
+    def note(self, message: str) -> None:
+        if message not in self.notes:
+            self.notes.append(message)
+
+
+def open_frames(recording: Recording) -> FrameSource:
+    """The frames of `recording` (evidence "frames" or "video")."""
+    if recording.evidence == "frames":
+        return FrameFolder(recording.files, recording.camera.fps)
+    if recording.evidence == "video":
+        return Video(recording.files[0], recording.camera.fps)
+    raise MeasurementError(f"{recording.path}: holds {recording.evidence}, not frames")
+
+
+class FrameFolder(FrameSource):
+    """A folder of numbered pictures; the number in the file name is the frame number, gaps are lost frames."""
+
+    def __init__(self, files: tuple[Path, ...], fps: float | None):
+        numbered = sorted(_numbered(files))
+        super().__init__(path=files[0].parent, count=len(numbered), fps=fps)
+        self._files = numbered
+        numbers = np.array([n for n, _ in numbered])
+        if (repeated := numbers[1:][np.diff(numbers) == 0]).size:
+            raise MeasurementError(f"{self.path}: two frames numbered {repeated[0]}; keep one")
+        if (gaps := np.flatnonzero(np.diff(numbers) > 1)).size:
+            lost = int((np.diff(numbers)[gaps] - 1).sum())
+            self.note(f"{lost} frame number{'s' if lost > 1 else ''} missing, first after {numbers[gaps[0]]}")
+
+    def iterate(self) -> Iterator[Frame]:
+        shape = None
+        for number, file in self._files:
+            try:
+                pixels = read_photo(file)
+            except MeasurementError as error:
+                self.note(f"frame {number} skipped: {str(error).removeprefix(f'{file}: ')}")
+                continue
+            shape = shape or pixels.shape
+            if pixels.shape != shape:
+                self.note(f"frame {number} skipped: its size {_size(pixels)} is not that of the others")
+                continue
+            yield Frame(number, (number - self._files[0][0]) / self.fps if self.fps else np.nan, pixels)
+
+    def sample(self, n: int) -> list[np.ndarray]:
+        picked = []
+        for i in np.unique(np.linspace(0, self.count - 1, min(n, self.count)).astype(int)):
+            try:
+                picked.append(read_photo(self._files[i][1]))
+            except MeasurementError:
+                continue  # noted when the frame is met in iterate()
+        if not picked:
+            raise MeasurementError(f"{self.path}: none of the frames can be read")
+        shapes = [p.shape for p in picked]
+        return [p for p in picked if p.shape == max(set(shapes), key=shapes.count)]
+
+
+class Video(FrameSource):
+    """A video file. With a stated frame rate (a high-speed camera's, played back slowly) times are number / fps;
+    without it the file's own time stamps are taken, which a phone spaces unevenly."""
+
+    def __init__(self, file: Path, fps: float | None):
+        if file.stat().st_size == 0:
+            raise MeasurementError(f"{file}: the file is empty (0 bytes)")
+        with _opened(file) as container:
+            stream = container.streams.video[0]
+            duration = float(stream.duration * stream.time_base) if stream.duration else 0.0
+            self._own_fps = float(stream.average_rate) if stream.average_rate else None
+            expected = stream.frames or round(duration * (self._own_fps or 0))
+        super().__init__(path=file, count=expected, fps=fps or self._own_fps)
+        self._stated = fps is not None
+
+    def iterate(self) -> Iterator[Frame]:
+        import av
+
+        index, start = 0, None
+        with _opened(self.path) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "AUTO"
+            frames = container.decode(stream)
+            while True:
+                try:
+                    frame = next(frames)
+                except StopIteration:
+                    break
+                except av.error.FFmpegError as error:
+                    self.note(f"the video is damaged after frame {index - 1} ({error.strerror})")
+                    break
+                own = frame.time if frame.time is not None else index / (self._own_fps or np.nan)
+                start = own if start is None else start
+                yield Frame(index, index / self.fps if self._stated else own - start, _pixels(frame))
+                index += 1
+        if index == 0:
+            raise MeasurementError(f"{self.path}: the video holds no frame that can be read")
+        if self.count and index < self.count:
+            self.note(f"the video stops early: {index} of {self.count} frames")
+
+    def sample(self, n: int) -> list[np.ndarray]:
+        step = max(1, self.count // n)
+        return [frame.pixels for frame in self.iterate() if frame.index % step == 0][: 2 * n]
+
+
+def _numbered(files: tuple[Path, ...]) -> Iterator[tuple[int, Path]]:
+    for file in files:
+        digits = re.findall(r"\d+", file.stem)
+        if not digits:
+            raise MeasurementError(f"{file}: a frame's file name must end in its number (000123.png)")
+        yield int(digits[-1]), file
+
+
+def _opened(file: Path):
+    import av
+
+    av.logging.set_level(None)
+    try:
+        container = av.open(str(file))
+    except (av.error.FFmpegError, OSError) as error:
+        raise MeasurementError(f"{file}: not a video that can be read ({error.strerror})") from error
+    if not container.streams.video:
+        container.close()
+        raise MeasurementError(f"{file}: holds no picture stream")
+    return container
+
+
+def _pixels(frame) -> np.ndarray:
+    """Grey stays grey (8 or 16 bits); everything else becomes RGB."""
+    name = frame.format.name
+    if name == "gray":
+        return frame.to_ndarray(format="gray")
+    if name.startswith("gray"):
+        return frame.to_ndarray(format="gray16le")
+    return frame.to_ndarray(format="rgb24")
+
+
+def _size(pixels: np.ndarray) -> str:
+    return f"{pixels.shape[1]} × {pixels.shape[0]}" + (" (colour)" if pixels.ndim == 3 else "")

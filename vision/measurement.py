@@ -1,0 +1,62 @@
+"""What every measurement comes down to: quantities with a standard deviation, and how far each is to be trusted."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pandas as pd
+
+GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
+_RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
+
+
+class MeasurementError(ValueError):
+    """A recording cannot be measured; the message says why, in words for the person who made it."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One measured number.
+
+    `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small sample's wider interval is
+    already in it). `quality` is good, doubtful or failed, `reason` says why in words ("" when good).
+    A failed quantity has value NaN.
+    """
+
+    name: str
+    value: float
+    sd: float
+    unit: str
+    quality: str = GOOD
+    reason: str = ""
+
+    def doubt(self, reason: str) -> "Quantity":
+        """The same quantity, trusted no further than doubtful, with one more reason."""
+        worse = self.quality if self.quality == FAILED else DOUBTFUL
+        return replace(self, quality=worse, reason="; ".join(r for r in (self.reason, reason) if r))
+
+
+@dataclass(frozen=True)
+class Observation:
+    """All that was measured on one recording.
+
+    `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
+    `track` and `bounces` are tables with unit-suffixed columns, or None; `notes` say what was skipped or assumed.
+    """
+
+    recording: str
+    rig: str
+    quantities: tuple[Quantity, ...]
+    notes: tuple[str, ...] = ()
+    pictures: dict[str, np.ndarray] = field(default_factory=dict)
+    track: pd.DataFrame | None = None
+    bounces: pd.DataFrame | None = None
+
+
+def failed(name: str, unit: str, reason: str) -> Quantity:
+    """A quantity that was asked for and could not be had."""
+    return Quantity(name, float("nan"), float("nan"), unit, FAILED, reason)
+
+
+def worst(quantities) -> str:
+    """The lowest quality among `quantities`; failed when there are none."""
+    return max((q.quality for q in quantities), key=_RANK.__getitem__, default=FAILED)

@@ -1,0 +1,104 @@
+"""Read one picture from a file: complete, upright, 8 or 16 bits, grey or RGB. Anything less is a clear error."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageOps, UnidentifiedImageError
+
+from vision.measurement import MeasurementError
+
+PHOTO_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+MAX_PIXELS = 120_000_000  # a decoded 120-megapixel colour photo takes 360 MB
+_DIRECT = {"L", "RGB", "I;16"}
+
+
+def read_photo(path: Path) -> np.ndarray:
+    """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB, upright by its EXIF tag.
+
+    Transparency is laid on white. 16-bit colour is read with 16 bits, floating-point TIFF is refused.
+    Raises MeasurementError, naming the file, when it is missing, empty, not a picture, truncated or above MAX_PIXELS.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise MeasurementError(f"{path}: no such file")
+    if path.stat().st_size == 0:
+        raise MeasurementError(f"{path}: the file is empty (0 bytes)")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # what matters is raised
+            return _decode(path)
+    except UnidentifiedImageError:
+        return _decode_deep(path)
+    except Image.DecompressionBombError as error:
+        raise MeasurementError(f"{path}: the picture is larger than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down") from error
+    except (OSError, SyntaxError, ValueError, EOFError) as error:
+        if isinstance(error, MeasurementError):
+            raise
+        raise MeasurementError(f"{path}: the picture is damaged or cut short ({error})") from error
+
+
+def _decode(path: Path) -> np.ndarray:
+    with Image.open(path) as image:
+        if image.width * image.height > MAX_PIXELS:
+            raise MeasurementError(
+                f"{path}: {image.width} × {image.height} pixels is more than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
+            )
+        if image.mode == "RGB" and image.format in ("PNG", "TIFF") and _bits_per_channel(image) == 16:
+            return _decode_deep(path)
+        image.load()
+        if image.getexif().get(0x0112, 1) != 1:
+            image = ImageOps.exif_transpose(image)
+        if image.mode == "I" or image.mode.startswith("I;16"):
+            return np.asarray(image).astype(np.uint16)
+        if image.mode == "F":
+            raise MeasurementError(f"{path}: floating-point pixels; save the picture with 8 or 16 bits a channel")
+        if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
+            image = _on_white(image)
+        if image.mode not in _DIRECT:
+            image = image.convert("L" if image.mode == "1" else "RGB")
+        return np.asarray(image)
+
+
+def _bits_per_channel(image: Image.Image) -> int:
+    """Pillow hands 16-bit colour out as 8 bits; the file's own header tells the truth."""
+    if image.format == "TIFF":
+        bits = image.tag_v2.get(258, (8,))
+        return int(bits[0] if isinstance(bits, tuple) else bits)
+    return 16 if image.tile and "16" in str(image.tile[0][-1]) else 8
+
+
+def _on_white(image: Image.Image) -> Image.Image:
+    rgba = image.convert("RGBA")
+    return Image.alpha_composite(Image.new("RGBA", rgba.size, "white"), rgba).convert("RGB")
+
+
+def _decode_deep(path: Path) -> np.ndarray:
+    """What Pillow cannot give with all its bits, through OpenCV (which is silent about truncated files, hence second)."""
+    import cv2
+
+    data = np.fromfile(path, dtype=np.uint8)
+    with _silent_opencv(cv2):
+        image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise MeasurementError(f"{path}: not a picture that can be read ({', '.join(s[1:] for s in PHOTO_SUFFIXES)})")
+    if image.ndim == 3:
+        image = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2RGB)
+    if image.dtype not in (np.uint8, np.uint16):
+        raise MeasurementError(f"{path}: {image.dtype} pixels; save the picture with 8 or 16 bits a channel")
+    return image
+
+
+class _silent_opencv:
+    """OpenCV writes decoder complaints to the terminal; ours are in the error that is raised."""
+
+    def __init__(self, cv2):
+        self.log = getattr(getattr(cv2, "utils", None), "logging", None)
+
+    def __enter__(self):
+        if self.log:
+            self.level = self.log.setLogLevel(self.log.LOG_LEVEL_SILENT)
+
+    def __exit__(self, *_):
+        if self.log:
+            self.log.setLogLevel(self.level)

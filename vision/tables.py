@@ -1,0 +1,135 @@
+"""The CSV evidence that people and microphones write: track.csv, impacts.csv, readings.csv. Read strictly, told clearly."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from vision.measurement import MeasurementError
+
+READING_COLUMNS = {  # column → (rig, quantity, unit)
+    "rebound_height_mm": ("drop", "rebound_height", "mm"),
+    "slide_angle_deg": ("slide", "slide_angle", "deg"),
+    "run_out_mm": ("roll", "run_out", "mm"),
+    "repose_angle_deg": ("pile", "repose_angle", "deg"),
+}
+_READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
+TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
+TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
+TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows read from one CSV file, and what was left out of it (`notes`, in words)."""
+
+    rows: pd.DataFrame
+    notes: tuple[str, ...] = ()
+
+
+def read_track(path: Path) -> Table:
+    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA.
+
+    Rows with a missing position or time are left out and noted; rows out of order are sorted and noted; two rows of one
+    time are an error, as are a missing or unknown column and text where a number should be.
+    """
+    rows = _read_csv(path)
+    pixels = not {"x_mm", "y_mm"} & set(rows.columns) and {"x_px", "y_px"} & set(rows.columns)
+    needed = TRACK_COLUMNS_PX if pixels else TRACK_COLUMNS
+    if pixels and "frame" not in rows and "t_s" in rows:
+        needed = ("t_s", "x_px", "y_px")
+    _check_columns(path, rows, needed, TRACK_EXTRA)
+    rows, notes = _drop_incomplete(path, rows, list(needed))
+    time = rows[needed[0]].to_numpy()
+    if (np.diff(time) < 0).any():
+        first = int(np.argmax(np.diff(time) < 0)) + 1
+        notes.append(f"{path.name}: {needed[0]} runs backwards at row {rows.index[first] + 2}; the rows were put in order")
+        rows = rows.sort_values(needed[0], kind="stable")
+        time = rows[needed[0]].to_numpy()
+    if (np.diff(time) == 0).any():
+        where = int(np.argmax(np.diff(time) == 0)) + 1
+        raise MeasurementError(f"{path}: two rows for {needed[0]} = {time[where]:g} (row {rows.index[where] + 2}); keep one")
+    if len(rows) < 3:
+        raise MeasurementError(f"{path}: {len(rows)} usable rows; a track needs at least 3")
+    return Table(rows.reset_index(drop=True), tuple(notes))
+
+
+def read_impacts(path: Path) -> Table:
+    """Read impacts.csv: rows of t_s, strictly increasing, at least two."""
+    rows = _read_csv(path)
+    _check_columns(path, rows, ("t_s",), ())
+    rows, notes = _drop_incomplete(path, rows, ["t_s"])
+    time = rows["t_s"].to_numpy()
+    if (np.diff(time) <= 0).any():
+        first = int(np.argmax(np.diff(time) <= 0)) + 1
+        raise MeasurementError(f"{path}: t_s does not increase at row {rows.index[first] + 2} ({time[first]:g} s)")
+    if len(rows) < 2:
+        raise MeasurementError(f"{path}: {len(rows)} impact times; an interval needs two")
+    return Table(rows.reset_index(drop=True), tuple(notes))
+
+
+def read_readings(path: Path) -> Table:
+    """Read readings.csv: one or more of READING_COLUMNS, a row a repeat; values outside the possible are an error."""
+    rows = _read_csv(path)
+    columns = [c for c in rows.columns if c in READING_COLUMNS]
+    if not columns:
+        raise MeasurementError(
+            f"{path}: no column of readings; expected one of {', '.join(READING_COLUMNS)}, found {', '.join(rows.columns)}"
+        )
+    _check_columns(path, rows, tuple(columns), ("repeat", "note"), numeric=columns)
+    notes: list[str] = []
+    for column in columns:
+        missing = rows.index[rows[column].isna()]
+        if len(missing):
+            notes.append(f"{path.name}: {column} is empty in row {', '.join(str(i + 2) for i in missing)}; left out")
+        low, high = _READING_RANGE[READING_COLUMNS[column][2]]
+        wrong = rows.index[(rows[column] <= low) | (rows[column] >= high)]
+        if len(wrong):
+            raise MeasurementError(
+                f"{path}: {column} = {rows[column][wrong[0]]:g} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}"
+            )
+        if rows[column].notna().sum() == 0:
+            raise MeasurementError(f"{path}: {column} holds no numbers")
+    return Table(rows, tuple(notes))
+
+
+def _read_csv(path: Path) -> pd.DataFrame:
+    if path.stat().st_size == 0:
+        raise MeasurementError(f"{path}: the file is empty (0 bytes)")
+    try:
+        rows = pd.read_csv(path, skipinitialspace=True, comment="#", skip_blank_lines=True)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError) as error:
+        raise MeasurementError(f"{path}: not a CSV table ({str(error).splitlines()[0]})") from error
+    rows.columns = [str(c).strip() for c in rows.columns]
+    if rows.empty:
+        raise MeasurementError(f"{path}: a heading but no rows")
+    return rows
+
+
+def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) -> None:
+    if absent := [c for c in needed if c not in rows]:
+        raise MeasurementError(
+            f"{path}: column {', '.join(absent)} is missing; expected {', '.join(needed)}, found {', '.join(rows.columns)}"
+        )
+    if unknown := [c for c in rows if c not in needed and c not in extra and c not in READING_COLUMNS]:
+        raise MeasurementError(f"{path}: unknown column {unknown[0]}; known are {', '.join((*needed, *extra))}")
+    for column in numeric if numeric is not None else rows.columns:
+        try:
+            rows[column] = pd.to_numeric(rows[column]).astype(float)
+        except (ValueError, TypeError) as error:
+            bad = pd.to_numeric(rows[column], errors="coerce").isna() & rows[column].notna()
+            row = rows.index[bad][0]
+            raise MeasurementError(f"{path}: {column} = {rows[column][row]!r} in row {row + 2} is not a number") from error
+
+
+def _drop_incomplete(path: Path, rows: pd.DataFrame, columns: list[str]) -> tuple[pd.DataFrame, list[str]]:
+    """Leave out rows without a finite value in `columns`; say which (by line number, the heading being line 1)."""
+    usable = np.isfinite(rows[columns].to_numpy(dtype=float)).all(axis=1)
+    if usable.all():
+        return rows, []
+    lines = [str(i + 2) for i in rows.index[~usable]]
+    shown = ", ".join(lines[:5]) + (f" and {len(lines) - 5} more" if len(lines) > 5 else "")
+    if not usable.any():
+        raise MeasurementError(f"{path}: no row has numbers in {', '.join(columns)}")
+    return rows[usable], [f"{path.name}: no number in row {shown}; left out"]
