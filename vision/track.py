@@ -1,0 +1,119 @@
+"""A track: where one seed was, frame by frame, each place with its standard deviation."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from vision.recording import Camera
+
+
+@dataclass(frozen=True)
+class Track:
+    """Arrays of one length n, in the order of time. x to the right, y up, in `unit` ("mm" or "px").
+
+    frame: numbers at the bench (a lost frame is a missing row). t_s: NaN throughout without a frame rate.
+    sd: of x and of y, each; NaN where not stated. angle_deg: unwrapped, anticlockwise; NaN where not seen; None where
+    nobody looked. tilt_deg: the plate's angle at the same time. outlier: rows that no fit should use.
+    """
+
+    frame: np.ndarray
+    t_s: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    sd: np.ndarray
+    unit: str
+    outlier: np.ndarray
+    angle_deg: np.ndarray | None = None
+    angle_sd_deg: np.ndarray | None = None
+    tilt_deg: np.ndarray | None = None
+    tilt_sd_deg: float | None = None
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @property
+    def timed(self) -> bool:
+        return bool(np.isfinite(self.t_s).all())
+
+    @property
+    def time(self) -> np.ndarray:
+        """Seconds, or frames where the frame rate is unknown."""
+        return self.t_s if self.timed else self.frame.astype(float)
+
+    @property
+    def time_unit(self) -> str:
+        return "s" if self.timed else "frame"
+
+    @property
+    def step(self) -> float:
+        """The usual time from one frame to the next."""
+        return float(np.median(np.diff(self.time) / np.maximum(np.diff(self.frame), 1)))
+
+    def used(self) -> "Track":
+        """Without the outliers."""
+        return self if not self.outlier.any() else self.take(~self.outlier)
+
+    def take(self, rows) -> "Track":
+        """Some of the rows (a mask, indices or a slice)."""
+        optional = {name: None if getattr(self, name) is None else getattr(self, name)[rows] for name in _OPTIONAL}
+        return replace(self, **{name: getattr(self, name)[rows] for name in _ALWAYS}, **optional)
+
+    def marked(self, outlier: np.ndarray, note: str = "") -> "Track":
+        """The same track with more rows marked as outliers."""
+        return replace(self, outlier=self.outlier | outlier, notes=(*self.notes, note) if note else self.notes)
+
+    def to_table(self) -> pd.DataFrame:
+        """The columns of track.csv, plus the frame number, the sds and the outlier mark; unknown columns are left out."""
+        unit = self.unit
+        columns = {"frame": self.frame, "t_s": self.t_s, f"x_{unit}": self.x, f"y_{unit}": self.y, f"sd_{unit}": self.sd}
+        for name in _OPTIONAL:
+            if getattr(self, name) is not None:
+                columns[name] = getattr(self, name)
+        columns["outlier"] = self.outlier.astype(int)
+        table = pd.DataFrame(columns)
+        return table.drop(columns=[c for c in ("t_s", f"sd_{unit}") if table[c].isna().all()])
+
+
+_ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
+_OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
+
+
+def make_track(t_s, x, y, *, unit: str = "mm", frame=None, sd=np.nan, **more) -> Track:
+    """A track from plain arrays; frame numbers default to 0, 1, 2, …"""
+    n = len(x)
+    frame = np.arange(n) if frame is None else np.asarray(frame)
+    t_s = np.full(n, np.nan) if t_s is None else np.asarray(t_s, dtype=float)
+    sd = np.broadcast_to(np.asarray(sd, dtype=float), (n,)).copy()
+    more.setdefault("outlier", np.zeros(n, dtype=bool))
+    return Track(frame, t_s, np.asarray(x, dtype=float), np.asarray(y, dtype=float), sd, unit, **more)
+
+
+def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] = ()) -> Track:
+    """A Track from the rows of track.csv; pixels become millimetres and frames seconds where `camera` knows how."""
+    unit = "mm" if "x_mm" in rows else "px"
+    column = {name: rows[name].to_numpy(float) if name in rows else None for name in (*_OPTIONAL, "t_s", "frame")}
+    x, y = rows[f"x_{unit}"].to_numpy(float), rows[f"y_{unit}"].to_numpy(float)
+    sd = rows[f"sd_{unit}"].to_numpy(float) if f"sd_{unit}" in rows else np.full(len(rows), np.nan)
+    if unit == "px" and camera.mm_per_px:
+        x, y, sd, unit = x * camera.mm_per_px, y * camera.mm_per_px, sd * camera.mm_per_px, "mm"
+    time, frame = column["t_s"], column["frame"]
+    if frame is None:
+        frame = _frame_numbers(time, camera.fps)
+    elif time is None and camera.fps:
+        time = (frame - frame[0]) / camera.fps
+    outlier = rows["outlier"].fillna(0).to_numpy(float) != 0 if "outlier" in rows else np.zeros(len(rows), dtype=bool)
+    return make_track(
+        time, x, y, unit=unit, frame=np.asarray(frame).astype(int), sd=sd, outlier=outlier, notes=notes,
+        **{name: column[name] for name in _OPTIONAL},
+    )  # fmt: skip
+
+
+def _frame_numbers(time: np.ndarray, fps: float | None) -> np.ndarray:
+    """Frame numbers behind the times: whole steps of the usual interval, so that lost rows leave gaps."""
+    step = float(np.median(np.diff(time)))
+    if fps and 0.9 < fps * step < 1.1:
+        step = 1 / fps
+    number = np.round((time - time[0]) / step).astype(int)
+    return number if (np.diff(number) > 0).all() else np.arange(len(time))  # unevenly timed (a phone): count the rows
