@@ -12,6 +12,8 @@ _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
 class MeasurementError(ValueError):
     """A recording cannot be measured; the message says why, in words for the person who made it."""
 
+    recording: str = "?"  # its name, where the error stands for a whole recording
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -40,7 +42,7 @@ class Observation:
     """All that was measured on one recording.
 
     `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
-    `track` and `bounces` are tables with unit-suffixed columns, or None; `notes` say what was skipped or assumed.
+    `track`, `bounces` and `readings` are tables with unit-suffixed columns, or None; `notes` say what was skipped or assumed.
     """
 
     recording: str
@@ -50,6 +52,7 @@ class Observation:
     pictures: dict[str, np.ndarray] = field(default_factory=dict)
     track: pd.DataFrame | None = None
     bounces: pd.DataFrame | None = None
+    readings: pd.DataFrame | None = None
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:

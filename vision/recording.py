@@ -219,12 +219,15 @@ def with_camera(recording: Recording, **keys) -> Recording:
 
 
 def _attempt(read, *args):
+    """What `read` gives, or the error in its place, named after the path."""
     try:
         return read(*args)
     except MeasurementError as error:
-        return error
+        trouble = error
     except OSError as error:  # no permission, a broken link, a disk that fails
-        return MeasurementError(f"{error.filename or args[0]}: {error.strerror or error}")
+        trouble = MeasurementError(f"{error.filename or args[0]}: {error.strerror or error}")
+    trouble.recording = args[0].name
+    return trouble
 
 
 def _photos(folder: Path) -> list[Path]:

@@ -1,0 +1,137 @@
+"""`benchtwin measure` as a person meets it: what was typed, the progress, the short table, the exit code."""
+
+import re
+import sys
+from pathlib import Path
+
+import pandas as pd
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from vision.measure import Results, find_all, measured_anything, observe_or_fail
+from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from vision.repose import PileOptions
+
+MEASURED, NOTHING, MISUSED = 0, 1, 2
+_ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
+
+
+def measure_command(paths, out, window, roi, baseline, trim, seeds, overwrite, quiet) -> int:
+    """Measure everything under `paths` into the folder `out`; returns the exit code."""
+    try:
+        options = PileOptions(_window(window), _roi(roi), _baseline(baseline))
+        if missing := [p for p in paths if not p.exists()]:
+            raise MeasurementError(f"{missing[0]}: no such file or folder")
+        results = Results(out, overwrite)
+    except (MeasurementError, OSError) as error:
+        print(f"benchtwin measure: {error}", file=sys.stderr)
+        return MISUSED
+    try:
+        table = _run(paths, results, options, trim, seeds, quiet)
+    except OSError as error:
+        print(f"benchtwin measure: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
+        return MISUSED
+    except KeyboardInterrupt:
+        print(f"\nbenchtwin measure: stopped; nothing was written to {out}", file=sys.stderr)
+        return NOTHING
+    finally:
+        results.abandon()
+    if not quiet:
+        _show(table, results.notes, out)
+    elif not measured_anything(table):
+        print(f"benchtwin measure: nothing could be measured; the reasons are in {out / 'measurements.csv'}", file=sys.stderr)
+    return MEASURED if measured_anything(table) else NOTHING
+
+
+def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, seeds: bool, quiet: bool) -> pd.DataFrame:
+    entries = find_all(paths)
+    bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
+    with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
+        task = progress.add_task("measuring", total=len(entries))
+        for i, entry in enumerate(entries):
+            progress.update(task, description=getattr(entry, "id", "?")[:40])
+            advance = lambda share, i=i: progress.update(task, completed=i + share)  # noqa: E731
+            if seeds:
+                from vision.seeds import observe_seed_photo
+
+                results.add(observe_or_fail(entry, observe=observe_seed_photo))
+            else:
+                results.add(observe_or_fail(entry, options, trim, advance))
+            progress.update(task, completed=i + 1)
+    return results.finish()
+
+
+def _show(table: pd.DataFrame, notes: list[tuple[str, str]], out: Path) -> None:
+    """The short table, doubtful ones first, and where to look."""
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    shown = Table(box=None, pad_edge=False)
+    for heading in ("recording", "quantity", "value", "± sd", "unit"):
+        shown.add_column(heading, justify="right" if heading in ("value", "± sd") else "left", no_wrap=True)
+    shown.add_column("quality")
+    colours = {GOOD: "green", DOUBTFUL: "yellow", FAILED: "red"}
+    rank = table["quality"].map(_ORDER)
+    for row in table.assign(rank=rank).sort_values("rank", kind="stable").itertuples():
+        value, sd = _rounded(row.value, row.sd)
+        reason = f": {row.reason}" if row.reason else ""
+        shown.add_row(
+            _plain(row.recording), row.quantity, value, sd, "" if row.unit == "1" else row.unit,
+            f"[{colours[row.quality]}]{row.quality}[/]{_plain(reason)}",
+        )  # fmt: skip
+    console.print(shown)
+    for recording, note in notes:
+        console.print(f"[dim]{_plain(recording)}: {_plain(note)}[/]")
+    counts = ", ".join(f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED))
+    console.print(f"\n{counts}.  Numbers: {_plain(str(out / 'measurements.csv'))}", highlight=False)
+    if (out / "overlays").is_dir():
+        console.print(f"Look at what was found: {_plain(str(out / 'overlays'))}", highlight=False)
+
+
+def _plain(text: str) -> str:
+    """Square brackets are colour marks to rich; a file may be named with them."""
+    return text.replace("[", r"\[")
+
+
+def _rounded(value: float, sd: float) -> tuple[str, str]:
+    """Value and sd to two figures of the sd."""
+    import math
+
+    if not math.isfinite(value):
+        return "–", ""
+    if not math.isfinite(sd) or sd <= 0:
+        return f"{value:.4g}", ""
+    places = max(0, 1 - math.floor(math.log10(sd)))
+    return f"{value:.{places}f}", f"{sd:.{places}f}"
+
+
+def _numbers(text: str, option: str, counts: tuple[int, ...]) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in counts:
+        wanted = " or ".join(str(c) for c in counts)
+        raise MeasurementError(f"{option} {text}: expected {wanted} numbers with commas between")
+    return numbers
+
+
+def _window(text: str) -> tuple[float, float]:
+    parts = re.fullmatch(r"\s*([\d.]+)\s*%?\s*[-–,:]\s*([\d.]+)\s*%?\s*", text)
+    try:
+        low, high = float(parts[1]) / 100, float(parts[2]) / 100
+    except (TypeError, ValueError):
+        low, high = 0.0, 0.0
+    if not 0 <= low < high <= 1 or high - low < 0.1:
+        raise MeasurementError(f"--window {text}: expected two heights in %, at least 10 apart, such as 20-80")
+    return low, high
+
+
+def _roi(text: str) -> tuple[int, int, int, int] | None:
+    return tuple(int(n) for n in _numbers(text, "--roi", (4,))) if text else None
+
+
+def _baseline(text: str) -> tuple[float, float, float, float] | None:
+    if not text:
+        return None
+    numbers = _numbers(text, "--baseline", (1, 4))
+    return tuple(numbers) if len(numbers) == 4 else (0.0, numbers[0], 1000.0, numbers[0])

@@ -1,0 +1,200 @@
+"""What stands where in a silhouette: the plate's line, box walls, the pile's crest, toes and flanks. Profile in, places out.
+
+A profile is the row y_px (down) of the surface in each column x; heights are measured up from the base line.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.ndimage import median_filter, uniform_filter1d
+
+MAX_PLATE_SLOPE = np.tan(np.radians(6.0))  # a plate farther from level than this is taken for a slope
+CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
+TOE = 0.02  # of the crest's height: where the pile ends
+
+
+@dataclass(frozen=True)
+class BaseLine:
+    """The pile's foot: y_px = intercept + slope · x, and how it was found."""
+
+    intercept: float
+    slope: float
+    slope_sd: float
+    source: str  # "plate" | "foot" | "mirror" | "given" | "toe"
+
+    def at(self, x):
+        return self.intercept + self.slope * np.asarray(x, dtype=float)
+
+
+@dataclass(frozen=True)
+class Flank:
+    """One side of the pile: columns from crest to toe, or the reason why it cannot be measured."""
+
+    side: str  # "left" | "right"
+    crest: int
+    toe: int
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Heap:
+    """Crest and flanks; `height_px` above the base line, `walls` as column ranges, `problem` if there is no single pile."""
+
+    crest: int
+    height_px: float
+    flanks: tuple[Flank, ...]
+    walls: tuple[tuple[int, int], ...]
+    problem: str = ""
+
+
+def level_line(profile: np.ndarray, tolerance: float, share: float, below: float = 0.15) -> tuple[float, float] | None:
+    """The nearly level line that most points of the profile lie on: intercept and slope; None if there is none.
+
+    `share` of the columns must lie within `tolerance` px of it, and at most `below` of the others under it (the plate is what
+    everything else stands on). All slopes within MAX_PLATE_SLOPE are tried.
+    """
+    x = np.flatnonzero(np.isfinite(profile)).astype(float)
+    if x.size < 8:
+        return None
+    y = profile[np.isfinite(profile)]
+    lines = []
+    for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 61):
+        offsets = np.sort(y - slope * x)
+        counts = np.searchsorted(offsets, offsets + 2 * tolerance, side="right") - np.arange(offsets.size)
+        lines.append((int(counts.max()), slope, float(offsets[counts.argmax()] + tolerance)))
+    for count, slope, intercept in sorted(lines, reverse=True):
+        if count < max(8, share * profile.size):
+            return None
+        if (line := _settle(x, y, slope, intercept, tolerance, share * profile.size, below)) is not None:
+            return line
+    return None
+
+
+def _settle(x, y, slope, intercept, tolerance, least, below) -> tuple[float, float] | None:
+    """The line refitted through the points near it, if it stays level, keeps its points and lies under all the rest."""
+    for _ in range(3):
+        on = np.abs(y - intercept - slope * x) <= tolerance
+        if on.sum() < max(8, least):
+            return None
+        slope, intercept = np.polyfit(x[on], y[on], 1)
+    rest = y[~on] - intercept - slope * x[~on]
+    if abs(slope) > MAX_PLATE_SLOPE or (rest.size and (rest > tolerance).mean() > below):
+        return None
+    return float(intercept), float(slope)
+
+
+def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) -> Heap:
+    """Walls cut away, the tallest sloping piece taken, its crest and flanks found.
+
+    profile (n,) rows y_px, NaN where there is nothing; window the height fractions that a flank must span to be measured.
+    """
+    x = np.arange(profile.size)
+    height = base.at(x) - profile
+    walls = _walls(height)
+    free = np.isfinite(height)
+    for low, high in walls:
+        free[low:high] = False
+    pieces = [p for p in _runs(free, gap=max(2, profile.size // 100)) if p[1] - p[0] >= 8]
+    if not pieces:
+        return Heap(0, 0.0, (), walls, "no pile in the picture")
+    smooth = _smooth(height, free)
+    span = [np.nanmax(smooth[a:b]) for a, b in pieces]
+    low, high = pieces[int(np.argmax(span))]
+    crest = low + int(np.nanargmax(smooth[low:high]))
+    top = _crest_height(height, free, crest)
+    if top < 8 or top < 0.02 * profile.size:
+        return Heap(crest, top, (), walls, "no pile in the picture: nothing rises above the plate")
+    if profile[crest] <= 1:
+        return Heap(crest, top, (), walls, "the pile is cut by the picture's top border")
+    flanks = tuple(_flank(side, smooth, crest, top, low, high, window) for side in ("left", "right"))
+    return Heap(crest, top, flanks, walls, _second_pile(smooth, free, pieces, crest, flanks))
+
+
+def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Running mean over 2 % of the columns, gaps bridged, NaN outside."""
+    have = free & np.isfinite(height)
+    x = np.arange(height.size)
+    bridged = np.interp(x, x[have], height[have])
+    smooth = uniform_filter1d(bridged, max(3, height.size // 50) | 1, mode="nearest")
+    return np.where(free, smooth, np.nan)
+
+
+def _crest_height(height: np.ndarray, free: np.ndarray, crest: int) -> float:
+    """The highest point about the crest, a running median of 5 columns having taken single wrong ones away."""
+    reach = max(3, height.size // 50)
+    near = np.flatnonzero(free & np.isfinite(height))
+    near = near[np.abs(near - crest) <= reach]
+    return float(median_filter(height[near], 5, mode="nearest").max())
+
+
+def _walls(height: np.ndarray) -> tuple[tuple[int, int], ...]:
+    """Column ranges of box walls: flat-topped, high, and cut off by a cliff on at least one side."""
+    filled = np.where(np.isfinite(height), height, 0.0)
+    top = float(np.percentile(filled, 99.5))
+    cliffs = _cliffs(filled, least=max(0.12 * top, 6.0))
+    marks = sorted({0, height.size, *cliffs})
+    walls = []
+    for low, high in pairwise(marks):
+        if high - low < 3 or (low not in cliffs and high not in cliffs):
+            continue
+        inner = filled[low + 1 : high - 1]
+        low_q, high_q = np.percentile(inner, [5, 95])
+        flat = high_q - low_q <= max(3.0, 0.03 * top, 0.12 * inner.size)
+        if flat and np.median(inner) > 0.3 * top and inner.size < 0.4 * height.size:
+            walls.append((max(0, low - 2), min(height.size, high + 2)))
+    return tuple(walls)
+
+
+def _cliffs(height: np.ndarray, least: float) -> list[int]:
+    """Columns in the middle of every drop or rise steeper than CLIFF that amounts to `least` px."""
+    step = np.diff(height)
+    cliffs, i = [], 0
+    while i < step.size:
+        j = i
+        while j < step.size and abs(step[j]) >= CLIFF and np.sign(step[j]) == np.sign(step[i]):
+            j += 1
+        if j > i and abs(step[i:j].sum()) >= least:
+            cliffs.append((i + j) // 2 + 1)
+        i = max(j, i + 1)
+    return cliffs
+
+
+def _runs(flags: np.ndarray, gap: int) -> list[tuple[int, int]]:
+    """Ranges where `flags` holds, bridging holes of up to `gap` columns."""
+    where = np.flatnonzero(flags)
+    if where.size == 0:
+        return []
+    cuts = np.flatnonzero(np.diff(where) > gap + 1)
+    starts, ends = np.r_[where[0], where[cuts + 1]], np.r_[where[cuts], where[-1]] + 1
+    return list(zip(starts.tolist(), ends.tolist()))
+
+
+def _flank(side: str, smooth: np.ndarray, crest: int, top: float, low: int, high: int, window: tuple[float, float]) -> Flank:
+    """From the crest outwards to the first column lower than TOE of the height, or to where the surface ends."""
+    outward = smooth[low : crest + 1][::-1] if side == "left" else smooth[crest:high]
+    ends = np.flatnonzero(outward < TOE * top)
+    length = int(ends[0]) if ends.size else outward.size - 1
+    toe = crest - length if side == "left" else crest + length
+    lowest = float(np.nanmin(outward[: length + 1])) / top
+    at_border = toe <= 1 or toe >= smooth.size - 2
+    if length < 8 or length < 0.25 * top:
+        return Flank(side, crest, toe, "a wall or nothing on this side")
+    if lowest > window[0] * 0.9:
+        what = f"the pile is cut by the picture's {side} border" if at_border else "the surface ends"
+        return Flank(side, crest, toe, f"{what} at {100 * lowest:.0f} % of its height")
+    rise = np.nanmax(np.maximum.accumulate(outward[: length + 1][::-1]) - outward[: length + 1][::-1])
+    if rise > 0.2 * top:
+        return Flank(side, crest, toe, "the surface falls and rises again: two piles, or something in front of it")
+    return Flank(side, crest, toe)
+
+
+def _second_pile(smooth: np.ndarray, free: np.ndarray, pieces, crest: int, flanks: tuple[Flank, ...]) -> str:
+    """Is there, beyond the toes, another hump of more than 40 % of the height?"""
+    low, high = min(f.toe for f in flanks), max(f.toe for f in flanks)
+    outside = np.where(free, smooth, 0.0)
+    outside[low : high + 1] = 0.0
+    for a, b in _runs(outside > 0.4 * smooth[crest], gap=1):
+        if b - a >= 0.1 * smooth[crest] and a > 2 and b < smooth.size - 2:
+            return f"two piles in the picture (crests near x = {crest} and {(a + b) // 2} of the small picture)"
+    return ""

@@ -1,0 +1,188 @@
+"""Measure any mix of photos, folders, recordings and bench folders: one Observation each, then the files a user looks at."""
+
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from PIL import Image
+
+from vision.measurement import FAILED, MeasurementError, Observation, failed
+from vision.photo import read_photo
+from vision.recording import Recording, find_recordings
+from vision.repose import PileOptions, measure_repose
+
+COLUMNS = ["recording", "rig", "quantity", "value", "sd", "unit", "quality", "reason", "overlay"]
+MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
+    "pile": ("repose_angle", "deg"),
+    "drop": ("restitution", "1"),
+    "slide": ("slide_angle", "deg"),
+    "roll": ("run_out", "mm"),
+    None: ("recording", ""),
+}
+
+Progress = Callable[[float], None]
+
+
+def observe(
+    recording: Recording, options: PileOptions | None = None, trim: bool = False, progress: Progress | None = None
+) -> Observation:
+    """Measure one recording, whatever its rig and evidence; MeasurementError with the reason when nothing can be had.
+
+    options: how pile photos are read; trim: leave out one highest and one lowest of repeated readings; progress: called with
+    the fraction done.
+    """
+    if recording.evidence == "readings.csv":
+        from vision.readings import observe_readings
+
+        return observe_readings(recording, trim)
+    if recording.rig is None:
+        raise MeasurementError(f"{recording.toml}: rig is missing; it should be drop, slide, roll or pile")
+    if recording.rig == "pile":
+        return observe_pile(recording, options)
+    if recording.evidence == "photos":
+        raise MeasurementError(f"{recording.path}: a {recording.rig} is measured on frames, a video or a track, not on a photo")
+    from vision.moving import observe_moving
+
+    return observe_moving(recording, progress)
+
+
+def observe_pile(recording: Recording, options: PileOptions | None = None) -> Observation:
+    """The first photo of a pile recording (`split_photos` makes one recording of each)."""
+    from vision.overlay.pile import draw_repose
+
+    if recording.evidence != "photos":
+        raise MeasurementError(f"{recording.path}: a pile is measured on photos, not on {recording.evidence}")
+    image = read_photo(recording.files[0])
+    try:
+        found = measure_repose(image, recording.camera, options)
+    except MeasurementError as error:
+        raise MeasurementError(f"{recording.files[0]}: {error}") from error
+    return Observation(recording.id, "pile", found.quantities, found.notes, {"pile": draw_repose(image, found)})
+
+
+def split_photos(recording: Recording) -> list[Recording]:
+    """A pile recording of several photos as one recording a photo, named recording/photo."""
+    if recording.evidence != "photos" or len(recording.files) < 2:
+        return [recording]
+    return [replace(recording, id=f"{recording.id}/{file.stem}", files=(file,)) for file in recording.files]
+
+
+def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
+    """Every recording under `paths`, each with an id of its own (a second "pile-01" becomes "bench-b/pile-01")."""
+    found: list[Recording | MeasurementError] = []
+    for path in paths:
+        for entry in find_recordings(path):
+            found += split_photos(entry) if isinstance(entry, Recording) else [entry]
+    ids = [r.id for r in found if isinstance(r, Recording)]
+    unique = []
+    seen: dict[str, int] = {}
+    for entry in found:
+        if isinstance(entry, Recording) and ids.count(entry.id) > 1:
+            entry = replace(entry, id=f"{entry.path.resolve().parent.name}/{entry.id}")
+        if isinstance(entry, Recording):
+            seen[entry.id] = seen.get(entry.id, 0) + 1
+            if seen[entry.id] > 1:
+                entry = replace(entry, id=f"{entry.id}-{seen[entry.id]}")
+        unique.append(entry)
+    return unique
+
+
+def measure(paths, options: PileOptions | None = None, trim: bool = False) -> Iterator[Observation]:
+    """Observations of all recordings under `paths` (one path or several), one after the other.
+
+    What cannot be measured is an Observation whose one quantity has failed and says why.
+    """
+    for entry in find_all([Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]):
+        yield observe_or_fail(entry, options, trim)
+
+
+def observe_or_fail(entry, options=None, trim=False, progress=None) -> Observation:
+    """`observe`, with any trouble of this one recording turned into a failed quantity."""
+    if isinstance(entry, MeasurementError):
+        return _failure(entry.recording, None, str(entry))
+    try:
+        return observe(entry, options, trim, progress)
+    except MeasurementError as error:
+        return _failure(entry.id, entry.rig, str(error))
+    except OSError as error:
+        return _failure(entry.id, entry.rig, f"{error.filename or entry.path}: {error.strerror or error}")
+    except MemoryError:
+        return _failure(entry.id, entry.rig, f"{entry.path}: too large for this machine's memory")
+
+
+def _failure(name: str, rig: str | None, reason: str) -> Observation:
+    quantity, unit = MAIN_QUANTITY[rig]
+    return Observation(name, rig or "", (failed(quantity, unit, reason),))
+
+
+class Results:
+    """Gathers observations into a folder that appears whole or not at all.
+
+    measurements.csv, notes.csv, and where there is something to put in them bounces.csv, readings.csv, overlays/, tracks/.
+    """
+
+    def __init__(self, out: Path, overwrite: bool = False):
+        self.out = Path(out)
+        if self.out.exists() and not self.out.is_dir():
+            raise MeasurementError(f"{self.out}: is a file; --out names a folder")
+        if self.out.is_dir() and any(self.out.iterdir()) and not overwrite:
+            raise MeasurementError(f"{self.out}: exists and is not empty; choose another --out, or say --overwrite")
+        if self.out.is_dir() and any(self.out.iterdir()) and not (self.out / "measurements.csv").is_file():
+            raise MeasurementError(f"{self.out}: holds something else than measurements; it is not overwritten")
+        self.out.parent.mkdir(parents=True, exist_ok=True)
+        self.part = Path(tempfile.mkdtemp(prefix=f".{self.out.name}-", dir=self.out.parent))
+        self.rows: list[dict] = []
+        self.bounces: list[pd.DataFrame] = []
+        self.readings: list[pd.DataFrame] = []
+        self.notes: list[tuple[str, str]] = []
+
+    def add(self, observation: Observation) -> None:
+        stem = _file_name(observation.recording)
+        overlay = ""
+        for i, (name, picture) in enumerate(observation.pictures.items()):
+            file = Path("overlays") / (f"{stem}.png" if i == 0 else f"{stem}-{name}.png")
+            (self.part / "overlays").mkdir(exist_ok=True)
+            Image.fromarray(picture).save(self.part / file, compress_level=3)
+            overlay = overlay or file.as_posix()
+        if observation.track is not None:
+            (self.part / "tracks").mkdir(exist_ok=True)
+            observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
+        if observation.bounces is not None and len(observation.bounces):
+            self.bounces.append(observation.bounces)
+        if observation.readings is not None:
+            self.readings.append(observation.readings)
+        self.notes += [(observation.recording, note) for note in observation.notes]
+        for q in observation.quantities:
+            row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.unit, q.quality, q.reason, overlay)
+            self.rows.append(dict(zip(COLUMNS, row)))
+
+    def finish(self) -> pd.DataFrame:
+        """Write the tables and put the folder in place; returns the measurements."""
+        table = pd.DataFrame(self.rows, columns=COLUMNS)
+        table.to_csv(self.part / "measurements.csv", index=False, float_format="%.6g")
+        for name, tables in (("bounces", self.bounces), ("readings", self.readings)):
+            if tables:
+                pd.concat(tables, ignore_index=True).to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g")
+        if self.notes:
+            pd.DataFrame(self.notes, columns=["recording", "note"]).to_csv(self.part / "notes.csv", index=False)
+        self.part.chmod(0o755)
+        if self.out.is_dir():
+            shutil.rmtree(self.out)
+        self.part.replace(self.out)
+        return table
+
+    def abandon(self) -> None:
+        shutil.rmtree(self.part, ignore_errors=True)
+
+
+def _file_name(name: str) -> str:
+    """An id as a file name: no folders, nothing a file system minds."""
+    return "".join(c if c.isalnum() or c in "-_. " else "_" for c in name).strip(". ") or "recording"
+
+
+def measured_anything(table: pd.DataFrame) -> bool:
+    return bool(len(table)) and bool((table["quality"] != FAILED).any()) and bool(np.isfinite(table["value"]).any())
