@@ -100,7 +100,8 @@ def split(time: np.ndarray, height: np.ndarray) -> list[tuple[int, int]]:
     if reach <= 0:
         raise MeasurementError("nothing falls: the height never changes")
     jitter = 1.4826 * np.median(np.abs(np.diff(smooth, 2))) / np.sqrt(6) if len(smooth) > 4 else 0.0
-    lows = find_peaks(-smooth, prominence=max(0.004 * reach, 10 * jitter))[0]
+    # At a phone's frame rate second differences show gravity, not jitter: hence no more than 3 % of the fall.
+    lows = find_peaks(-smooth, prominence=max(0.004 * reach, min(10 * jitter, 0.03 * reach)))[0]
     # The first flight starts where the seed has left its rest: 1 % of the fall below the highest place.
     first_low = lows[0] if len(lows) else int(np.argmin(smooth))
     before = smooth[: first_low + 1]

@@ -62,10 +62,10 @@ class Followed:
     size: float  # diameter of the circle with the seed's silhouette area, px
 
 
-def follow(source: FrameSource, *, falling: bool, progress: Callable[[int, int], None] | None = None) -> Followed:
+def follow(source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None) -> Followed:
     """Track the seed through all frames. `falling`: it flies (drop); otherwise it rolls or slides.
 
-    progress(done, expected) is called now and then. Raises MeasurementError when nothing in the picture moves like a seed.
+    progress(fraction done) is called now and then. Raises MeasurementError when nothing in the picture moves like a seed.
     """
     scene = learn_scene(source)
     pieces: list[_Piece] = []
@@ -82,9 +82,9 @@ def follow(source: FrameSource, *, falling: bool, progress: Callable[[int, int],
         times.append(frame.t_s)
         done += 1
         if progress and done % 20 == 0:
-            progress(done, source.count)
+            progress(min(done / max(source.count, 1), 1.0))
     if progress:
-        progress(done, done)
+        progress(1.0)
     chosen = _choose([p for p in pieces if len(p.frames) >= 3], falling, scene)
     if chosen is None:
         raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")

@@ -36,8 +36,14 @@ class FrameSource:
     def iterate(self) -> Iterator[Frame]:
         raise NotImplementedError
 
-    def sample(self, n: int) -> list[np.ndarray]:
+    def picked(self, n: int) -> list[Frame]:
         raise NotImplementedError
+
+    def sample(self, n: int) -> list[np.ndarray]:
+        """About n pictures spread over the whole recording, all of one size."""
+        frames = [frame.pixels for frame in self.picked(n)]
+        shapes = [p.shape for p in frames]
+        return [p for p in frames if p.shape == max(set(shapes), key=shapes.count)]
 
     def note(self, message: str) -> None:
         if message not in self.notes:
@@ -79,19 +85,22 @@ class FrameFolder(FrameSource):
             if pixels.shape != shape:
                 self.note(f"frame {number} skipped: its size {_size(pixels)} is not that of the others")
                 continue
-            yield Frame(number, (number - self._files[0][0]) / self.fps if self.fps else np.nan, pixels)
+            yield Frame(number, self._time(number), pixels)
 
-    def sample(self, n: int) -> list[np.ndarray]:
-        picked = []
+    def picked(self, n: int) -> list[Frame]:
+        frames = []
         for i in np.unique(np.linspace(0, self.count - 1, min(n, self.count)).astype(int)):
+            number, file = self._files[i]
             try:
-                picked.append(read_photo(self._files[i][1]))
+                frames.append(Frame(number, self._time(number), read_photo(file)))
             except MeasurementError:
                 continue  # noted when the frame is met in iterate()
-        if not picked:
+        if not frames:
             raise MeasurementError(f"{self.path}: none of the frames can be read")
-        shapes = [p.shape for p in picked]
-        return [p for p in picked if p.shape == max(set(shapes), key=shapes.count)]
+        return frames
+
+    def _time(self, number: int) -> float:
+        return (number - self._files[0][0]) / self.fps if self.fps else np.nan
 
 
 class Video(FrameSource):
@@ -110,9 +119,16 @@ class Video(FrameSource):
         self._stated = fps is not None
 
     def iterate(self) -> Iterator[Frame]:
+        yield from self._decode(every=1)
+
+    def picked(self, n: int) -> list[Frame]:
+        """Decodes the whole film (a video has no random access worth the name) but converts only every so-manieth frame."""
+        return list(self._decode(every=max(1, -(-self.count // n))))[: 2 * n]
+
+    def _decode(self, every: int) -> Iterator[Frame]:
         import av
 
-        index, start = 0, None
+        index, start, last = 0, None, -np.inf
         with _opened(self.path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "AUTO"
@@ -127,16 +143,23 @@ class Video(FrameSource):
                     break
                 own = frame.time if frame.time is not None else index / (self._own_fps or np.nan)
                 start = own if start is None else start
-                yield Frame(index, index / self.fps if self._stated else own - start, _pixels(frame))
+                time = index / self.fps if self._stated else own - start
+                if time <= last:
+                    self.note(f"frame {index} skipped: its time stamp {own:.4f} s does not increase")
+                elif index % every == 0:
+                    yield Frame(index, time, _upright(_pixels(frame), frame.rotation))
+                last = max(last, time)
                 index += 1
         if index == 0:
             raise MeasurementError(f"{self.path}: the video holds no frame that can be read")
         if self.count and index < self.count:
             self.note(f"the video stops early: {index} of {self.count} frames")
 
-    def sample(self, n: int) -> list[np.ndarray]:
-        step = max(1, self.count // n)
-        return [frame.pixels for frame in self.iterate() if frame.index % step == 0][: 2 * n]
+
+def _upright(pixels: np.ndarray, rotation: int) -> np.ndarray:
+    """Turned by what the phone noted (degrees anticlockwise, multiples of 90)."""
+    turns = round(rotation / 90) % 4
+    return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
 
 
 def _numbered(files: tuple[Path, ...]) -> Iterator[tuple[int, Path]]:

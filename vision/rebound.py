@@ -111,7 +111,7 @@ def _known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[st
     if not physical:
         unknown = " and ".join(
             [] + (["scale"] if track.unit == "px" else []) + (["frame rate"] if not track.timed else []))
-        return Gravity(None), [f"{unknown} unknown: lengths in {track.unit}, times in {track.time_unit}s; ratios do not need them"]  # fmt: skip
+        return Gravity(None), [f"{unknown} unknown: lengths in {track.unit}, times in {track.time_unit}; ratios do not need them"]  # fmt: skip
     speed = math.sqrt(max(np.ptp(track.y), 1e-9) / 1000 * 2 * 9.80665)
     drag = drag_per_metre(recording, 0.75 * speed)
     if drag is None:

@@ -95,7 +95,8 @@ def _even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
     path = np.concatenate([[0.0], np.cumsum(moved)])
     wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
-    return [frames[i] for i in np.unique(np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1))]
+    # A frame may be taken several times: of a seed that moves for an instant only, those few frames have to outvote its rest.
+    return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
 
 
 def _median(frames: list[np.ndarray]) -> np.ndarray:

@@ -1,0 +1,199 @@
+"""The recipe for what moves: a recording of a drop, slide or roll → Observation."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from vision.follow import Followed, follow
+from vision.frames import open_frames
+from vision.impacts import measure_impacts
+from vision.measurement import MeasurementError, Observation, Quantity
+from vision.overlay.track import on_picture, plot
+from vision.plate import follow_slide, roll_path
+from vision.rebound import Rebound, measure_rebound, upright
+from vision.recording import Recording, with_camera
+from vision.run_out import measure_run_out
+from vision.slide import measure_slide
+from vision.tables import read_impacts, read_track
+from vision.track import Track, track_from_table
+
+MOVING_RIGS = ("drop", "slide", "roll")
+
+
+def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
+    """Measure a drop, slide or roll recorded as track.csv, impacts.csv, frames or video.
+
+    progress(fraction done) is called while frames are read. Raises MeasurementError where nothing at all
+    can be measured; a quantity that cannot be had stands in the Observation as failed, with its reason.
+    """
+    if recording.rig not in MOVING_RIGS:
+        raise MeasurementError(f"{recording.toml}: rig = {recording.rig!r} does not move; expected one of {', '.join(MOVING_RIGS)}")
+    if recording.evidence == "impacts.csv":
+        return _observe_impacts(recording)
+    if recording.evidence == "track.csv":
+        table = read_track(recording.files[0])
+        return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
+    if recording.evidence not in ("frames", "video"):
+        raise MeasurementError(f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can")
+    return _observe_frames(recording, progress)
+
+
+def _observe_impacts(recording: Recording) -> Observation:
+    if recording.rig != "drop":
+        raise MeasurementError(f"{recording.files[0]}: impact times belong to a drop, not to a {recording.rig}")
+    table = read_impacts(recording.files[0])
+    quantities, bounces, notes = measure_impacts(table.rows["t_s"].to_numpy(), recording)
+    time, high = bounces.t_s.to_numpy(), bounces.height_mm.to_numpy()
+    gap = np.append(np.diff(time), table.rows["t_s"].iloc[-1] - time[-1])
+    arcs = [(t + g * _SHARE, 4 * h * _SHARE * (1 - _SHARE)) for t, g, h in zip(time, gap, high)]
+    picture = plot(time + gap / 2, high, np.zeros(len(high)), labels=("t [s]", "height [mm]"), curves=arcs, caption=recording.id)
+    return Observation(recording.id, "drop", quantities, (*table.notes, *notes), {"intervals": picture}, None, bounces)
+
+
+_SHARE = np.linspace(0, 1, 60)
+
+
+def _observe_track(recording: Recording, track: Track) -> Observation:
+    if recording.rig == "drop":
+        result = measure_rebound(track, recording)
+        pictures = {"flights": _plot_flights(result, recording)}
+        return _observation(recording, result.quantities, (*track.notes, *result.notes), pictures, result.track, result.bounces)
+    if recording.rig == "slide":
+        slide = measure_slide(track, recording)
+        pictures = {"slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities)}
+        return _observation(recording, slide.quantities, (*track.notes, *slide.notes), pictures, track)
+    roll = measure_run_out(track, recording)
+    pictures = {"roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
+    return _observation(recording, roll.quantities, (*track.notes, *roll.notes), pictures, track)
+
+
+def _observe_frames(recording: Recording, progress) -> Observation:
+    source = open_frames(recording)
+    if recording.rig == "slide":
+        followed, plate = follow_slide(source, recording, progress)
+    else:
+        followed = follow(source, falling=recording.rig == "drop", progress=progress)
+        plate = None
+    recording, notes = _with_scale(recording, followed)
+    notes = [*source.notes, *notes]
+    scale = recording.camera.mm_per_px
+    height = followed.scene.shape[0]
+    if recording.rig == "drop":
+        track = to_mm(followed.track, scale)
+        result = measure_rebound(track, recording)
+        pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
+        found = _observation(recording, result.quantities, (*track.notes, *notes, *result.notes), pictures, result.track, result.bounces)
+        return found
+    if recording.rig == "slide":
+        track = to_mm(followed.track, scale)
+        slide = measure_slide(track, recording)
+        pictures = {
+            "track": on_picture(plate.picture, *plate.places, followed.track.outlier, lines=plate.lines, caption=_caption(slide.quantities)),
+            "slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities),
+        }  # fmt: skip
+        return _observation(recording, slide.quantities, (*track.notes, *notes, *slide.notes), pictures, track)
+    along = roll_path(followed.track, followed.size, recording)
+    track = to_mm(along.track, scale)
+    junction = None if along.junction is None else (along.junction[0] * (scale or 1), along.junction[1] * (scale or 1))
+    roll = measure_run_out(track, recording, junction=junction)
+    pictures = {
+        "track": on_picture(
+            followed.scene.first, followed.track.x, height - 1 - followed.track.y, followed.track.outlier,
+            lines=[((a[0], height - 1 - a[1]), (b[0], height - 1 - b[1])) for a, b in along.legs],
+            marks=[(c, height - 1 - r) for c, r in along.marks(None if roll.stop is None else roll.stop / (scale or 1))],
+            caption=_caption(roll.quantities)),
+        "roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction),
+    }  # fmt: skip
+    return _observation(recording, roll.quantities, (*track.notes, *notes, *along.notes, *roll.notes), pictures, track)
+
+
+def to_mm(track: Track, mm_per_px: float | None) -> Track:
+    """A track in pixels in millimetres, where the scale is known."""
+    if track.unit == "mm" or not mm_per_px:
+        return track
+    return replace(track, x=track.x * mm_per_px, y=track.y * mm_per_px, sd=track.sd * mm_per_px, unit="mm")
+
+
+def _with_scale(recording: Recording, followed: Followed) -> tuple[Recording, list[str]]:
+    """The recording with the scale of graph paper in the picture, when it states none."""
+    if recording.camera.mm_per_px:
+        return recording, []
+    from vision.scale import read_scale
+
+    background = followed.scene.background
+    picture = np.clip(background * (255 / max(float(background.max()), 1.0)), 0, 255).astype(np.uint8)
+    try:
+        scale = read_scale(picture)
+    except MeasurementError as error:
+        return recording, [f"no scale: [camera] mm_per_px is missing, and no graph paper was read ({error})"]
+    note = f"scale read from the graph paper in the picture: {scale.mm_per_px:.5g} ± {scale.mm_per_px_sd:.2g} mm per px"
+    return with_camera(recording, mm_per_px=scale.mm_per_px, mm_per_px_sd=scale.mm_per_px_sd), [note]
+
+
+def _observation(recording: Recording, quantities, notes, pictures, track: Track, bounces=None) -> Observation:
+    unique = tuple(dict.fromkeys(notes))
+    return Observation(recording.id, recording.rig, tuple(quantities), unique, pictures, track.to_table(), bounces)
+
+
+def _caption(quantities: tuple[Quantity, ...]) -> str:
+    shown = [f"{q.name} {q.value:.4g} ± {q.sd:.2g} {q.unit}".rstrip() for q in quantities if np.isfinite(q.value)]
+    return "; ".join(shown[:2]) if shown else "nothing could be measured"
+
+
+def _flight_curves(result: Rebound) -> list[tuple[np.ndarray, np.ndarray]]:
+    """(time, height) of each fitted flight from contact to contact."""
+    flights, time = result.flights, result.track.used().time
+    if flights is None:
+        return []
+    meets = [flights.meeting(k) for k in range(len(flights.rows) - 1)]
+    begins = [time[flights.rows[0][0]], *meets]
+    ends = [*meets, time[flights.rows[-1][-1]]]
+    spans = [np.linspace(a, b, 80) for a, b in zip(begins, ends)]
+    return [(t, flights.height(k, t)) for k, t in enumerate(spans)]
+
+
+def _plot_flights(result: Rebound, recording: Recording) -> np.ndarray:
+    track = result.track
+    up, _ = upright(track, recording)
+    curves = _flight_curves(result)
+    marks = [(t[0], h[0]) for t, h in curves[1:]]
+    labels = (f"t [{track.time_unit}]", f"height [{track.unit}]")
+    return plot(track.time, up, track.outlier, labels=labels, curves=curves, marks=marks, caption=_caption(result.quantities))
+
+
+def _draw_drop(followed: Followed, result: Rebound, recording: Recording) -> np.ndarray:
+    """Crosses and flights on the first frame; the plate's line through the lowest place of the seed at contact."""
+    track, height = followed.track, followed.scene.shape[0]
+    scale = recording.camera.mm_per_px or 1.0
+    turn = np.radians(recording.camera.plumb_deg or 0.0)
+    _, across = upright(result.track.used(), recording)
+    time = result.track.used().time
+    curves, marks = [], []
+    for t, h in _flight_curves(result):
+        side = np.interp(t, time, across)
+        x, y = (h * np.sin(turn) + side * np.cos(turn)) / scale, (h * np.cos(turn) - side * np.sin(turn)) / scale
+        curves.append((x, height - 1 - y))
+        marks.append((x[0], height - 1 - y[0]))
+    lines = []
+    if len(marks) > 1:
+        column, row = marks[1]
+        low, wide = row + followed.size / 2, 3 * followed.size
+        slope = np.tan(turn)
+        lines = [((column - wide, low - slope * wide), (column + wide, low + slope * wide))]
+    return on_picture(
+        followed.scene.first, track.x, height - 1 - track.y, result.track.outlier, curves=curves, marks=marks[1:],
+        lines=lines, caption=_caption(result.quantities),
+    )  # fmt: skip
+
+
+def _plot_travel(track: Track, recording: Recording, fitted, at, quantities, place=None) -> np.ndarray:
+    curves = [] if fitted is None else [fitted]
+    marks = []
+    if at is not None and fitted is not None:
+        marks.append((at, float(np.interp(at, *fitted))))
+    if place is not None and fitted is not None:
+        near = int(np.argmin(np.abs(fitted[1] - place)))
+        marks.append((float(fitted[0][near]), place))
+    labels = (f"t [{track.time_unit}]", f"travel [{track.unit}]")
+    return plot(track.time, track.x, track.outlier, labels=labels, curves=curves, marks=marks, caption=_caption(quantities))
