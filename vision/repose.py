@@ -12,7 +12,7 @@ import numpy as np
 from vision.boundary import Ground, Silhouette, edge, find_ground, silhouettes
 from vision.heap import TOE, BaseLine, Flank, Heap, find_heap, level_line
 from vision.line import Line, fit_line
-from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError, Quantity, failed
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
 from vision.recording import Camera
 
 EDGE_FLOOR_PX = 0.01  # an edge is not believed better than this, however smooth the surface
@@ -20,7 +20,6 @@ UNKNOWN_PLUMB_SD_DEG = 0.5
 BENT_DEG = 8.0  # local slopes that differ by more than this inside the window: one line is the wrong model
 BASES = ("given", "plate", "foot", "mirror", "toe")  # how the pile's foot was found, best first
 NO_SLOPE = "no slope to measure: "
-ANGLES = ("repose_angle", "repose_angle_left", "repose_angle_right", "height_over_radius_angle")
 
 
 @dataclass(frozen=True)
@@ -273,8 +272,13 @@ def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, fact
     return Repose(
         surface=surface, base=base, horizontal_deg=horizontal, horizontal_sd_deg=horizontal_sd, heap=heap,
         crest=(crest_x + x0, float(base.at(crest_x)) - heap.height_px * factor + y0), toes=toes, slopes=slopes,
-        window=options.window, roi=roi, quantities=tuple(quantities), notes=(f"base line: {base.source}",),
+        window=options.window, roi=roi, quantities=tuple(quantities), notes=(_definition(base, options.window),),
     )  # fmt: skip
+
+
+def _definition(base: BaseLine, window: tuple[float, float]) -> str:
+    """What the angle is the angle of: without it the number means little."""
+    return f"line through {100 * window[0]:.0f}–{100 * window[1]:.0f} % of the crest's height; base line: {base.source}"
 
 
 def _repose(slopes, horizontal_sd, doubts, heap: Heap) -> Quantity:
@@ -315,6 +319,3 @@ def _height_over_radius(heap, base, slopes, toes, crest_x, factor, doubts) -> Qu
 def _angle(name: str, value: float, sd: float, doubts) -> Quantity:
     reason = "; ".join(dict.fromkeys(doubts))
     return Quantity(name, float(value), float(sd), "deg", DOUBTFUL if reason else GOOD, reason)
-
-
-__all__ = ["ANGLES", "FAILED", "PileOptions", "Repose", "Slope", "measure_repose"]

@@ -29,10 +29,9 @@ def draw_repose(image: np.ndarray, found: Repose) -> np.ndarray:
 
 
 def _words(found: Repose):
-    low, high = (100 * w for w in found.window)
     for q in found.quantities:
         if np.isfinite(q.value):
             yield f"{q.name} {q.value:.2f} ± {q.sd:.2f}°  {q.quality}", WHITE if q.quality == GOOD else YELLOW
-    yield f"line through {low:.0f}–{high:.0f} % of the height; base line: {found.base.source}", BLUE
+    yield from ((note, BLUE) for note in found.notes)
     for reason in dict.fromkeys(q.reason for q in found.quantities if q.reason):
         yield reason, YELLOW

@@ -1,0 +1,132 @@
+"""`benchtwin measure` as a user meets it: files written, table printed, exit codes, nothing overwritten, the batch goes on."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from benchtwin import app
+from vision.synthetic.piles import PileScene, draw_pile
+
+COLUMNS = "recording,rig,quantity,value,sd,unit,quality,reason,overlay"
+
+
+@pytest.fixture
+def run():
+    return lambda *args: CliRunner().invoke(app, ["measure", *map(str, args)])
+
+
+@pytest.fixture
+def photos(tmp_path):
+    folder = tmp_path / "my photos (ä)"
+    folder.mkdir()
+    for name, angle in (("a", 28), ("b [2]", 33)):
+        picture = draw_pile(PileScene(angle_deg=angle, size=(600, 400), pile_height=120), np.random.default_rng(0))
+        Image.fromarray(picture).save(folder / f"{name}.png")
+    return folder
+
+
+def test_a_folder_of_photos(run, photos, tmp_path):
+    out = tmp_path / "new folder" / "out"
+    result = run(photos, "--out", out)
+    assert result.exit_code == 0, result.output
+    assert (out / "measurements.csv").read_text().splitlines()[0] == COLUMNS
+    table = pd.read_csv(out / "measurements.csv")
+    angles = table[table.quantity == "repose_angle"].set_index("recording").value
+    assert angles["a"] == pytest.approx(28, abs=0.1)
+    assert angles["b [2]"] == pytest.approx(33, abs=0.1)
+    for overlay in table.overlay.unique():
+        assert np.asarray(Image.open(out / overlay)).shape == (400, 600, 3)
+    assert f"{angles['a']:.2f}" in result.output
+    assert "b [2]" in result.output
+
+
+def test_doubtful_ones_stand_first(run, photos, tmp_path):
+    Image.fromarray(np.full((300, 300), 99, np.uint8)).save(photos / "z blank.png")
+    result = run(photos, "--out", tmp_path / "out")
+    assert result.exit_code == 0
+    assert result.output.index("z blank") < result.output.index("b [2]")
+    table = pd.read_csv(tmp_path / "out" / "measurements.csv")
+    assert table[table.recording == "z blank"].quality.tolist() == ["failed"]
+
+
+def test_a_bad_file_does_not_stop_the_batch(run, photos, tmp_path):
+    (photos / "broken.png").write_bytes((photos / "a.png").read_bytes()[:200])
+    (photos / "empty.jpg").write_bytes(b"")
+    assert run(photos, "--out", tmp_path / "out").exit_code == 0
+    table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index("recording")
+    assert "cut short" in table.loc["broken"].reason
+    assert "0 bytes" in table.loc["empty"].reason
+    assert (table.quality == "good").sum() == 8
+
+
+def test_nothing_measured_is_exit_1(run, tmp_path):
+    (tmp_path / "in").mkdir()
+    result = run(tmp_path / "in", "--out", tmp_path / "out")
+    assert result.exit_code == 1
+    assert "nothing to measure here" in (tmp_path / "out" / "measurements.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--window", "80-20"), "--window 80-20"),
+        (("--window", "x"), "such as 20-80"),
+        (("--roi", "1,2,3"), "--roi 1,2,3"),
+        (("--baseline", "1,2"), "--baseline 1,2: expected 1 or 4 numbers"),
+    ],
+)
+def test_misuse_is_exit_2(run, photos, tmp_path, arguments, words):
+    result = run(photos, "--out", tmp_path / "out", *arguments)
+    assert result.exit_code == 2
+    assert words in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_path_that_is_not_there_is_exit_2(run, tmp_path):
+    result = run(tmp_path / "nowhere", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "no such file or folder" in result.output
+    assert run(tmp_path).exit_code == 2  # no --out
+
+
+def test_nothing_is_overwritten_unasked(run, photos, tmp_path):
+    out = tmp_path / "out"
+    assert run(photos, "--out", out).exit_code == 0
+    before = (out / "measurements.csv").stat().st_mtime_ns
+    result = run(photos, "--out", out)
+    assert result.exit_code == 2
+    assert "--overwrite" in result.output
+    assert (out / "measurements.csv").stat().st_mtime_ns == before
+    assert run(photos, "--out", out, "--overwrite").exit_code == 0
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter1.txt").write_text("years of work")
+    result = run(photos, "--out", tmp_path / "thesis", "--overwrite")
+    assert result.exit_code == 2
+    assert (tmp_path / "thesis" / "chapter1.txt").exists()
+
+
+def test_quiet_prints_nothing(run, photos, tmp_path):
+    result = run(photos, "--out", tmp_path / "out", "--quiet")
+    assert result.exit_code == 0
+    assert result.output == ""
+
+
+def test_window_roi_and_baseline_reach_the_measurement(run, photos, tmp_path):
+    result = run(photos / "a.png", "--out", tmp_path / "out", "--window", "30-70", "--roi", "0,0,600,399", "--baseline", "320")
+    assert result.exit_code == 0, result.output
+    notes = (tmp_path / "out" / "notes.csv").read_text()
+    assert "base line: given" in notes
+    assert "30–70 %" in notes
+
+
+def test_no_half_results_are_left_behind(run, photos, tmp_path, monkeypatch):
+    import vision.command
+
+    def broken(*args, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(vision.command, "observe_or_fail", broken)
+    assert run(photos, "--out", tmp_path / "out").exit_code == 1
+    assert sorted(p.name for p in tmp_path.iterdir()) == [photos.name]
