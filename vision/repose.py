@@ -77,7 +77,7 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
     if not found:
         raise MeasurementError(tried[0] if tried else "no pile in the picture: nothing stands out from the background")
     best = min(found, key=lambda r: BASES.index(r.base.source))
-    cut_off = next((r for r in tried if isinstance(r, str) and "cut by the picture" in r), "")
+    cut_off = next((r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r), "")
     if best.base.source == "toe" and cut_off:  # a better base line knew that the foot is not in the picture
         return replace(best, quantities=tuple(q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities))
     return best

@@ -3,8 +3,8 @@
 import cv2
 import numpy as np
 
-LONGEST_PX = 1600
-GREEN, RED, BLUE, YELLOW, WHITE = (0, 200, 60), (235, 50, 40), (40, 130, 255), (255, 210, 0), (255, 255, 255)
+LONGEST_PX, SHORTEST_PX = 1600, 800
+GREEN, RED, BLUE, YELLOW, WHITE = (0, 200, 60), (235, 50, 40), (60, 150, 255), (255, 210, 0), (255, 255, 255)
 
 
 class Canvas:
@@ -12,9 +12,11 @@ class Canvas:
 
     def __init__(self, image: np.ndarray):
         scale = 255.0 / np.iinfo(image.dtype).max if np.issubdtype(image.dtype, np.integer) else 1.0
-        self.scale = min(1.0, LONGEST_PX / max(image.shape[:2]))
+        longest = max(image.shape[:2])
+        self.scale = min(1.0, LONGEST_PX / longest) if longest > SHORTEST_PX else SHORTEST_PX / longest
         size = (max(1, round(image.shape[1] * self.scale)), max(1, round(image.shape[0] * self.scale)))
-        small = cv2.resize(image, size, interpolation=cv2.INTER_AREA) if self.scale < 1 else image
+        how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR
+        small = cv2.resize(image, size, interpolation=how) if self.scale != 1 else image
         small = np.clip(small * scale, 0, 255).astype(np.uint8) if small.dtype != np.uint8 else small
         self.pixels = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small[..., :3].copy()
         self.unit = max(1.0, max(self.pixels.shape[:2]) / 900)
@@ -46,17 +48,16 @@ class Canvas:
         self.line(x, y - r, x, y + r, colour, width)
 
     def legend(self, lines: list[tuple[str, tuple[int, int, int]]]) -> None:
-        """Text on a dark plate in the upper left corner; long lines are wrapped."""
-        font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.55 * self.unit
-        room = max(20, int(self.pixels.shape[1] / (10.5 * self.unit)))
+        """Text on a dark strip below the picture, so that nothing found is hidden; long lines are wrapped."""
+        font, size, thick = cv2.FONT_HERSHEY_SIMPLEX, 0.5 * self.unit, max(1, round(self.unit))
+        room = max(20, int(self.pixels.shape[1] / (9.5 * self.unit)))
         rows = [(part, colour) for text, colour in lines for part in _wrapped(_plain(text), room)]
-        step = round(22 * self.unit)
-        widest = max(cv2.getTextSize(text, font, size, max(1, round(self.unit)))[0][0] for text, _ in rows)
-        box = self.pixels[: step * len(rows) + round(10 * self.unit), : widest + round(20 * self.unit)]
-        box[:] = (box * 0.25).astype(np.uint8)
+        step = round(20 * self.unit)
+        strip = np.full((step * len(rows) + round(10 * self.unit), self.pixels.shape[1], 3), 30, np.uint8)
         for i, (text, colour) in enumerate(rows):
             place = (round(10 * self.unit), round((i + 1) * step - 4 * self.unit))
-            cv2.putText(self.pixels, text, place, font, size, colour, max(1, round(1.2 * self.unit)), cv2.LINE_AA)
+            cv2.putText(strip, text, place, font, size, colour, thick, cv2.LINE_AA)
+        self.pixels = np.vstack([self.pixels, strip])
 
 
 def _wrapped(text: str, room: int) -> list[str]:
