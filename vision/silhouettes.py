@@ -1,0 +1,195 @@
+"""Spread grains against their ground: a picture freed of uneven light, the grains' mask, and touching ones taken apart."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vision.measurement import MeasurementError
+
+SMALL_SIDE = 700  # px of the reduced picture on which ground and threshold are found
+LEAST_CONTRAST = 3.0  # grains' mean over the ground's, in sd of ground and grains together
+SADDLE = 0.88  # two summits of depth are one grain when the way between them stays above this share of the lower one
+
+
+@dataclass(frozen=True)
+class Relief:
+    """`height`: float32, the ground about 0 and grains about 1; `mask`: uint8, 1 on grains; `open`: where grains are sought."""
+
+    height: np.ndarray
+    mask: np.ndarray
+    allowed: np.ndarray
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One grain's closed pixel outline (n, 2) [px]; `free` marks the points that do not lie on a cut to a neighbour."""
+
+    outline: np.ndarray
+    free: np.ndarray
+
+
+def relieve(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relief:
+    """Bring grains to about 1 and their ground to about 0, whichever of them is lighter, in the channel that shows them best.
+
+    The ground's light is taken as a quadratic surface. `forbidden` (bool) marks what is neither (graph paper).
+    Raises MeasurementError when nothing stands out.
+    """
+    allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
+    if allowed.mean() < 0.05:
+        raise MeasurementError("the graph paper fills the picture; nothing is left in which to look for seeds")
+    step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
+    small_allowed = allowed[step // 2 :: step, step // 2 :: step]
+    best = None
+    for name in ("light", "red", "green", "blue", "colour") if image.ndim == 3 else ("light",):
+        small = cv2.resize(channel(image, name), small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
+        found = _two_levels(cv2.GaussianBlur(small, (0, 0), 0.8), small_allowed)
+        if found and (best is None or found[0] > best[0] * (1.0 if name != "light" else 1.0) + 0.5):
+            best = (*found, name)
+    if best is None or best[0] < LEAST_CONTRAST:
+        raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
+    _, surface, gain, threshold, name = best
+    height = channel(image, name)
+    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in height.shape)
+    height -= _surface(surface, xs[None, :], ys[:, None])
+    height *= np.float32(gain)
+    height = cv2.GaussianBlur(height, (0, 0), 1.0)
+    mask = ((height > threshold) & allowed).astype(np.uint8)
+    return Relief(height, mask, allowed)
+
+
+def channel(image: np.ndarray, name: str) -> np.ndarray:
+    """One way of making the picture grey, float32 0–1: its light, one channel, or its colourfulness (largest − smallest)."""
+    top = np.float32(np.iinfo(image.dtype).max)
+    if image.ndim == 2:
+        return image.astype(np.float32) / top
+    if name == "light":
+        return cv2.transform(image, np.float32([[0.299, 0.587, 0.114]])).astype(np.float32) / top
+    if name == "colour":
+        low, high = cv2.min(cv2.min(image[..., 0], image[..., 1]), image[..., 2]), np.max(image, 2)
+        return (high - low).astype(np.float32) / top
+    return image[..., ("red", "green", "blue").index(name)].astype(np.float32) / top
+
+
+def _two_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarray, float, float] | None:
+    """Contrast, the ground's surface, the gain that brings grains to 1, and Otsu's threshold on that scale."""
+    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in small.shape)
+    flat, surface = small, np.zeros(6, np.float32)
+    for _ in range(3):
+        threshold = _otsu(flat[allowed])
+        high = flat > threshold
+        rim = np.zeros_like(allowed)
+        rim[:3], rim[-3:], rim[:, :3], rim[:, -3:] = True, True, True, True
+        rim &= allowed
+        share = high[rim].mean() if rim.any() else high[allowed].mean()
+        up = share < 0.5  # the ground is what reaches the picture's rim
+        ground = allowed & (~high if up else high)
+        grains = allowed & (high if up else ~high)
+        if ground.sum() < 50 or grains.sum() < 20:
+            return None
+        inner = cv2.erode(ground.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=1) > 0
+        where = inner if inner.sum() > 50 else ground
+        y, x = np.nonzero(where)
+        surface = np.linalg.lstsq(_terms(xs[x], ys[y]), small[y, x], rcond=None)[0].astype(np.float32)
+        flat = small - _surface(surface, xs[None, :], ys[:, None])
+    gap = float(flat[grains].mean() - flat[ground].mean())
+    spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
+    if abs(gap) < 0.02:
+        return None
+    return abs(gap) / spread, surface, 1 / gap, float(np.clip(_otsu(flat[allowed] / gap), 0.2, 0.6))
+
+
+def _otsu(values: np.ndarray) -> float:
+    low, high = (float(v) for v in np.percentile(values, (0.2, 99.8)))
+    if high - low < 1e-6:
+        return high
+    scaled = np.clip((values - low) / (high - low) * 255, 0, 255).astype(np.uint8)
+    return low + (cv2.threshold(scaled.reshape(1, -1), 0, 255, cv2.THRESH_OTSU)[0] + 0.5) / 255 * (high - low)
+
+
+def _terms(x, y) -> np.ndarray:
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], -1)
+
+
+def _surface(c: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * (x * y) + c[5] * y * y
+
+
+def split(shape: np.ndarray) -> list[Piece]:
+    """Take a filled patch (uint8) of touching grains apart where it is narrow: summits of the distance to its edge, whose
+    ways to each other pass a saddle below `SADDLE`, are different grains; every pixel goes to the grain whose ellipse
+    (of its own pixels' moments, found in turns) it lies deepest in.
+    """
+    padded = cv2.copyMakeBorder(shape, 3, 3, 3, 3, cv2.BORDER_CONSTANT, value=0)
+    step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))  # a cut need not be finer than this
+    coarse = padded if step == 1 else cv2.resize(padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
+    coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
+    depth = cv2.GaussianBlur(cv2.distanceTransform(coarse, cv2.DIST_L2, 5), (0, 0), 1.0)
+    summits = _summits(depth)
+    if len(summits) < 2:
+        return [_piece(padded, padded)]
+    labels = _assigned(coarse, depth, summits)
+    labels = cv2.resize(labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))  # the rim that the coarse patch has lost
+    labels = np.where(labels == 0, near, labels)
+    pieces = []
+    for label in range(1, len(summits) + 1):
+        mine = (labels == label).astype(np.uint8) & padded
+        if mine.any():
+            pieces.append(_piece(mine, padded))
+    return pieces
+
+
+def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, int]]) -> np.ndarray:
+    """Label image: 1, 2, … for the summit that each pixel of the patch belongs to."""
+    ys, xs = np.nonzero(coarse)
+    place = np.stack([xs, ys], -1).astype(np.float32)
+    centre = np.array(summits, np.float32)
+    spread = np.stack([np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits])  # a full ellipse has covariance semi-axis²/4
+    for _ in range(6):
+        away = np.empty((len(summits), len(place)), np.float32)
+        for i, (c, s) in enumerate(zip(centre, spread)):
+            d = place - c
+            away[i] = ((d @ np.linalg.inv(s)) * d).sum(1)
+        owner = away.argmin(0)
+        for i in range(len(summits)):
+            mine = place[owner == i]
+            if len(mine) > 10:
+                centre[i], spread[i] = mine.mean(0), np.cov(mine.T) + 0.05 * np.eye(2)
+    labels = np.zeros(coarse.shape, np.int32)
+    labels[ys, xs] = owner + 1
+    return labels
+
+
+def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
+    """Tops of the distance map, deepest first, that a saddle parts from all deeper ones."""
+    size = 2 * max(2, int(0.25 * depth.max())) + 1
+    tops = (depth >= cv2.dilate(depth, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))) & (depth > 0.3 * depth.max())
+    count, labels, _, centres = cv2.connectedComponentsWithStats(tops.astype(np.uint8))
+    candidates = []
+    for label in range(1, count):
+        ys, xs = np.nonzero(labels == label)
+        middle = int(np.argmin(np.hypot(xs - centres[label][0], ys - centres[label][1])))
+        candidates.append((int(xs[middle]), int(ys[middle])))
+    kept: list[tuple[int, int]] = []
+    for x, y in sorted(candidates, key=lambda p: -depth[p[1], p[0]]):
+        if all(_saddle(depth, (x, y), other) < SADDLE * depth[y, x] for other in kept):
+            kept.append((x, y))
+    return kept[:250]
+
+
+def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
+    """Least depth on the straight way from `a` to `b` [px]."""
+    n = int(np.hypot(a[0] - b[0], a[1] - b[1])) + 2
+    return float(depth[np.rint(np.linspace(a[1], b[1], n)).astype(int), np.rint(np.linspace(a[0], b[0], n)).astype(int)].min())
+
+
+def _piece(mine: np.ndarray, whole: np.ndarray) -> Piece:
+    """Outline of `mine` in the unpadded patch; points deep inside `whole` lie on a cut."""
+    contour = max(cv2.findContours(mine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)[:, 0]
+    inside = cv2.distanceTransform(whole, cv2.DIST_L2, 5)
+    cut = inside[contour[:, 1], contour[:, 0]] >= 2.2
+    # Beside a cut the outline bends into the neighbour: some more points on each side are not trusted.
+    beside = 2 * max(6, len(contour) // 70) + 1
+    free = cv2.dilate(np.tile(cut, 3)[None].astype(np.uint8), np.ones((1, beside), np.uint8))[0, len(cut) : -len(cut)] == 0
+    return Piece(contour.astype(float) - 3, free)
