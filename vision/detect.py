@@ -141,7 +141,9 @@ def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: f
     u, v = columns - columns.mean(), rows - rows.mean()
     uu, vv, uv, zu, zv = u @ u, v @ v, u @ v, u @ values, v @ values
     determinant = uu * vv - uv**2
-    slope_u, slope_v = ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant) if determinant > 1e-6 else (0.0, 0.0)
+    slope_u, slope_v = (
+        ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant) if determinant > 1e-6 else (0.0, 0.0)
+    )
     if slope_u * zu + slope_v * zv < 18 * noise**2:  # light from a side that cannot be told from noise: leave it out
         slope_u = slope_v = 0.0
     plane = values.mean() + slope_u * (np.arange(image.shape[1]) - columns.mean())

@@ -43,9 +43,9 @@ class Line:
 
 
 def follow_lines(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, int], np.ndarray]:
-    """The turning edge in every frame where it was found, by frame number (None: nothing turns), picture shape, first frame."""
+    """The turning edge in every frame where it was found, by frame number (None: nothing turns), picture shape, last frame."""
     sample = source.picked(9)
-    first = sample[0].pixels
+    last = sample[-1].pixels
     starts = _candidates([_eight_bit(f.pixels) for f in sample])
     signs: list[float | None] = [None] * len(starts)
     current: list[Line | None] = list(starts)
@@ -69,7 +69,7 @@ def follow_lines(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int
         length = np.median([line.extent[1] - line.extent[0] for line in lines.values()])
         if turned > 0.3 and (best is None or len(lines) * length > best[0]):
             best = (len(lines) * length, lines)
-    return (best[1] if best else None), first.shape[:2], first
+    return (best[1] if best else None), last.shape[:2], last
 
 
 def _eight_bit(pixels: np.ndarray) -> np.ndarray:
@@ -85,13 +85,15 @@ def _candidates(images: list[np.ndarray]) -> list[Line]:
     near = sum((cv2.dilate(e, np.ones((3, 3), np.uint8)) > 0).astype(int) for e in edges[1:])
     moving = edges[0].copy()
     moving[near > 0.6 * (len(edges) - 1)] = 0
-    height, width = moving.shape
+    _height, width = moving.shape
     votes = cv2.HoughLines(moving, 1, np.pi / 720, max(40, width // 8))
     lines: list[Line] = []
     for rho, theta in [] if votes is None else votes[:60, 0]:
         angle = theta - np.pi / 2
         line = Line(float(angle), float(rho), (0.0, 0.0))
-        if abs(angle) > np.radians(80) or any(abs(line.angle - o.angle) < 0.03 and abs(line.offset - o.offset) < 8 for o in lines):
+        if abs(angle) > np.radians(80) or any(
+            abs(line.angle - o.angle) < 0.03 and abs(line.offset - o.offset) < 8 for o in lines
+        ):
             continue
         rows, columns = np.nonzero(moving)
         points = np.column_stack([columns, rows]).astype(float)

@@ -71,6 +71,11 @@ class Flights:
         late = time - self.apex_time(flight, p)
         return p[2 * flight + 1] - p[-2] * (time - self.middle[flight]) + drag_shift(late, p[-2], self.drag)[1]
 
+    def fall(self, params=None) -> float:
+        """From the first flight's apex to the height of its impact."""
+        p = self.params if params is None else params
+        return float(self.height(0, self.apex_time(0, p), p) - self.height(0, self.meeting(0, p), p))
+
     def meeting(self, flight: int, params=None) -> float:
         """When flight `flight` ends and the next begins: where the two parabolas meet (linear: γ is common), then drag."""
         p = self.params if params is None else params
@@ -150,8 +155,16 @@ def fit_flights(time: np.ndarray, frame: np.ndarray, height: np.ndarray, sd: np.
         spread = 1.4826 * np.median(np.abs(residual)) + 1e-12
         outlier = outlier.copy()
         outlier[np.concatenate(rows)[np.abs(residual) > SPIKE_SD * spread]] = True
-        ranges = ranges[: len(rows)]
+        ranges = ranges[: _sound(rows, residual)]
     raise AssertionError
+
+
+def _sound(rows, residual: np.ndarray) -> int:
+    """How many flights to keep: up to the first (after two) that scatters 6 × more than the first two do, so no parabola."""
+    parts = np.split(residual, np.cumsum([len(r) for r in rows])[:-1])
+    scatter = [float(np.sqrt(np.median(p**2))) for p in parts]
+    usual = max(scatter[:2])
+    return next((k for k in range(2, len(rows)) if scatter[k] > 6 * usual), len(rows))
 
 
 def _weights(sd: np.ndarray) -> np.ndarray:
@@ -169,11 +182,11 @@ def _usable(ranges, contacts, time, outlier, step) -> tuple[tuple[np.ndarray, ..
         high = contacts[k] if k < len(contacts) else np.inf
         here = np.arange(max(start - 2, 0), min(stop + 2, len(time)) if k < len(contacts) else stop)
         here = here[~outlier[here]]
-        for guard in GUARDS:
+        for guard in GUARDS if k < 2 else GUARDS[:2]:  # later bounces are worth having only where they are well seen
             kept = here[(time[here] > low + guard * step) & (time[here] < high - guard * step)]
             if len(kept) >= 4:
                 break
-        if len(kept) < (2 if k else 3):
+        if len(kept) < (3, 2, 4)[min(k, 2)]:
             if k == 0 and len(ranges) > 1:
                 raise MeasurementError(f"only {len(kept)} frames before the first contact; a speed needs 3")
             break

@@ -5,6 +5,7 @@ pieces, and the pieces are judged by what a seed does: in flight its height is a
 clamp, a mirror image (which falls upwards) and a shadow (fainter) fail that.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -88,7 +89,9 @@ def follow(source: FrameSource, *, falling: bool, progress: Callable[[float], No
     chosen = _choose([p for p in pieces if len(p.frames) >= 3], falling, scene)
     if chosen is None:
         raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
-    return Followed(_as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median([s.area for s in chosen.shapes]) / np.pi)))
+    return Followed(
+        _as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median([s.area for s in chosen.shapes]) / np.pi))
+    )
 
 
 def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette], frame: int, time: float) -> None:
@@ -186,7 +189,7 @@ def _falling_way(frames: np.ndarray, y: np.ndarray) -> float:
     turns = np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1 if len(y) > 4 else np.array([], int)
     big = [0, *[int(t) for t in turns if _stands_out(y, int(t))], len(y) - 1]
     way = 0.0
-    for a, b in zip(big[:-1], big[1:]):
+    for a, b in itertools.pairwise(big):
         inner = slice(a + 1, b) if b - a > 5 else slice(a, b + 1)
         if inner.stop - inner.start < 3:
             continue
@@ -227,7 +230,9 @@ def _as_track(piece: _Piece, scene: Scene, times: list[float], total: int) -> Tr
     if cut.any():
         notes.append(f"{int(cut.sum())} frames with the seed partly out of the picture (marked as outliers)")
     if (odd & ~cut).any():
-        notes.append(f"{int((odd & ~cut).sum())} frames with the seed partly hidden or merged with something (marked as outliers)")
+        notes.append(
+            f"{int((odd & ~cut).sum())} frames with the seed partly hidden or merged with something (marked as outliers)"
+        )
     return make_track(
         t_s, x, y, unit="px", frame=frame, sd=np.array([s.sd for s in shapes]), outlier=odd | cut, angle_deg=angle,
         angle_sd_deg=angle_sd, notes=tuple(notes),

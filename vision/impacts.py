@@ -53,7 +53,9 @@ def measure_impacts(times: np.ndarray, recording: Recording) -> tuple[tuple[Quan
         quantities[1:1] = [failed("restitution", "", text), failed("impact_speed", "m/s", text)]
         if len(gap) > 1:
             second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "")
-            quantities.append(second.doubt("of the second impact: [drop] height_mm is missing, so the first one's speed is unknown"))
+            quantities.append(
+                second.doubt("of the second impact: [drop] height_mm is missing, so the first one's speed is unknown")
+            )
         else:
             quantities.append(failed("restitution_normal", "", text))
     if (longer := np.flatnonzero(e > 1)).size:

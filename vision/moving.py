@@ -28,14 +28,18 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
     can be measured; a quantity that cannot be had stands in the Observation as failed, with its reason.
     """
     if recording.rig not in MOVING_RIGS:
-        raise MeasurementError(f"{recording.toml}: rig = {recording.rig!r} does not move; expected one of {', '.join(MOVING_RIGS)}")
+        raise MeasurementError(
+            f"{recording.toml}: rig = {recording.rig!r} does not move; expected one of {', '.join(MOVING_RIGS)}"
+        )
     if recording.evidence == "impacts.csv":
         return _observe_impacts(recording)
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
         return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
     if recording.evidence not in ("frames", "video"):
-        raise MeasurementError(f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can")
+        raise MeasurementError(
+            f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can"
+        )
     return _observe_frames(recording, progress)
 
 
@@ -83,7 +87,9 @@ def _observe_frames(recording: Recording, progress) -> Observation:
         track = to_mm(followed.track, scale)
         result = measure_rebound(track, recording)
         pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
-        found = _observation(recording, result.quantities, (*track.notes, *notes, *result.notes), pictures, result.track, result.bounces)
+        found = _observation(
+            recording, result.quantities, (*track.notes, *notes, *result.notes), pictures, result.track, result.bounces
+        )
         return found
     if recording.rig == "slide":
         track = to_mm(followed.track, scale)

@@ -18,7 +18,7 @@ LEAST_TURN_DEG = 0.3  # a plate that tilts by less in the whole film is not tilt
 
 @dataclass(frozen=True)
 class Plate:
-    """For the overlay: a picture, the block's places in it (columns, rows), plate lines as segments."""
+    """For the overlay: a picture (the last sampled, where the block has slid), the block's places in it (columns, rows), plate lines as segments."""
 
     picture: np.ndarray
     places: tuple[np.ndarray, np.ndarray]
@@ -50,7 +50,9 @@ class Path:
 class _PlateFrames(FrameSource):
     """The frames as the plate sees them: a strip along its line, the same place on the plate in the same pixel."""
 
-    def __init__(self, source: FrameSource, lines: dict[int, Line], pivot: np.ndarray, reach: tuple[int, int], above: int, below: int):
+    def __init__(
+        self, source: FrameSource, lines: dict[int, Line], pivot: np.ndarray, reach: tuple[int, int], above: int, below: int
+    ):
         super().__init__(path=source.path, count=len(lines), fps=source.fps, notes=source.notes)
         self._source, self._lines, self._pivot = source, lines, pivot
         self._reach, self._above, self._below = reach, above, below
@@ -84,7 +86,7 @@ def follow_slide(source: FrameSource, recording: Recording, progress=None) -> tu
     The plate's edge is followed through the film; its lines turn about one point, which gives the plate a frame of its own,
     and in that frame only the block moves. Angles are against the picture's horizontal, turned by `camera.plumb_deg`.
     """
-    lines, shape, first = follow_lines(source)
+    lines, shape, last = follow_lines(source)
     if lines is None:
         if recording.slide.tilt_rate_deg_s is None:
             text = "no tilting plate edge is seen in the picture, and [slide] tilt_rate_deg_s is missing"
@@ -108,7 +110,7 @@ def follow_slide(source: FrameSource, recording: Recording, progress=None) -> tu
     places = np.array([strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)])
     ends = [lines[min(lines)], lines[max(lines)]]
     segments = [(tuple(line.at(line.extent[0])), tuple(line.at(line.extent[1]))) for line in ends]
-    return replace(followed, track=track), Plate(first, (places[:, 0], places[:, 1]), segments)
+    return replace(followed, track=track), Plate(last, (places[:, 0], places[:, 1]), segments)
 
 
 def _along_own_line(followed: Followed) -> tuple[Followed, Plate]:
@@ -126,12 +128,10 @@ def _pivot(lines: dict[int, Line]) -> np.ndarray:
     """The point about which the plate turns: n·P − d = c for every line (n its normal, c its offset, d constant)."""
     normals = np.array([line.across for line in lines.values()])
     offsets = np.array([line.offset for line in lines.values()])
-    middle = np.mean([line.at(sum(line.extent) / 2) for line in lines.values()], axis=0)
     design = np.column_stack([normals, -np.ones(len(normals))])
-    design, target = design - design.mean(axis=0), offsets - offsets.mean()
-    # d is only told apart from P by the turning; a weak pull towards the line's middle decides where little turns.
-    rows = np.vstack([design[:, :2], 1e-4 * np.sqrt(len(normals)) * np.eye(2)])
-    return np.linalg.lstsq(rows, np.concatenate([target, 1e-4 * np.sqrt(len(normals)) * middle]), rcond=None)[0]
+    # A small turning tells d and P apart only weakly; hinges lie near their plate: d within about 600 × an edge's error.
+    rows = np.vstack([design, [0.0, 0.0, 1 / 600]])
+    return np.linalg.lstsq(rows, np.concatenate([offsets, [0.0]]), rcond=None)[0][:2]
 
 
 def roll_path(track: Track, size: float, recording: Recording) -> Path:
@@ -145,7 +145,10 @@ def roll_path(track: Track, size: float, recording: Recording) -> Path:
     u, y = sign * used.x, used.y
     knee = _knee(u, y)
     if knee is None:
-        centre, directions = np.array([u.mean(), y.mean()]), np.linalg.svd(np.column_stack([u - u.mean(), y - y.mean()]), full_matrices=False)[2]
+        centre, directions = (
+            np.array([u.mean(), y.mean()]),
+            np.linalg.svd(np.column_stack([u - u.mean(), y - y.mean()]), full_matrices=False)[2],
+        )
         way = directions[0] * np.sign(directions[0][0])
         along = (sign * track.x - centre[0]) * way[0] + (track.y - centre[1]) * way[1]
         notes = ("the picture shows one straight leg only: the junction is not seen",)

@@ -151,7 +151,9 @@ def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign:
         where = "where the seed rests at first" if released else "x = 0, taken to be the release"
         notes = [f"the junction is {way:g} mm along the path from {where}"]
         if kinematic is not None and abs(kinematic[0] - place) > 4 * math.hypot(kinematic[1], sd) + 0.03 * np.ptp(x):
-            notes.append(f"but the seed is fastest at {kinematic[0] - place:+.3g} mm from there: check incline_length_mm and the scale")
+            notes.append(
+                f"but the seed is fastest at {kinematic[0] - place:+.3g} mm from there: check incline_length_mm and the scale"
+            )
         return place, sd, notes
     if kinematic is None:
         raise MeasurementError(f"{recording.toml}: [roll] incline_length_mm is needed: the motion does not show the junction")

@@ -4,6 +4,7 @@ The background is the median of frames sampled evenly in *motion*, not in time: 
 fills only few of the samples and does not become background.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import cv2
@@ -89,7 +90,7 @@ def _even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
     small = [grey(cv2.resize(f, size, interpolation=cv2.INTER_AREA), None) for f in frames]
     small = [s / max(float(np.median(s)), 1e-6) for s in small]  # light drift is not motion
-    change = np.array([np.abs(b - a) for a, b in zip(small[:-1], small[1:])])
+    change = np.array([np.abs(b - a) for a, b in itertools.pairwise(small)])
     level = 6 * float(np.median(change)) + 1e-6
     moved = (change > level).mean(axis=(1, 2))
     moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped

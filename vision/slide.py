@@ -45,6 +45,7 @@ class _Tilt:
     cos1: np.ndarray
     cos2: np.ndarray
     sd: float
+    pictured: bool
 
 
 def measure_slide(track: Track, recording: Recording) -> Slide:
@@ -87,7 +88,7 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
         notes.append(f"successive frames err together (AR(1) ρ = {found.rho:.2f}); the standard deviations allow for it")
     if stop < len(x):
         notes.append(f"the slide ends at {time[stop - 1]:.4g} {track.time_unit}; what follows is not fitted")
-    return Slide(tuple(quantities), onset, (time[:stop], x[:stop] - found.residuals), tuple(notes))
+    return Slide(tuple(quantities), onset, (time[:stop], x[:stop] - sign * found.residuals), tuple(notes))
 
 
 def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
@@ -107,7 +108,8 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
         raise MeasurementError(f"{recording.toml}: {text}" + ("" if track.timed or not rate else " together with camera.fps"))
     theta = np.radians(angle)
     gradient = np.gradient(theta, time)
-    return _Tilt(theta, gradient, *_integrals(time, G_MM_S2 * np.sin(theta)), *_integrals(time, G_MM_S2 * np.cos(theta)), sd), notes
+    integrals = (*_integrals(time, G_MM_S2 * np.sin(theta)), *_integrals(time, G_MM_S2 * np.cos(theta)))
+    return _Tilt(theta, gradient, *integrals, sd, track.tilt_sd_deg is not None), notes
 
 
 def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -139,13 +141,17 @@ def _from(onset: float, time: np.ndarray, values1: np.ndarray, values2: np.ndarr
 
 
 def _design(onset: float, time, tilt: _Tilt, stop: int, physical: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Columns [1, −B] and the known part A (physical), or [1, A, −B] and 0 where the length unit is unknown."""
+    """Columns [1, −B] and the known part A (physical), or [1, A, −B] and 0 where the length unit is unknown.
+
+    With the plate's angle from the picture, one more column: the angle itself.
+    """
     a = _from(onset, time, tilt.sin1, tilt.sin2, G_MM_S2 * np.sin(tilt.angle))[:stop]
     b = _from(onset, time, tilt.cos1, tilt.cos2, G_MM_S2 * np.cos(tilt.angle))[:stop]
     one = np.ones(stop)
-    if physical:
-        return np.column_stack([one, -b]), a
-    return np.column_stack([one, a, -b]), np.zeros(stop)
+    columns = [one, -b] if physical else [one, a, -b]
+    if tilt.pictured:  # the plate's hinge, found from its turning, is off by some pixels: a travel in step with the angle
+        columns.append(tilt.angle[:stop] - tilt.angle[0])
+    return np.column_stack(columns), a if physical else np.zeros(stop)
 
 
 def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool):
@@ -158,13 +164,14 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
         triangle = np.linalg.qr(both, mode="r")
         return float(triangle[-1, -1] ** 2)
 
-    rho, onset = 0.0, 0.0
+    rho = onset = 0.0
     for turn in range(2):
-        grid = np.linspace(time[0], time[stop - 3], 160) if turn == 0 else onset + np.linspace(-1, 1, 21) * (time[stop - 1] - time[0]) / 100
-        costs = [misfit(float(t), rho) for t in grid]
-        best = int(np.argmin(costs))
-        low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-        onset = float(minimize_scalar(lambda t, r=rho: misfit(t, r), bounds=(low, high), method="bounded", options={"xatol": 1e-4 * (high - low)}).x)
+        near = (time[stop - 1] - time[0]) / 100
+        grid = np.linspace(time[0], time[stop - 3], 160) if turn == 0 else onset + np.linspace(-near, near, 21)
+        best = int(np.argmin([misfit(float(t), rho) for t in grid]))
+        bounds = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
+        options = {"xatol": 1e-4 * (bounds[1] - bounds[0])}
+        onset = float(minimize_scalar(misfit, args=(rho,), bounds=bounds, method="bounded", options=options).x)
         design, known = _design(onset, time, tilt, stop, physical)
         if turn == 0:
             rho = estimate_rho(design, x - known, lag)
@@ -176,7 +183,9 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
 
     params = np.concatenate([[onset], found.params])
     step = max(1e-4 * (time[stop - 1] - time[0]), 0.2 * track.step)
-    slope = (model(params + step * np.eye(len(params))[0]) - model(params - step * np.eye(len(params))[0])) / (2 * step)
+    later, sooner = params.copy(), params.copy()
+    later[0], sooner[0] = onset + step, onset - step
+    slope = (model(later) - model(sooner)) / (2 * step)
     jacobian = whiten(np.column_stack([slope, design]), lag, rho) / found.noise
     cov = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-15)
     return onset, found, (params, cov)

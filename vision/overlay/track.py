@@ -83,7 +83,7 @@ def ticks(low: float, high: float) -> np.ndarray:
     rough = (high - low) / 6
     power = 10 ** np.floor(np.log10(rough))
     step = min((s * power for s in (1, 2, 5, 10) if s * power >= rough), default=10 * power)
-    return np.arange(np.ceil(low / step), np.floor(high / step) + 0.5) * step
+    return np.arange(np.ceil(low / step), np.floor(high / step) + 0.5) * step + 0.0
 
 
 def _spread(x: np.ndarray, y: np.ndarray, outlier: np.ndarray) -> np.ndarray:
@@ -109,10 +109,13 @@ def _text(image: np.ndarray, text: str, at: tuple[int, int]) -> None:
 
 
 def _captioned(image: np.ndarray, caption: str, ink=(255, 255, 255)) -> np.ndarray:
-    """OpenCV's fonts know ASCII only."""
-    plain = caption.replace("±", "+/-").replace("°", " deg").replace("²", "2").replace("μ", "mu").encode("ascii", "replace").decode()
+    """OpenCV's fonts know ASCII only; on a picture the text stands on a darkened strip."""
+    plain = caption
+    for mark, ascii_mark in (("±", "+/-"), ("°", " deg"), ("²", "2"), ("μ", "mu"), ("×", "x")):
+        plain = plain.replace(mark, ascii_mark)
+    plain = plain.encode("ascii", "replace").decode()
+    if plain and ink != INK:
+        image[:34] = (image[:34] * 0.3).astype(np.uint8)
     if plain:
-        if ink != INK:
-            cv2.putText(image, plain, (10, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (0, 0, 0), 4, cv2.LINE_AA)
-        cv2.putText(image, plain, (10, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, ink, 1, cv2.LINE_AA)
+        cv2.putText(image, plain, (10, 23), cv2.FONT_HERSHEY_SIMPLEX, 0.55, ink, 1, cv2.LINE_AA)
     return image

@@ -76,7 +76,7 @@ def draw_scene(look: Look, rng: np.random.Generator) -> np.ndarray:
                     profile += np.exp(-0.5 * ((np.arange(extent) - place) / 0.6) ** 2)
                 scene -= depth * (profile[None, :] if lines == 0 else profile[:, None])
     if look.plate_row is not None:
-        scene[int(round(look.plate_row)) :] = 0.6 * look.ground_grey + 20
+        scene[round(look.plate_row) :] = 0.6 * look.ground_grey + 20
     return np.clip(cv2.GaussianBlur(scene, (0, 0), 0.6), 2, 250)
 
 
@@ -92,7 +92,9 @@ def draw_frame(motion, look: Look, rng: np.random.Generator, scene: np.ndarray, 
         _lay(image, look, columns + 14, rows + 5, angle, lambda c, s: (image_of(s) - look.shadow, c))
     if look.mirror and look.plate_row is not None:
         below = 2 * look.plate_row - rows
-        _lay(image, look, columns, below, -angle, lambda c, s: (s * 0 + look.mirror * look.seed_grey, c), clip_above=look.plate_row)
+        _lay(
+            image, look, columns, below, -angle, lambda c, s: (s * 0 + look.mirror * look.seed_grey, c), clip_above=look.plate_row
+        )
     _lay(image, look, columns, rows, angle, None)
     image = image * (1 + look.drift * share)
     if look.noise:
@@ -178,7 +180,9 @@ def write_frames(recording: Recording, frames, *, suffix=".png") -> Recording:
     return recording
 
 
-def write_video(recording: Recording, frames, *, fps: float = 30.0, times=None, codec="libx264", name="video.mp4", quality="18") -> Recording:
+def write_video(
+    recording: Recording, frames, *, fps: float = 30.0, times=None, codec="libx264", name="video.mp4", quality="18"
+) -> Recording:
     """Write recording.toml and a video (H.264 by default); `times` [s] gives uneven time stamps, as phones have them."""
     from fractions import Fraction
 

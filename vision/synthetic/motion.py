@@ -154,7 +154,13 @@ def draw_roll(
         return direction * x, np.zeros_like(x), -np.degrees(x / 3.4) * direction
 
     friction = incline_mm * math.sin(beta) / (incline_mm * math.cos(beta) + run)
-    truth = {"run_out": run, "rolling_friction": friction, "stop_s": rest_s + reach + stop, "junction_s": rest_s + reach}
+    truth = {
+        "run_out": run,
+        "rolling_friction": friction,
+        "incline_mm": incline_mm,
+        "stop_s": rest_s + reach + stop,
+        "junction_s": rest_s + reach,
+    }
     return Motion(path, rest_s + reach + stop + end_rest_s, truth)
 
 

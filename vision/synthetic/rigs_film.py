@@ -1,0 +1,83 @@
+"""Drawn films of the two rigs where the plate is in the picture: a plate that tilts under a block, a seed that rolls off a ramp."""
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+
+from vision.synthetic.film import Look, _digitise, _lay, draw_scene
+from vision.synthetic.motion import Motion
+
+FINE = 4  # polygons are drawn this much larger and averaged down
+
+
+def film_slide(motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, start_s=0.0, plate_mm=200.0, thick_mm=8.0,
+               block_mm=(20.0, 6.0), pivot_px=(60.0, 400.0)) -> Iterator[np.ndarray]:  # fmt: skip
+    """A plate hinged at `pivot_px` that tilts upwards to the right; the block slides down it, towards the hinge."""
+    scene = draw_scene(look, rng)
+    pivot = np.array(pivot_px)
+    for time in np.arange(start_s, motion.end_s, 1 / fps):
+        tilt = np.radians(float(motion.tilt(time)))
+        along, up = np.array([np.cos(tilt), -np.sin(tilt)]), np.array([-np.sin(tilt), -np.cos(tilt)])
+        travel = float(motion.path(np.array([time]))[0][0])
+        image = scene.copy()
+        length, thick = plate_mm / look.mm_per_px, thick_mm / look.mm_per_px
+        _polygon(image, [pivot, pivot + length * along, pivot + length * along - thick * up, pivot - thick * up], 175.0)
+        centre = pivot + (0.75 * length - travel / look.mm_per_px) * along
+        half, high = block_mm[0] / 2 / look.mm_per_px, block_mm[1] / look.mm_per_px
+        block = [
+            centre - half * along,
+            centre + half * along,
+            centre + half * along + high * up,
+            centre - half * along + high * up,
+        ]
+        _polygon(image, block, look.seed_grey)
+        yield _finish(image, look, rng)
+
+
+def film_roll(
+    motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, start_s=0.0, incline_deg=15.0
+) -> Iterator[np.ndarray]:
+    """A seed that rolls down to the right and on along the level; `look.origin_px` is the plate's junction.
+
+    motion's travel is that of the centroid, whose way round the corner is shorter than the plate's by r tan(β/2) on each leg:
+    the run-out counted from the plate's junction is longer than the motion's by that (`corner_mm`).
+    """
+    scene = draw_scene(look, rng)
+    beta, radius = np.radians(incline_deg), look.axes_mm[1] / 2
+    junction = np.array(look.origin_px)
+    level = np.array([1.0, 0.0])
+    down = np.array([np.cos(beta), np.sin(beta)])
+    corner = junction + np.array([np.tan(beta / 2), -1.0]) * radius / look.mm_per_px
+    far = look.width + 50.0
+    _polygon(scene, [junction - 400 * down, junction, [far, junction[1]], [far, far], [-500, far]], 150.0)
+    way = motion.truth["incline_mm"]
+    for time in np.arange(start_s, motion.end_s, 1 / fps):
+        image = scene.copy()
+        x, _, angle = motion.path(np.array([time]))
+        beyond = (float(x[0]) - way) / look.mm_per_px
+        place = corner + beyond * (down if beyond < 0 else level)
+        _lay(image, look, place[:1], place[1:], angle, None)
+        yield _finish(image, look, rng)
+
+
+def corner_mm(look: Look, incline_deg: float = 15.0) -> float:
+    """By how much the run-out on the plate exceeds the centroid's: r tan(β/2)."""
+    return float(look.axes_mm[1] / 2 * np.tan(np.radians(incline_deg) / 2))
+
+
+def _polygon(image: np.ndarray, corners, value: float) -> None:
+    """Fill a polygon (picture coordinates, pixel centres whole) with sub-pixel coverage."""
+    points = (np.asarray(corners, dtype=float) + 0.5) * FINE - 0.5
+    height, width = image.shape
+    mask = np.zeros((height * FINE, width * FINE), np.uint8)
+    cv2.fillPoly(mask, [np.round(points * 256).astype(np.int32)], 255, cv2.LINE_AA, 8)
+    cover = cv2.resize(mask, (width, height), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    image += cover * (value - image)
+
+
+def _finish(image: np.ndarray, look: Look, rng: np.random.Generator) -> np.ndarray:
+    image = cv2.GaussianBlur(image, (0, 0), max(look.blur_px, 0.3))
+    if look.noise:
+        image = image + look.noise * rng.standard_normal(image.shape, dtype=np.float32)
+    return _digitise(image, look, rng)
