@@ -10,12 +10,13 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
-from vision.measurement import FAILED, MeasurementError, Observation, failed
+from vision.measurement import FAILED, MeasurementError, Observation, Quantity, failed
 from vision.photo import read_photo
 from vision.recording import Recording, find_recordings
 from vision.repose import PileOptions, measure_repose
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "unit", "quality", "reason", "overlay"]
+TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
 MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
     "pile": ("repose_angle", "deg"),
     "drop": ("restitution", "1"),
@@ -64,6 +65,25 @@ def observe_pile(recording: Recording, options: PileOptions | None = None) -> Ob
     return Observation(recording.id, "pile", found.quantities, found.notes, {"pile": draw_repose(image, found)})
 
 
+def observe_seeds_photo(recording: Recording) -> Observation:
+    """A photo of spread seeds: mean length and width (sd of the mean, the scale's included), and a row a seed."""
+    from vision.grains import observe_seeds
+
+    if recording.evidence != "photos":
+        raise MeasurementError(f"{recording.path}: seeds are measured on photos, not on {recording.evidence}")
+    grains, overlay = observe_seeds(recording.files[0], recording.camera.mm_per_px, recording.camera.mm_per_px_sd)
+    quantities = tuple(
+        Quantity(f"seed_{row.quantity}", row.mean, row.mean_sd, row.unit) for row in grains.distribution().itertuples()
+    )
+    if grains.scale is None:
+        quantities = tuple(q.doubt("in px: no scale is known") for q in quantities)
+    rows = grains.distribution().itertuples()
+    spread = [f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g} {r.unit}" for r in rows]
+    table = grains.table()
+    table.insert(0, "recording", recording.id)
+    return Observation(recording.id, "seeds", quantities, (*spread, *grains.notes), {"seeds": overlay}, seeds=table)
+
+
 def split_photos(recording: Recording) -> list[Recording]:
     """A pile recording of several photos as one recording a photo, named recording/photo."""
     if recording.evidence != "photos" or len(recording.files) < 2:
@@ -97,15 +117,15 @@ def measure(paths, options: PileOptions | None = None, trim: bool = False) -> It
     What cannot be measured is an Observation whose one quantity has failed and says why.
     """
     for entry in find_all([Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]):
-        yield observe_or_fail(entry, options, trim)
+        yield observe_or_fail(entry, lambda recording: observe(recording, options, trim))
 
 
-def observe_or_fail(entry, options=None, trim=False, progress=None) -> Observation:
-    """`observe`, with any trouble of this one recording turned into a failed quantity."""
+def observe_or_fail(entry: Recording | MeasurementError, observe: Callable[[Recording], Observation]) -> Observation:
+    """`observe(entry)`, with any trouble of this one recording turned into a failed quantity."""
     if isinstance(entry, MeasurementError):
         return _failure(entry.recording, None, str(entry))
     try:
-        return observe(entry, options, trim, progress)
+        return observe(entry)
     except MeasurementError as error:
         return _failure(entry.id, entry.rig, str(error))
     except OSError as error:
@@ -122,7 +142,8 @@ def _failure(name: str, rig: str | None, reason: str) -> Observation:
 class Results:
     """Gathers observations into a folder that appears whole or not at all.
 
-    measurements.csv, notes.csv, and where there is something to put in them bounces.csv, readings.csv, overlays/, tracks/.
+    measurements.csv, notes.csv, and where there is something to put in them bounces.csv, readings.csv, seeds.csv,
+    overlays/, tracks/.
     """
 
     def __init__(self, out: Path, overwrite: bool = False):
@@ -136,8 +157,7 @@ class Results:
         self.out.parent.mkdir(parents=True, exist_ok=True)
         self.part = Path(tempfile.mkdtemp(prefix=f".{self.out.name}-", dir=self.out.parent))
         self.rows: list[dict] = []
-        self.bounces: list[pd.DataFrame] = []
-        self.readings: list[pd.DataFrame] = []
+        self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
 
     def add(self, observation: Observation) -> None:
@@ -151,10 +171,9 @@ class Results:
         if observation.track is not None:
             (self.part / "tracks").mkdir(exist_ok=True)
             observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
-        if observation.bounces is not None and len(observation.bounces):
-            self.bounces.append(observation.bounces)
-        if observation.readings is not None:
-            self.readings.append(observation.readings)
+        for name, tables in self.tables.items():
+            if (table := getattr(observation, name)) is not None and len(table):
+                tables.append(table)
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
             row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.unit, q.quality, q.reason, overlay)
@@ -164,7 +183,7 @@ class Results:
         """Write the tables and put the folder in place; returns the measurements."""
         table = pd.DataFrame(self.rows, columns=COLUMNS)
         table.to_csv(self.part / "measurements.csv", index=False, float_format="%.6g")
-        for name, tables in (("bounces", self.bounces), ("readings", self.readings)):
+        for name, tables in self.tables.items():
             if tables:
                 pd.concat(tables, ignore_index=True).to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g")
         if self.notes:

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -9,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vision.measure import Results, find_all, measured_anything, observe_or_fail
+from vision.batch import Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.repose import PileOptions
 
@@ -51,15 +52,15 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
         task = progress.add_task("measuring", total=len(entries))
         for i, entry in enumerate(entries):
             progress.update(task, description=getattr(entry, "id", "?")[:40])
-            advance = lambda share, i=i: progress.update(task, completed=i + share)  # noqa: E731
-            if seeds:
-                from vision.seeds import observe_seed_photo
-
-                results.add(observe_or_fail(entry, observe=observe_seed_photo))
-            else:
-                results.add(observe_or_fail(entry, options, trim, advance))
+            advance = partial(_advance, progress, task, i)
+            measure = observe_seeds_photo if seeds else partial(observe, options=options, trim=trim, progress=advance)
+            results.add(observe_or_fail(entry, measure))
             progress.update(task, completed=i + 1)
     return results.finish()
+
+
+def _advance(progress: Progress, task, done: int, share: float) -> None:
+    progress.update(task, completed=done + share)
 
 
 def _show(table: pd.DataFrame, notes: list[tuple[str, str]], out: Path) -> None:

@@ -42,7 +42,8 @@ class Observation:
     """All that was measured on one recording.
 
     `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
-    `track`, `bounces` and `readings` are tables with unit-suffixed columns, or None; `notes` say what was skipped or assumed.
+    `track`, `bounces`, `readings` and `seeds` are tables with unit-suffixed columns, or None; `notes` say what was skipped
+    or assumed.
     """
 
     recording: str
@@ -53,6 +54,7 @@ class Observation:
     track: pd.DataFrame | None = None
     bounces: pd.DataFrame | None = None
     readings: pd.DataFrame | None = None
+    seeds: pd.DataFrame | None = None
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:
