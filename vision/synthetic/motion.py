@@ -30,7 +30,7 @@ class Motion:
 
 def draw_drop(
     *, height_mm=310.0, restitution=0.5, lateral_m_s=0.0, spin_rad_s=0.0, kicks=(), rest_s=0.02, end_s=None,
-    drag_per_m=0.0, max_bounces=12, radius_mm=3.4,
+    drag_per_m=0.0, max_bounces=12, radius_mm=3.4, gravity=G,
 ) -> Motion:  # fmt: skip
     """A seed let go at `height_mm` (lowest point to plate) that bounces with `restitution` (one number, or one a bounce).
 
@@ -41,7 +41,7 @@ def draw_drop(
     y, vy, low = (radius_mm + height_mm) / 1000, 0.0, radius_mm / 1000
     bounces = []
     for n in range(max_bounces + 1):
-        flight, before, times, heights = _flight(y, vy, low, drag_per_m)
+        flight, before, times, heights = _flight(y, vy, low, drag_per_m, gravity)
         pieces.append((t, flight, times, heights, x, vx, angle, spin))
         t, x, angle = t + flight, x + vx * flight, angle + spin * flight
         e = restitution if np.isscalar(restitution) else restitution[min(n, len(restitution) - 1)]
@@ -75,12 +75,12 @@ def draw_drop(
     return Motion(path, end_s or t + 0.02, truth)
 
 
-def _flight(y: float, vy: float, low: float, drag: float, dt: float = 2e-5):
+def _flight(y: float, vy: float, low: float, drag: float, gravity: float, dt: float = 2e-5):
     """One flight by velocity Verlet until y = low: duration, speed at the end, and its path (times, heights)."""
     times, heights, speed = [0.0], [y], vy
 
     def pull(v):
-        return -G - drag * v * abs(v)
+        return -gravity - drag * v * abs(v)
 
     while True:
         a = pull(speed)

@@ -1,0 +1,221 @@
+"""Tracking: accuracy, honesty of the error bars, speed and memory on drawn films; trackpy's locate on the same frames beside it.
+
+python benchmarks/tracking.py [recordings for the coverage study, default 200 [accuracy restitution coverage speed memory]]
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core: what is stated is per core
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from vision.detect import find_silhouettes
+from vision.follow import follow
+from vision.frames import FrameSource, open_frames
+from vision.rebound import measure_rebound
+from vision.recording import Air, Camera, Drop, Recording
+from vision.scene import learn_scene
+from vision.synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
+from vision.synthetic.motion import draw_drop, film_track
+
+FRAMES_LONG = 5000
+warnings.filterwarnings("ignore", message="Image contains no local maxima")
+
+
+class InMemory(FrameSource):
+    """Frames that are drawn already."""
+
+    def __init__(self, frames):
+        super().__init__(path=Path("drawn"), count=len(frames), fps=None)
+        self.frames = frames
+
+    def sample(self, n):
+        return [self.frames[i] for i in np.unique(np.linspace(0, len(self.frames) - 1, min(n, len(self.frames))).astype(int))]
+
+
+def recording(folder="drawn", **camera) -> Recording:
+    return Recording(
+        id="drawn", path=Path(folder), rig="drop", evidence="frames", files=(), camera=Camera(**camera),
+        air=Air(density_kg_m3=0), drop=Drop(height_mm=310),
+    )  # fmt: skip
+
+
+def accuracy() -> None:
+    """Centroids of a seed of 17 × 14 px that falls at random sub-pixel places, against where it was drawn."""
+    print(f"{'frames':32s} {'rms px':>8s} {'lock px':>8s} {'claimed':>8s} {'trackpy':>8s} {'ratio':>6s}")
+    looks = {
+        "clean": Look(),
+        "noise/signal 0.1": Look(noise=12.5),
+        "graph paper, shading, noise 3": Look(graph_paper=True, ground_grey=110, shading=0.1, noise=3),
+        "dark seed on light graph paper": Look(seed_grey=60, ground_grey=190, graph_paper=True, noise=3),
+        "small seed (9 × 7 px), noise 3": Look(mm_per_px=1.0, noise=3),
+        "16 bits, noise 2": Look(bits=16, noise=2),
+    }
+    motion = draw_drop(height_mm=150, lateral_m_s=0.05)
+    for name, look in looks.items():
+        rng = np.random.default_rng(1)
+        times = np.sort(rng.uniform(0.03, 0.19, 120))
+        frames = list(film(motion, look, rng, fps=1000, times=times))
+        columns, rows = to_picture(look, *motion.path(times)[:2])
+        scene = learn_scene(InMemory(frames))
+        off, sd, peer = [], [], []
+        for frame, column, row in zip(frames, columns, rows):
+            found = min(find_silhouettes(frame, scene), key=lambda s, c=column, r=row: np.hypot(s.x - c, s.y - r))
+            off.append((found.x - column, found.y - row))
+            sd.append(found.sd)
+            peer.append(located(frame, scene, column, row, look))
+        off, peer = np.array(off), np.array(peer)
+        phase = np.concatenate([columns % 1, rows % 1])
+        ours, theirs = np.sqrt((off**2).mean()), np.sqrt(np.nanmean(peer**2))
+        print(f"{name:32s} {ours:8.4f} {lock(phase, off.T.ravel()):8.4f} {np.mean(sd):8.4f} {theirs:8.4f} {theirs / ours:6.1f}")
+
+
+def lock(phase: np.ndarray, off: np.ndarray) -> float:
+    """Amplitude of the error's dependence on the sub-pixel place: the first harmonic."""
+    wave = np.column_stack([np.cos(2 * np.pi * phase), np.sin(2 * np.pi * phase), np.ones(len(phase))])
+    return float(np.hypot(*np.linalg.lstsq(wave, off, rcond=None)[0][:2]))
+
+
+def located(frame, scene, column, row, look) -> tuple[float, float]:
+    """trackpy.locate on the same frame less the same background (it knows no background), nearest feature's error."""
+    import trackpy
+
+    size = int(look.axes_mm[0] / look.mm_per_px) // 2 * 2 + 5
+    bright = np.abs(scene.grey(frame) - scene.background)
+    found = trackpy.locate(bright, size, topn=1, characterize=False)
+    return (float(found.x.iloc[0] - column), float(found.y.iloc[0] - row)) if len(found) else (np.nan, np.nan)
+
+
+def restitution(count=60) -> None:
+    """310 mm, e 0.5, 0.1 px of 0.25 mm, 5200 fps."""
+    values = {"white noise": [], "AR(1) 0.9": []}
+    for seed in range(count):
+        for name, ar in zip(values, (0.0, 0.9)):
+            track = film_track(draw_drop(), np.random.default_rng(seed), ar=ar, noise_mm=0.025)
+            found = measure_rebound(track, recording(fps=5200, mm_per_px=0.25, mm_per_px_sd=0.0002))
+            values[name].append([q.value for q in found.quantities if q.name.startswith("restitution")])
+    for name, rows in values.items():
+        mean, sd = np.mean(rows, axis=0), np.std(rows, axis=0)
+        text = f"Eq. 1 {mean[0]:.5f} ± {sd[0]:.5f}   normal {mean[1]:.5f} ± {sd[1]:.5f}"
+        print(f"restitution, drawn 0.500, {name:12s} {text}  ({count} recordings)")
+
+
+def coverage(count: int) -> None:
+    """How often value ± 1.96 sd holds the truth; e, noise, its correlation, fps, scale, plumb, gravity, height all drawn."""
+    inside: dict[str, list[bool]] = {}
+    for seed in range(count):
+        motion, track, known, height = drawn_drop(np.random.default_rng(seed))
+        truth = motion.truth | {"restitution": np.sqrt(motion.truth["rebound_height"] / height)}
+        for q in measure_rebound(track, known).quantities:
+            inside.setdefault(q.name, []).append(abs(q.value - truth[q.name]) < 1.96 * q.sd)
+    for name, hits in inside.items():
+        print(f"95 % interval of {name:20s} holds the truth in {100 * np.mean(hits):5.1f} % of {len(hits)}")
+
+
+def drawn_drop(rng: np.random.Generator):
+    """A drop whose every stated number is off by its own sd."""
+    e, fps, ar = rng.uniform(0.3, 0.75), float(rng.choice([240, 1000, 2400])), float(rng.choice([0, 0.5, 0.9]))
+    scale_sd, plumb_sd, noise = float(rng.choice([2e-4, 2e-3, 1e-2])), float(rng.choice([0.05, 0.5])), rng.uniform(0.01, 0.1)
+    height = 310 + rng.normal()
+    kicks = ((0.1 * rng.normal(), 0.0),)
+    motion = draw_drop(
+        height_mm=height, restitution=e, lateral_m_s=0.1 * rng.normal(), kicks=kicks, max_bounces=3,
+        gravity=9.80665 * (1 + 1e-3 * rng.normal()),
+    )  # fmt: skip
+    track = film_track(motion, rng, fps=fps, ar=ar, noise_mm=noise)
+    scale, turn = 1 + scale_sd * rng.normal(), np.radians(plumb_sd * rng.normal())
+    x, y = scale * track.x, scale * track.y
+    track = replace(track, x=x * np.cos(turn) - y * np.sin(turn), y=x * np.sin(turn) + y * np.cos(turn))
+    known = recording(fps=fps, mm_per_px=0.25, mm_per_px_sd=0.25 * scale_sd, plumb_deg=0.0, plumb_sd_deg=plumb_sd)
+    return motion, track, known, height
+
+
+def large_frames(count: int, step_s: float):
+    """1280 × 800, graph paper and noise; the noise is one of 16 fields, so that drawing them takes seconds."""
+    look = Look(width=1280, height=800, mm_per_px=0.45, origin_px=(640, 780), graph_paper=True, ground_grey=110, noise=0.0)
+    rng = np.random.default_rng(3)
+    motion, scene = draw_drop(height_mm=310), draw_scene(look, rng)
+    fields = [(3 * rng.standard_normal(scene.shape)).astype(np.int16) for _ in range(16)]
+    for n in range(count):
+        frame = draw_frame(motion, look, rng, scene, n * step_s, 0.0)
+        yield np.clip(frame.astype(np.int16) + fields[n % 16], 0, 255).astype(np.uint8)
+
+
+def speed(count=300) -> None:
+    """Processor time a frame, decoding apart, one thread (a busy machine's wall clock says little); trackpy on the same frames."""
+    import trackpy
+
+    cv2.setNumThreads(1)
+    with tempfile.TemporaryDirectory() as folder:
+        known = recording(folder, fps=count / 0.9)
+        for name, write in (("png frames", write_frames), ("h264 video", write_video)):
+            made = write(replace(known, path=Path(folder) / name[:4]), large_frames(count, 0.9 / count))
+            start = time.process_time()
+            for _ in open_frames(made).iterate():
+                pass
+            decoding = (time.process_time() - start) / count
+            frames = [f.pixels for f in open_frames(made).iterate()]
+            source = InMemory(frames)
+            start = time.process_time()
+            scene = learn_scene(source)
+            learning = (time.process_time() - start) / count
+            start = time.process_time()
+            for pixels in frames:
+                find_silhouettes(pixels, scene)
+            finding = (time.process_time() - start) / count
+            start = time.process_time()
+            follow(open_frames(made), falling=True)
+            whole = (time.process_time() - start) / count
+            print(f"1280 × 800, {name}: decoding {1e3 * decoding:.2f} ms, finding the seed {1e3 * finding:.2f} ms, "
+                  f"learning the scene {1e3 * learning * count:.0f} ms once, whole run {1e3 * whole:.2f} ms a frame")  # fmt: skip
+        start = time.process_time()
+        for pixels in frames[:20]:
+            trackpy.locate(np.abs(pixels - scene.background), 21, topn=1, characterize=False)
+        peer = (time.process_time() - start) / 20
+        print(
+            f"trackpy.locate on the same frames: {1e3 * peer:.1f} ms a frame, {peer / finding:.1f} × as long as finding the seed here"
+        )
+
+
+def memory() -> None:
+    """Peak memory of a fresh process that tracks FRAMES_LONG frames of 1280 × 800 from a video."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = write_video(recording(folder, fps=5200), large_frames(FRAMES_LONG, 1 / 5200))
+        start = time.perf_counter()
+        out = subprocess.run([sys.executable, __file__, "--track", str(made.path)], capture_output=True, text=True, check=True)
+        print(f"{FRAMES_LONG} frames of 1280 × 800 from a video: {out.stdout.strip()}, {time.perf_counter() - start:.0f} s")
+
+
+def track_alone(folder: str) -> None:
+    from vision.moving import observe_moving
+    from vision.recording import read_recording
+
+    found = observe_moving(read_recording(Path(folder)))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"peak memory {peak:.0f} MB, {len(found.track)} frames with the seed")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--track"]:
+        track_alone(sys.argv[2])
+    else:
+        count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+        studies = {
+            "accuracy": accuracy,
+            "restitution": restitution,
+            "coverage": lambda: coverage(count),
+            "speed": speed,
+            "memory": memory,
+        }
+        for study in sys.argv[2:] or studies:
+            studies[study]()
