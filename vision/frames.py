@@ -12,6 +12,9 @@ from vision.photo import read_photo
 from vision.recording import Recording
 
 
+SAMPLE_BYTES = 90_000_000  # of pictures held at once
+
+
 @dataclass(frozen=True)
 class Frame:
     """One picture: `index` is its number at the bench, `t_s` its time (NaN without a frame rate), pixels grey or RGB."""
@@ -40,7 +43,9 @@ class FrameSource:
         raise NotImplementedError
 
     def sample(self, n: int) -> list[np.ndarray]:
-        """About n pictures spread over the whole recording, all of one size."""
+        """About n pictures spread over the whole recording, all of one size, fewer where they are large."""
+        first = next(self.iterate(), None)
+        n = n if first is None else affordable(n, first.pixels)
         frames = [frame.pixels for frame in self.picked(n)]
         shapes = [p.shape for p in frames]
         return [p for p in frames if p.shape == max(set(shapes), key=shapes.count)]
@@ -48,6 +53,11 @@ class FrameSource:
     def note(self, message: str) -> None:
         if message not in self.notes:
             self.notes.append(message)
+
+
+def affordable(n: int, pixels: np.ndarray) -> int:
+    """How many of n pictures like this one may be held at once."""
+    return max(7, min(n, SAMPLE_BYTES // pixels.nbytes))
 
 
 def open_frames(recording: Recording) -> FrameSource:
@@ -89,7 +99,8 @@ class FrameFolder(FrameSource):
 
     def picked(self, n: int) -> list[Frame]:
         frames = []
-        for i in np.unique(np.linspace(0, self.count - 1, min(n, self.count)).astype(int)):
+        wanted = np.unique(np.linspace(0, self.count - 1, min(n, self.count)).astype(int))
+        for i in wanted:
             number, file = self._files[i]
             try:
                 frames.append(Frame(number, self._time(number), read_photo(file)))
@@ -121,17 +132,29 @@ class Video(FrameSource):
     def iterate(self) -> Iterator[Frame]:
         yield from self._decode(every=1)
 
+    def sample(self, n: int) -> list[np.ndarray]:
+        """As `picked`, but frames that no other frame is predicted from are not even decoded."""
+        frames, stride = [], 1
+        for i, frame in enumerate(self._decode(every=max(1, self.count // (2 * n)), skip="NONREF")):
+            if i % stride == 0:
+                frames.append(frame.pixels)
+            if len(frames) > affordable(n, frame.pixels):  # thin out what there is, and go on half as densely
+                frames, stride = frames[::2], 2 * stride
+        return frames
+
     def picked(self, n: int) -> list[Frame]:
         """Decodes the whole film (a video has no random access worth the name) but converts only every so-manieth frame."""
         return list(self._decode(every=max(1, -(-self.count // n))))[: 2 * n]
 
-    def _decode(self, every: int) -> Iterator[Frame]:
+    def _decode(self, every: int, skip: str | None = None) -> Iterator[Frame]:
         import av
 
-        index, start, last = 0, None, -np.inf
+        index, start, last, plain = 0, None, -np.inf, None
         with _opened(self.path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "AUTO"
+            if skip:
+                stream.codec_context.skip_frame = skip
             frames = container.decode(stream)
             while True:
                 try:
@@ -147,12 +170,13 @@ class Video(FrameSource):
                 if time <= last:
                     self.note(f"frame {index} skipped: its time stamp {own:.4f} s does not increase")
                 elif index % every == 0:
-                    yield Frame(index, time, _upright(_pixels(frame), frame.rotation))
+                    plain = _colourless(frame) if plain is None else plain
+                    yield Frame(index, time, _upright(_pixels(frame, plain), frame.rotation))
                 last = max(last, time)
                 index += 1
         if index == 0:
             raise MeasurementError(f"{self.path}: the video holds no frame that can be read")
-        if self.count and index < self.count:
+        if self.count and index < self.count and not skip:
             self.note(f"the video stops early: {index} of {self.count} frames")
 
 
@@ -184,14 +208,22 @@ def _opened(file: Path):
     return container
 
 
-def _pixels(frame) -> np.ndarray:
-    """Grey stays grey (8 or 16 bits); everything else becomes RGB."""
+def _pixels(frame, plain: bool) -> np.ndarray:
+    """Grey stays grey (8 or 16 bits), also where the file stores it as colour (`plain`); the rest becomes RGB."""
     name = frame.format.name
-    if name == "gray":
+    if name == "gray" or plain:
         return frame.to_ndarray(format="gray")
     if name.startswith("gray"):
         return frame.to_ndarray(format="gray16le")
     return frame.to_ndarray(format="rgb24")
+
+
+def _colourless(frame) -> bool:
+    """Whether an 8-bit colour video holds grey pictures: a third of the work is enough then."""
+    if not frame.format.name.startswith("yuv") or frame.format.components[0].bits != 8:
+        return False
+    rgb = frame.to_ndarray(format="rgb24")[::4, ::4].astype(int)
+    return bool(np.abs(np.diff(rgb, axis=2)).max() <= 4)
 
 
 def _size(pixels: np.ndarray) -> str:

@@ -13,7 +13,6 @@ import numpy as np
 from vision.frames import FrameSource
 from vision.measurement import MeasurementError
 
-SAMPLE_BYTES = 90_000_000  # frames held at once for the median
 COARSE_WIDTH = 320  # moving things are looked for on a picture about this wide
 MEDIAN_FRAMES = 25
 
@@ -67,9 +66,6 @@ def learn_scene(source: FrameSource) -> Scene:
     if len(frames) < 3:
         raise MeasurementError(f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3")
     first = frames[0]
-    affordable = max(7, int(SAMPLE_BYTES // frames[0].nbytes))
-    if len(frames) > affordable:
-        frames = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, affordable).astype(int))]
     chosen = _even_in_motion(frames)
     middle = _median(chosen)
     weights = _telling_colour(chosen, middle) if middle.ndim == 3 else None

@@ -1,5 +1,6 @@
 """The CSV evidence that people and microphones write: track.csv, impacts.csv, readings.csv. Read strictly, told clearly."""
 
+import difflib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,7 +114,10 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
             f"{path}: column {', '.join(absent)} is missing; expected {', '.join(needed)}, found {', '.join(rows.columns)}"
         )
     if unknown := [c for c in rows if c not in needed and c not in extra and c not in READING_COLUMNS]:
-        raise MeasurementError(f"{path}: unknown column {unknown[0]}; known are {', '.join((*needed, *extra))}")
+        known = (*needed, *extra)
+        near = difflib.get_close_matches(unknown[0], known, n=1, cutoff=0.6)
+        hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
+        raise MeasurementError(f"{path}: unknown column {unknown[0]}; {hint}")
     for column in numeric if numeric is not None else rows.columns:
         try:
             rows[column] = pd.to_numeric(rows[column]).astype(float)
