@@ -7,11 +7,12 @@ import cv2
 import numpy as np
 import pandas as pd
 
+from vision.caliper import centroid, ellipse_share, feret, solidity
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.outline import Edge, find_edge
 from vision.photo import read_photo
 from vision.scale import Scale, read_scale
-from vision.silhouettes import Piece, Relief, relieve, split
+from vision.silhouettes import Piece, Relief, body, relieve, split, trimmed
 
 LEAST_AREA_PX = 60  # fewer px are dust to any camera
 CONVEX = 0.955  # area over that of the convex hull; grains that touch have notches
@@ -86,7 +87,9 @@ class Grains:
             spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
             common = float(values.mean()) * self._common_sd() if unit == "mm" else 0.0
             mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common)) if len(values) > 1 else float("nan")
-            rows.append((name, unit, len(values), float(values.mean()), spread, float(values.min()), float(values.max()), mean_sd))
+            rows.append(
+                (name, unit, len(values), float(values.mean()), spread, float(values.min()), float(values.max()), mean_sd)
+            )
         return pd.DataFrame(rows, columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"])
 
     def _common_sd(self) -> float:
@@ -126,6 +129,7 @@ def measure_seeds(
 
     scale: read from graph paper, or mm per px (with its sd `mm_per_px_sd`; 1 % when not stated), or None: sizes in px.
     `paper`: graph paper whose region is no place for seeds (default: `scale` if it is one), unless it is the ground.
+    A shadow darker than dark seeds counts as seed: light them from all sides.
     Valid for seeds of 12 px and more with a contrast of at least some 5 % of white that do not lie on each other.
     Raises MeasurementError when no whole seed is found.
     """
@@ -155,7 +159,7 @@ def _things(relief: Relief, scale, relative_sd: float, region: np.ndarray | None
     """Every connected patch of the mask: seeds, touching seeds, and what is none of them."""
     contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     patches = [c[:, 0] for c in contours if cv2.contourArea(c) >= LEAST_AREA_PX]
-    typical = _typical_area(patches, relief.mask.shape)
+    typical = _typical_area(patches, relief)
     for patch in patches:
         area = cv2.contourArea(patch)
         reason = _no_seed(patch, area, typical, relief, region)
@@ -163,25 +167,27 @@ def _things(relief: Relief, scale, relative_sd: float, region: np.ndarray | None
             if area >= 0.1 * typical:  # smaller specks are not worth a row
                 yield _left_out(patch, reason)
             continue
-        x, y, w, h = cv2.boundingRect(patch)
-        shape = cv2.drawContours(np.zeros((h, w), np.uint8), [patch - (x, y)], -1, 1, -1)
-        shape, lone = _trimmed(shape, typical), _solidity(patch) >= CONVEX and area < 2.5 * typical
-        for piece in [Piece(patch - (x, y), np.ones(len(patch), bool))] if lone else split(shape):
-            yield _grain(replace(piece, outline=piece.outline + (x, y)), relief, typical, scale, relative_sd, lone)
+        if solidity(patch) >= CONVEX and area < 2.5 * typical:
+            pieces = [Piece(patch.astype(float), np.ones(len(patch), bool))]
+        else:
+            shape, corner = body(relief, patch)
+            pieces = [replace(p, outline=p.outline + corner) for p in split(trimmed(shape, typical))]
+        for piece in pieces:
+            yield _grain(piece, relief, typical, scale, relative_sd)
 
 
-def _grain(piece: Piece, relief: Relief, typical: float, scale, relative_sd: float, lone: bool) -> Grain | None:
+def _grain(piece: Piece, relief: Relief, typical: float, scale, relative_sd: float) -> Grain | None:
     area = cv2.contourArea(piece.outline.astype(np.float32))
     if area < 0.25 * typical:
         return _left_out(piece.outline, "too small for a seed") if area >= 0.1 * typical else None
     edge = find_edge(relief.height, piece.outline, piece.free)
     if edge is None:
         return _left_out(piece.outline, "too much of its edge is hidden by neighbours")
-    return _sized(edge, scale, relative_sd, _doubts(edge, area, typical, lone))
+    return _sized(edge, scale, relative_sd, _doubts(edge, area, typical))
 
 
 def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
-    middle, area = _centroid(edge.points)
+    middle, area = centroid(edge.points)
     length, width, angle = feret(edge.points)
     # Two edges a size; half of a hidden edge is only as good as the ellipse that stands for it.
     noise = np.hypot(edge.sd_px * np.sqrt(2), 2 * edge.level_px)
@@ -190,7 +196,7 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
         in_mm, relative, area_mm2 = (np.nan, np.nan), np.nan, np.nan
     elif isinstance(scale, Scale):
         flat = np.stack(scale.to_mm(*edge.points.T), -1)
-        in_mm, relative, area_mm2 = feret(flat)[:2], _scale_sd(scale, *middle), _centroid(flat)[1]
+        in_mm, relative, area_mm2 = feret(flat)[:2], _scale_sd(scale, *middle), centroid(flat)[1]
     else:
         in_mm, relative, area_mm2 = (length * scale, width * scale), relative_sd, area * scale**2
     sds_mm = [float(mm * np.hypot(sd / px, relative)) for mm, sd, px in zip(in_mm, sds, (length, width))]
@@ -201,45 +207,30 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
     )  # fmt: skip
 
 
-def _doubts(edge: Edge, area: float, typical: float, lone: bool) -> list[str]:
+def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
     doubts = []
     if edge.hidden > 0.3:
         doubts.append(f"{100 * edge.hidden:.0f} % of its edge is hidden by neighbours")
     if edge.lost > 0.25:
         doubts.append(f"no clear edge over {100 * edge.lost:.0f} % of its outline")
-    hull = cv2.convexHull(edge.points.astype(np.float32))
-    solidity = cv2.contourArea(edge.points.astype(np.float32)) / max(cv2.contourArea(hull), 1)
-    if solidity < 0.95:
+    if edge.rim > 0.15:
+        doubts.append("something darker or lighter than itself lies along its edge: a shadow is measured with it")
+    if solidity(edge.points.astype(np.float32)) < 0.95:
         doubts.append("its outline is dented: two seeds, or a broken one")
-    if _ellipse_share(edge.points) < 0.93:
+    if ellipse_share(edge.points) < 0.93:
         doubts.append("its outline is no ellipse")
     if not 0.45 < area / typical < 2.2:
         doubts.append(f"its area is {area / typical:.1g} times that of most")
     return doubts
 
 
-def feret(points: np.ndarray) -> tuple[float, float, float]:
-    """Largest and smallest distance of parallel jaws around `points` (n, 2), and the largest's direction [deg, −90 to 90].
-
-    Exact for polygons: the smallest has a side of the hull along one jaw, the largest joins two corners.
-    """
-    hull = cv2.convexHull(points.astype(np.float32))[:, 0].astype(float)
-    side = np.roll(hull, -1, 0) - hull
-    side = side[np.hypot(*side.T) > 1e-9]
-    normal = np.stack([-side[:, 1], side[:, 0]], -1) / np.hypot(*side.T)[:, None]
-    across = normal @ hull.T
-    apart = hull[:, None] - hull[None]
-    distance = np.hypot(apart[..., 0], apart[..., 1])
-    i, j = np.unravel_index(int(distance.argmax()), distance.shape)
-    angle = float(np.degrees(np.arctan2(apart[i, j, 1], apart[i, j, 0])))
-    return float(distance[i, j]), float(np.ptp(across, axis=1).min()), (angle + 90) % 180 - 90
-
-
-def _typical_area(patches: list[np.ndarray], shape: tuple[int, int]) -> float:
+def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
     """Area of most: the median of convex whole patches, weighted by area lest dust outvote the seeds."""
-    whole = [p for p in patches if not _at_border(p, shape)]
-    lone = [p for p in whole if _solidity(p) >= CONVEX] or whole or patches
-    areas = np.sort([cv2.contourArea(p) for p in lone])
+    whole = [p for p in patches if not _at_border(p, relief.mask.shape)]
+    lone = [cv2.contourArea(p) for p in whole if solidity(p) >= CONVEX]
+    if sum(lone) < 0.2 * sum(cv2.contourArea(p) for p in whole):  # nearly all touch: take them apart first
+        lone = [cv2.contourArea(q.outline.astype(np.float32)) for p in whole for q in split(body(relief, p)[0])]
+    areas = np.sort(lone)
     if not len(areas):
         raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
     return float(areas[np.searchsorted(np.cumsum(areas), areas.sum() / 2)])
@@ -255,53 +246,18 @@ def _no_seed(patch: np.ndarray, area: float, typical: float, relief: Relief, reg
         return "cut by the picture's border"
     if area < 0.25 * typical:
         return "too small for a seed"
-    if area > 3.5 * typical and _solidity(patch) >= CONVEX:
+    if area > 3.5 * typical and solidity(patch) >= CONVEX:
         return "too large for a seed"
     return ""
 
 
-def _trimmed(shape: np.ndarray, typical: float) -> np.ndarray:
-    """The patch without thin things on it (dust, hairs, lines of the ground)."""
-    size = max(3, 2 * int(0.08 * np.sqrt(typical)) + 1)
-    opened = cv2.morphologyEx(
-        cv2.copyMakeBorder(shape, size, size, size, size, cv2.BORDER_CONSTANT, value=0),
-        cv2.MORPH_OPEN,
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)),
-    )[size:-size, size:-size]
-    return opened if opened.any() else shape
-
-
 def _left_out(patch: np.ndarray, reason: str) -> Grain:
-    (x, y), area = _centroid(patch.astype(float))
+    (x, y), area = centroid(patch.astype(float))
     return Grain(x, y, *(float("nan"),) * 9, area, float("nan"), FAILED, reason, patch.astype(float))
 
 
 def _at_border(patch: np.ndarray, shape: tuple[int, int]) -> bool:
     return bool((patch <= 1).any() or (patch[:, 0] >= shape[1] - 2).any() or (patch[:, 1] >= shape[0] - 2).any())
-
-
-def _solidity(patch: np.ndarray) -> float:
-    return cv2.contourArea(patch) / max(cv2.contourArea(cv2.convexHull(patch)), 1.0)
-
-
-def _ellipse_share(points: np.ndarray) -> float:
-    """How well an ellipse of the same second moments covers the outline: 1 − |difference of radii| on average, weighted."""
-    (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
-    turn = np.radians(angle)
-    x, y = points[:, 0] - cx, points[:, 1] - cy
-    depth = np.hypot((x * np.cos(turn) + y * np.sin(turn)) / (axes[0] / 2), (-x * np.sin(turn) + y * np.cos(turn)) / (axes[1] / 2))
-    return float(1 - 2 * np.mean(np.abs(depth - 1)))
-
-
-def _centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
-    """Centroid and area of a closed polygon."""
-    origin = points.mean(0)
-    (x, y), (xn, yn) = (points - origin).T, (np.roll(points, -1, 0) - origin).T
-    cross = x * yn - xn * y
-    area = float(cross.sum()) / 2
-    if abs(area) < 1e-9:
-        return (float(origin[0]), float(origin[1])), 0.0
-    return (float(origin[0] + ((x + xn) * cross).sum() / (6 * area)), float(origin[1] + ((y + yn) * cross).sum() / (6 * area))), abs(area)
 
 
 def _scale_sd(scale: Scale, x: float, y: float) -> float:

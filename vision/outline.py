@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-REACH_PX = 5.0  # the edge is sought this far to both sides of the mask's outline
 STEP_PX = 0.25
+SMOOTH_RAD = 0.12
+LEVEL_STEP = 0.15  # the edge's blur is read between half height and this much more and less
 LEVEL_SD = 0.05  # how well "half height" is known, as a share of the height (shading, gloss, shadow)
 
 
@@ -15,42 +16,87 @@ LEVEL_SD = 0.05  # how well "half height" is known, as a share of the height (sh
 class Edge:
     """Edge points (n, 2) [px] in order around the grain; `sd_px` of one point after smoothing; `level_px`: how far the
     edge moves per `LEVEL_SD` of height; `lost`: share of points at which no edge was found; `hidden`: of points that a
-    neighbour covers, completed by an ellipse."""
+    neighbour covers, completed by an ellipse; `rim`: of points beside which something
+    stands out more than the grain itself (a shadow)."""
 
     points: np.ndarray
     sd_px: float
     level_px: float
     lost: float
     hidden: float
+    rim: float = 0.0
 
 
 def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge | None:
     """Refine a mask's `outline` (n, 2) [px] on the relief `height` (ground 0, grains about 1).
 
-    Along each normal the crossing nearest to the outline of half of (ground beside it + grain inside it) is taken; the
-    moves are smoothed along the outline over about a tenth of the grain's radius. The picture's own blur leaves a
-    straight edge where it is and draws one of radius R in by about σ²/(2R). None when too little is free.
+    Along each normal the crossing nearest to the outline of half of (ground beside it + grain inside it) is taken, twice:
+    from the mask's staircase, and from the even outline that this gives. Moves are smoothed over `SMOOTH_RAD` of the
+    way around. The picture's own blur leaves a straight edge where it is and draws one of radius R in by about σ²/(2R).
+    None when too little is free.
     """
     if free.sum() < 12:
         return None
-    base = _smooth_closed(outline, 3.0)
+    base = ndimage.gaussian_filter1d(outline, 2.0, axis=0, mode="wrap")
     normal = _normals(base)
-    offsets = np.arange(-REACH_PX, REACH_PX + STEP_PX / 2, STEP_PX)
-    place = base[:, None] + offsets[None, :, None] * normal[:, None]
-    profile = ndimage.map_coordinates(height, [place[..., 1], place[..., 0]], order=1, mode="nearest")
-    inner = ndimage.median_filter(profile[:, offsets < -REACH_PX + 1.5].mean(1), size=_odd(len(base) / 8), mode="wrap")
-    outer = float(np.median(profile[free][:, offsets > REACH_PX - 1.5]))
-    moves = {level: _crossing(profile, offsets, outer + level * (inner - outer)) for level in (0.5 - LEVEL_SD, 0.5, 0.5 + LEVEL_SD)}
-    good = np.isfinite(moves[0.5]) & free
+    moves = _moves(height, base, normal, free, 1.35)[0.5]
+    good = np.isfinite(moves) & free
     if good.sum() < 12:
         return None
-    width = max(1.0, 0.1 * np.sqrt(len(base) ** 2 / (4 * np.pi**2)))
+    move, _ = _smooth_known(moves, good, 1.0)
+    base, hidden = _even(base + move[:, None] * normal, good)
+    if hidden.mean() > 0.75:
+        return None
+    normal, seen = _normals(base), ~hidden
+    blur = _blur(_moves(height, base, normal, seen, 1.35), seen)
+    moves = _moves(height, base, normal, seen, blur)
+    good = np.isfinite(moves[0.5]) & seen
+    if good.sum() < 12:
+        return None
+    width = SMOOTH_RAD * len(base) / (2 * np.pi)
     move, sd = _smooth_known(moves[0.5], good, width)
-    both = np.isfinite(moves[0.5 - LEVEL_SD]) & np.isfinite(moves[0.5 + LEVEL_SD]) & good
-    level_px = float(np.median(np.abs(moves[0.5 - LEVEL_SD] - moves[0.5 + LEVEL_SD])[both])) / 2 if both.any() else 0.5
-    points = base + move[:, None] * normal
-    points, hidden = _complete(points, free)
-    return Edge(points, sd, level_px, float(1 - good.sum() / free.sum()), hidden)
+    move += 0.5 * blur**2 * np.clip(_curvature(base, width), 0, 0.5)  # what the blur has drawn the edge in by
+    level_px = LEVEL_SD * np.sqrt(2 * np.pi) * blur
+    core = ndimage.map_coordinates(height, ((base + base.mean(0)) / 2).T[::-1], order=1, mode="nearest")
+    rim = float((moves["peak"][seen] > 1.2 * np.median(core)).mean())
+    return Edge(base + move[:, None] * normal, sd, level_px, float(1 - good.sum() / seen.sum()), float(hidden.mean()), rim)
+
+
+def _moves(height: np.ndarray, base: np.ndarray, normal: np.ndarray, free: np.ndarray, blur: float) -> dict:
+    """How far outwards [px] each point must go to lie where the relief crosses half height, and a little more or less.
+
+    Ground and grain are read 2.3 to 3.3 times the `blur` (sd of the edge, px) beside the edge: close to it, for a grain's
+    rim is darker than its middle. "peak": the relief's largest value just within the edge.
+    """
+    reach = max(3.6 * blur, 4.0)
+    offsets = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
+    place = base[:, None] + offsets[None, :, None] * normal[:, None]
+    profile = ndimage.map_coordinates(height, [place[..., 1], place[..., 0]], order=1, mode="nearest")
+    beside = (np.abs(offsets) > 2.3 * blur) & (np.abs(offsets) < 3.3 * blur)
+    inner, outer = (profile[:, beside & side].mean(1) for side in (offsets < 0, offsets > 0))
+    inner = ndimage.median_filter(inner, size=_odd(len(base) / 8), mode="wrap")
+    usual = np.median(outer[free])
+    # A shadow lowers the ground at a place (for light grains), a neighbour raises it: only the first is believed.
+    outer = np.minimum(ndimage.median_filter(np.where(free, outer, usual), size=_odd(len(base) / 12), mode="wrap"), usual)
+    moves = {k: _crossing(profile, offsets, outer + k * (inner - outer)) for k in (0.5 - LEVEL_STEP, 0.5, 0.5 + LEVEL_STEP)}
+    return {**moves, "peak": profile[:, offsets < 0].max(1)}
+
+
+def _blur(moves: dict, seen: np.ndarray) -> float:
+    """sd [px] of the edge's blur from the way between two levels: for a Gaussian edge, level step × √(2π) × sd."""
+    way = (moves[0.5 - LEVEL_STEP] - moves[0.5 + LEVEL_STEP])[seen]
+    way = way[np.isfinite(way)]
+    if len(way) < 8:
+        return 1.35
+    return float(np.clip(np.median(way) / (2 * LEVEL_STEP * np.sqrt(2 * np.pi)), 1.0, 4.0))
+
+
+def _curvature(points: np.ndarray, width: float) -> np.ndarray:
+    """1/R [1/px] along a closed outline, smoothed; positive where it bulges."""
+    first, second = (ndimage.gaussian_filter1d(points, max(width, 1), axis=0, order=k, mode="wrap") for k in (1, 2))
+    speed = np.maximum(np.hypot(*first.T), 1e-6)
+    turn = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3
+    return turn if turn.sum() > 0 else -turn
 
 
 def _crossing(profile: np.ndarray, offsets: np.ndarray, level: np.ndarray) -> np.ndarray:
@@ -79,35 +125,36 @@ def _smooth_known(move: np.ndarray, good: np.ndarray, width: float) -> tuple[np.
     return smooth, float(spread * np.sqrt(2 / (2 * np.sqrt(np.pi) * width)))
 
 
-def _complete(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, float]:
-    """Replace the points on a cut by the ellipse through the free ones."""
-    if free.all():
-        return points, 0.0
+def _even(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The outline at even steps around the ellipse through its free points, about a pixel each, and which of them are hidden.
+
+    Where no free point is near, the ellipse itself stands for the outline.
+    """
     for _ in range(3):  # twice without points that stand off the ellipse: the neck to a neighbour
         (cx, cy), axes, angle = cv2.fitEllipseDirect(points[free].astype(np.float32))
         turn, semi = np.radians(angle), np.maximum(np.asarray(axes) / 2, 0.5)
         x, y = points[:, 0] - cx, points[:, 1] - cy
         along, across = x * np.cos(turn) + y * np.sin(turn), -x * np.sin(turn) + y * np.cos(turn)
-        off = np.abs(np.hypot(along / semi[0], across / semi[1]) - 1) * np.sqrt(semi.prod())
+        depth = np.hypot(along / semi[0], across / semi[1])
+        off = np.abs(depth - 1) * np.sqrt(semi.prod())
         near = off < max(1.0, 4 * 1.4826 * float(np.median(off[free])))
-        free = free & near if (free & near).sum() >= 12 else free
-    direction = np.arctan2(across / semi[1], along / semi[0])
-    # All of the hidden arc, not only the cut's few points: fill the largest gap in direction evenly.
-    angles = np.sort(np.mod(direction[free], 2 * np.pi))
-    gaps = np.diff(np.concatenate([angles, angles[:1] + 2 * np.pi]))
-    fill = [a + g * np.linspace(0, 1, int(g / 0.03) + 2)[1:-1] for a, g in zip(angles, gaps) if g > 0.12]
-    hidden = float(sum(g for g in gaps if g > 0.12) / (2 * np.pi))
-    t = np.concatenate(fill) if fill else np.empty(0)
-    along, across = semi[0] * np.cos(t), semi[1] * np.sin(t)
-    arc = np.stack([cx + along * np.cos(turn) - across * np.sin(turn), cy + along * np.sin(turn) + across * np.cos(turn)], -1)
-    every = np.concatenate([points[free], arc])
-    order = np.argsort(np.arctan2(every[:, 1] - cy, every[:, 0] - cx))
-    return every[order], hidden
-
-
-def _smooth_closed(outline: np.ndarray, width: float) -> np.ndarray:
-    """Smooth the stair-case of pixels; a circle of radius R would shrink by width²/(2R), which the crossing undoes."""
-    return ndimage.gaussian_filter1d(outline, width, axis=0, mode="wrap")
+        trimmed = not free.all() and (free & near).sum() >= 12
+        free = free & near if trimmed else free
+    direction = np.mod(np.arctan2(across / semi[1], along / semi[0])[free], 2 * np.pi)
+    order = np.argsort(direction)
+    direction, depth = direction[order], depth[free][order]
+    count = int(np.clip(2 * np.pi * np.sqrt((semi**2).mean()), 48, 1500))
+    t = 2 * np.pi * np.arange(count) / count
+    after = np.searchsorted(direction, t)
+    ahead = np.concatenate([direction, direction[:1] + 2 * np.pi])[after]
+    behind = np.concatenate([direction[-1:] - 2 * np.pi, direction])[after]
+    hidden = ahead - behind > max(0.15, 3.5 / np.sqrt(semi.prod()))
+    depth = np.where(hidden, 1.0, np.interp(t, direction, depth, period=2 * np.pi))
+    depth = ndimage.gaussian_filter1d(depth, SMOOTH_RAD * count / (2 * np.pi), mode="wrap")
+    along, across = depth * semi[0] * np.cos(t), depth * semi[1] * np.sin(t)
+    return np.stack(
+        [cx + along * np.cos(turn) - across * np.sin(turn), cy + along * np.sin(turn) + across * np.cos(turn)], -1
+    ), hidden
 
 
 def _normals(points: np.ndarray) -> np.ndarray:

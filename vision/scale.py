@@ -162,7 +162,7 @@ def _honest(fit: Fit) -> tuple[GridMap, np.ndarray]:
     sums = np.stack([np.bincount(label, fit.residual[:, f]) for f in (0, 1)])
     together = float((sums**2 / count).mean() / max(sd**2, 1e-12)) if len(count) > 3 else 2.0
     # Windows beside the paper's edge or a thing that covers it err most; drawn strips ask for this much more where few are whole.
-    sd = max(sd, 1e-3) * np.sqrt(max(1.0, together)) * (1 + 60 / n)
+    sd = max(sd, 1e-3) * np.sqrt(max(1.0, together)) * (1 + min(60 / n, 1))
     measured = np.stack(fit.grid.uv(w.x, w.y)) + fit.residual.T
     weight = 1 / np.maximum(1, np.abs(fit.residual.T) / (2 * sd))
     return fit_map(fit.grid, w.x, w.y, *measured, *weight, sd)

@@ -36,4 +36,7 @@ def _axes(grain: Grain) -> list[np.ndarray]:
     across = np.array([-along[1], along[0]])
     place = grain.edge @ along
     middle = np.array([grain.x_px, grain.y_px])
-    return [grain.edge[[place.argmin(), place.argmax()]], np.stack([middle - across * grain.width_px / 2, middle + across * grain.width_px / 2])]
+    return [
+        grain.edge[[place.argmin(), place.argmax()]],
+        np.stack([middle - across * grain.width_px / 2, middle + across * grain.width_px / 2]),
+    ]

@@ -146,7 +146,9 @@ def _beside(first: DrawnSeed, second: DrawnSeed, direction: float) -> DrawnSeed:
     for _ in range(25):
         middle = (near + far) / 2
         tried = DrawnSeed(
-            first.x + middle * np.cos(direction), first.y + middle * np.sin(direction), *(second.length, second.width, second.angle_deg, second.group)
+            first.x + middle * np.cos(direction),
+            first.y + middle * np.sin(direction),
+            *(second.length, second.width, second.angle_deg, second.group),
         )
         near, far = (middle, far) if _gap(first, tried) < -0.5 else (near, middle)
     return tried
