@@ -11,7 +11,6 @@ from vision.measurement import MeasurementError
 from vision.photo import read_photo
 from vision.recording import Recording
 
-
 SAMPLE_BYTES = 90_000_000  # of pictures held at once
 
 
@@ -133,9 +132,11 @@ class Video(FrameSource):
         yield from self._decode(every=1)
 
     def sample(self, n: int) -> list[np.ndarray]:
-        """As `picked`, but frames that no other frame is predicted from are not even decoded."""
+        """As `picked`, but of key frames alone where there are enough, else without frames that no other depends on."""
+        enough = self._key_frames() >= 20
+        every = 1 if enough else max(1, self.count // (2 * n))
         frames, stride = [], 1
-        for i, frame in enumerate(self._decode(every=max(1, self.count // (2 * n)), skip="NONREF")):
+        for i, frame in enumerate(self._decode(every, skip="NONKEY" if enough else "NONREF")):
             if i % stride == 0:
                 frames.append(frame.pixels)
             if len(frames) > affordable(n, frame.pixels):  # thin out what there is, and go on half as densely
@@ -145,6 +146,10 @@ class Video(FrameSource):
     def picked(self, n: int) -> list[Frame]:
         """Decodes the whole film (a video has no random access worth the name) but converts only every so-manieth frame."""
         return list(self._decode(every=max(1, -(-self.count // n))))[: 2 * n]
+
+    def _key_frames(self) -> int:
+        with _opened(self.path) as container:
+            return sum(packet.is_keyframe for packet in container.demux(container.streams.video[0]))
 
     def _decode(self, every: int, skip: str | None = None) -> Iterator[Frame]:
         import av

@@ -53,7 +53,7 @@ def draw_drop(
         if vy < 0.02:
             break
     first = bounces[0]
-    top = max(pieces[1][3]) - low
+    top = max(pieces[1][3]) - low if len(pieces) > 1 else 0.0
     truth = {
         "rebound_height": 1000 * top, "restitution": math.sqrt(1000 * top / height_mm), "impact_speed": first["before"],
         "rebound_speed": first["after"], "restitution_normal": first["e"], "bounces": bounces,
@@ -76,7 +76,12 @@ def draw_drop(
 
 
 def _flight(y: float, vy: float, low: float, drag: float, gravity: float, dt: float = 2e-5):
-    """One flight by velocity Verlet until y = low: duration, speed at the end, and its path (times, heights)."""
+    """One flight until y = low (by velocity Verlet where there is drag): duration, speed at the end, and its path (times, heights)."""
+    if drag == 0:
+        end = math.sqrt(vy**2 + 2 * gravity * (y - low))
+        last = (vy + end) / gravity
+        times = np.linspace(0, last, max(int(last / dt), 2))
+        return last, end, times, y + vy * times - gravity * times**2 / 2
     times, heights, speed = [0.0], [y], vy
 
     def pull(v):
