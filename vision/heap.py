@@ -21,7 +21,7 @@ class BaseLine:
     intercept: float
     slope: float
     slope_sd: float
-    source: str  # "plate" | "foot" | "mirror" | "given" | "toe"
+    source: str  # "plate" | "edge" | "foot" | "mirror" | "given" | "toe"
 
     def at(self, x):
         return self.intercept + self.slope * np.asarray(x, dtype=float)

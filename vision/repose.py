@@ -11,6 +11,7 @@ import numpy as np
 
 from vision.boundary import Ground, Silhouette, edge, find_ground, silhouettes
 from vision.heap import TOE, BaseLine, Flank, Heap, find_heap, level_line
+from vision.level import plate_edge
 from vision.line import Line, fit_line
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
 from vision.recording import Camera
@@ -18,7 +19,7 @@ from vision.recording import Camera
 EDGE_FLOOR_PX = 0.01  # an edge is not believed better than this, however smooth the surface
 UNKNOWN_PLUMB_SD_DEG = 0.5
 BENT_DEG = 8.0  # local slopes that differ by more than this inside the window: one line is the wrong model
-BASES = ("given", "plate", "foot", "mirror", "toe")  # how the pile's foot was found, best first
+BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
 NO_SLOPE = "no slope to measure: "
 
 
@@ -137,8 +138,8 @@ def _scaled(base: BaseLine, factor: float) -> BaseLine:
 
 
 def _base_line(cut, ground, silhouette, surface, options, camera, roi) -> BaseLine:
-    """The pile's foot: given; else the plate on either side of it; else its lower edge; else the middle between it and its
-    mirror image; else a level line through the lowest point of the surface."""
+    """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
+    edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
     if options.baseline is not None:
         x1, y1, x2, y2 = options.baseline
         if x1 == x2:
@@ -147,6 +148,8 @@ def _base_line(cut, ground, silhouette, surface, options, camera, roi) -> BaseLi
         return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
     if (plate := _line_through(surface, ground.factor, share=0.08 * surface.size)) is not None:
         return BaseLine(*plate, "plate")
+    if (line := plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)) is not None:
+        return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
     height = ground.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
@@ -178,7 +181,7 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
         on = off <= min(tolerance, max(4 * 1.4826 * float(np.median(off[on])), 0.3))
         if on.sum() < max(8, share / 2):
             return None
-    if line.bent > 0.5 and line.rms > 0.3:
+    if line.bent > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
         return None  # a slope running out, not a plate
     return line.intercept, line.slope, line.slope_sd
 

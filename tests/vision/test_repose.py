@@ -178,7 +178,7 @@ def no_piles():
 @pytest.mark.parametrize("case", no_piles())
 def test_what_is_no_pile_is_refused(case):
     image, reason = no_piles()[case]
-    with pytest.raises(MeasurementError, match=reason):
+    with pytest.raises(MeasurementError, match=reason or None):
         measure_repose(image)
 
 
@@ -224,3 +224,30 @@ def test_the_overlay_shows_the_line_where_it_was_fitted():
     slope = np.polyfit(x, y, 1)[0]
     assert np.degrees(np.arctan(slope)) == pytest.approx(31, abs=0.3)
     assert overlay.shape[1] == image.shape[1]
+
+
+def test_a_faint_plate_still_gives_the_horizontal():
+    """A plate nearly as bright as the background, the pile's mirror image in it: its own edge is found beside the pile."""
+    image = draw(angle_deg=28, sides="right", roll_deg=-2.5, plate_tone=52, mirror=0.5, noise=0.02)
+    found = measure_repose(image)
+    assert found.base.source in ("plate", "edge")
+    assert found.horizontal_deg == pytest.approx(-2.5, abs=0.1)
+    assert value(found).value == pytest.approx(28, abs=0.15)
+
+
+def test_a_textured_wall_and_a_shadow_do_not_matter():
+    """Blotches, grain of the wall and a soft shadow, 8 drawn at random: no error beyond 3 claimed sd."""
+    from piles import hard_scene
+    from scipy.ndimage import gaussian_filter
+
+    for i in range(8):
+        rng = np.random.default_rng([77, i])
+        scene = hard_scene(rng)
+        image = draw_pile(scene, rng).astype(float)
+        for sigma in ((2, 25), (30, 30)):
+            texture = gaussian_filter(rng.normal(size=image.shape), sigma)
+            image += rng.uniform(1, 8) * texture / texture.std()
+        y, x = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
+        image *= 1 - rng.uniform(0, 0.4) * np.exp(-(((x - 1000) / 400) ** 2) - ((y - 650) / 200) ** 2)
+        angle = value(measure_repose(np.clip(image, 0, 255).astype(np.uint8)))
+        assert abs(angle.value - scene.angle_deg) <= max(3 * angle.sd, 0.3), i
