@@ -13,7 +13,7 @@ def feret(points: np.ndarray) -> tuple[float, float, float]:
     side = np.roll(hull, -1, 0) - hull
     side = side[np.hypot(*side.T) > 1e-9]
     normal = np.stack([-side[:, 1], side[:, 0]], -1) / np.hypot(*side.T)[:, None]
-    across = normal @ hull.T
+    across = normal[:, :1] * hull[:, 0] + normal[:, 1:] * hull[:, 1]
     apart = hull[:, None] - hull[None]
     distance = np.hypot(apart[..., 0], apart[..., 1])
     i, j = np.unravel_index(int(distance.argmax()), distance.shape)

@@ -30,10 +30,15 @@ class Strengths:
         return bool(np.isfinite(self.value).sum() >= 6 and self.missing == 0 and self.humps >= 6)
 
     @property
+    def heaviest(self) -> int:
+        """Which of the ten lines is the heaviest; 0 when none is seen."""
+        return int(np.argmax(np.nan_to_num(self.value)))
+
+    @property
     def missing(self) -> int:
         """How many lines are not there, of those that could be seen."""
         value, sd = self.value[np.isfinite(self.value)], self.sd[np.isfinite(self.value)]
-        return int((value <= np.maximum(4 * sd, FAINTEST * value.max(initial=0))).sum())
+        return int((value <= np.maximum(2.5 * sd, FAINTEST * value.max(initial=0))).sum())
 
 
 @dataclass(frozen=True)
@@ -135,7 +140,7 @@ def _name(ratio: float, both: list[Strengths]) -> Pitch:
     """Hold both families' strengths against each pattern; the best, with a price for every class and every choice of origin."""
     scores = {}
     for pattern, classes in _CLASSES.items():
-        fits = [min((_misfit(s, np.roll(classes, o)), o) for o in range(10)) if s.all_there else (0.0, 0) for s in both]
+        fits = [min((_misfit(s, np.roll(classes, o)), o) for o in range(10)) if s.all_there else (0.0, s.heaviest) for s in both]
         choices = len({tuple(np.roll(classes, o)) for o in range(10)})
         price = 8 * max(classes) + 2 * np.log(choices)
         told = [f[0] + price for f, s in zip(fits, both) if s.all_there]

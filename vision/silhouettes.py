@@ -40,10 +40,10 @@ def relieve(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relief:
         raise MeasurementError("the graph paper fills the picture; nothing is left in which to look for seeds")
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
+    small = cv2.resize(image, small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
     best = None
     for name in ("light", "red", "green", "blue", "colour") if image.ndim == 3 else ("light",):
-        small = cv2.resize(channel(image, name), small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
-        found = _two_levels(cv2.GaussianBlur(small, (0, 0), 0.8), small_allowed)
+        found = _two_levels(cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), small_allowed)
         if found and (best is None or found[0] > best[0] + 0.5):
             best = (*found, name)
     if best is None or best[0] < LEAST_CONTRAST:
@@ -64,10 +64,10 @@ def channel(image: np.ndarray, name: str) -> np.ndarray:
     if image.ndim == 2:
         return image.astype(np.float32) / top
     if name == "light":
-        return cv2.transform(image, np.float32([[0.299, 0.587, 0.114]])).astype(np.float32) / top
+        return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32) / top
     if name == "colour":
-        low, high = cv2.min(cv2.min(image[..., 0], image[..., 1]), image[..., 2]), np.max(image, 2)
-        return (high - low).astype(np.float32) / top
+        red, green, blue = cv2.split(image)
+        return (cv2.max(cv2.max(red, green), blue) - cv2.min(cv2.min(red, green), blue)).astype(np.float32) / top
     return image[..., ("red", "green", "blue").index(name)].astype(np.float32) / top
 
 
@@ -105,7 +105,9 @@ def _between(values: np.ndarray) -> float:
     Unlike Otsu's it does not split the ground's noise when grains cover less than a hundredth of the picture.
     """
     low, high = (float(v) for v in np.percentile(values, (0.02, 99.98)))
-    count, edges = np.histogram(values, 256, (low, max(high, low + 1e-6)))
+    if high - low < 1e-4:
+        return high
+    count, edges = np.histogram(values.astype(float), 256, (low, high))
     middle = (edges[1:] + edges[:-1]) / 2
     level = (low + high) / 2
     for _ in range(30):
