@@ -30,16 +30,24 @@ class _Piece:
     times: list[float]
     shapes: list[Silhouette]
 
-    def predict(self, frame: int) -> tuple[float, float, float]:
-        """Place expected in `frame`, and how fast it goes [px per frame]."""
+    def distance(self, shape: Silhouette, frame: int) -> tuple[float, float]:
+        """How far `shape` is from where this thing should be in `frame`, and how fast it goes [px per frame].
+
+        What goes down may also have bounced: then any place between a dead stop and a full rebound will do. (Without that
+        a falling seed is taken on by its mirror image in the plate, which goes on downwards.)
+        """
         last = self.shapes[-1]
         if len(self.shapes) < 2:
-            return last.x, last.y, 0.0
-        back = self.shapes[-min(4, len(self.shapes))]
-        span = self.frames[-1] - self.frames[-min(4, len(self.frames))]
-        vx, vy = (last.x - back.x) / span, (last.y - back.y) / span
-        ahead = frame - self.frames[-1]
-        return last.x + vx * ahead, last.y + vy * ahead, float(np.hypot(vx, vy))
+            return float(np.hypot(shape.x - last.x, shape.y - last.y)), 0.0
+        back = -min(4, len(self.shapes))
+        span, ahead = self.frames[-1] - self.frames[back], frame - self.frames[-1]
+        vx, vy = (last.x - self.shapes[back].x) / span, (last.y - self.shapes[back].y) / span
+        across, along = shape.x - last.x - vx * ahead, shape.y - last.y
+        away = float(np.hypot(across, along - vy * ahead))
+        if vy > 0:
+            bounced = np.clip(along, -vy * ahead, vy * ahead)
+            away = min(away, float(np.hypot(across, along - bounced)))
+        return away, float(np.hypot(vx, vy))
 
     @property
     def area(self) -> float:
@@ -98,15 +106,16 @@ def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette]
     """Give each piece the silhouette that fits it best; what nobody wants starts a piece."""
     offers = []
     for p, piece in enumerate(active):
-        x, y, speed = piece.predict(frame)
         last = piece.shapes[-1]
         for s, shape in enumerate(shapes):
             size = np.sqrt(max(shape.area, last.area))
+            away, speed = piece.distance(shape, frame)
             gate = 1.2 * size + 2.2 * speed + 3.0 if len(piece.shapes) > 1 else 2.5 * size + 40.0
-            away = float(np.hypot(shape.x - x, shape.y - y))
-            ratio = abs(np.log(shape.area / last.area))
-            if away < gate and ratio < 1.1 and shape.contrast * last.contrast > 0:
-                offers.append((away / size + 1.5 * ratio, p, s))
+            if away > gate or shape.contrast * last.contrast <= 0:
+                continue
+            area, contrast = abs(np.log(shape.area / last.area)), abs(np.log(shape.contrast / last.contrast))
+            if area < 1.1 and contrast < 1.1:
+                offers.append((away / size + 1.5 * area + 2.0 * contrast, p, s))
     taken_p, taken_s = set(), set()
     for _, p, s in sorted(offers):
         if p in taken_p or s in taken_s:

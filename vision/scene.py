@@ -84,10 +84,10 @@ def _even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
         return frames
     height, width = frames[0].shape[:2]
     size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
-    small = [grey(cv2.resize(f, size, interpolation=cv2.INTER_AREA), None) for f in frames]
+    small = [cv2.resize(grey(f, None), size, interpolation=cv2.INTER_AREA) for f in frames]
     small = [s / max(float(np.median(s)), 1e-6) for s in small]  # light drift is not motion
     change = np.array([np.abs(b - a) for a, b in itertools.pairwise(small)])
-    level = 6 * float(np.median(change)) + 1e-6
+    level = 8 * float(np.median(change)) + 0.01
     moved = (change > level).mean(axis=(1, 2))
     moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
     path = np.concatenate([[0.0], np.cumsum(moved)])
