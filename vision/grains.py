@@ -143,7 +143,8 @@ def measure_seeds(
         raise MeasurementError(f"mm_per_px = {scale} is not a scale")
     paper = paper or (scale if isinstance(scale, Scale) else None)
     region = _paper_region(paper, image.shape[:2])
-    relief = relieve(image, region)
+    ground_lines = paper is not None and region is None  # seeds on graph paper: its lines are below 0.4 mm wide
+    relief = relieve(image, region, int(np.ceil(0.5 / paper.mm_per_px)) if ground_lines else 0)
     relative_sd = UNKNOWN_SCALE_SD if mm_per_px_sd is None or not isinstance(scale, int | float) else mm_per_px_sd / scale
     grains = [g for g in _things(relief, scale, relative_sd, region) if g is not None]
     if not any(g.quality != FAILED for g in grains):
@@ -157,6 +158,7 @@ def measure_seeds(
 
 def _things(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
     """Every connected patch of the mask: seeds, touching seeds, and what is none of them."""
+    yield from (_left_out(other, "too large for a seed") for other in relief.others)
     contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     patches = [c[:, 0] for c in contours if cv2.contourArea(c) >= LEAST_AREA_PX]
     typical = _typical_area(patches, relief)

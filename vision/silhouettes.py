@@ -14,11 +14,13 @@ SADDLE = 0.88  # two summits of depth are one grain when the way between them st
 
 @dataclass(frozen=True)
 class Relief:
-    """`height`: float32, the ground about 0 and grains about 1; `mask`: uint8, 1 on grains; `open`: where grains are sought."""
+    """`height`: float32, the ground about 0 and grains about 1; `mask`: uint8, 1 on grains; `allowed`: where
+    grains are sought; `others`: outlines (n, 2) [px] of large things that stand out otherwise than grains do (a label)."""
 
     height: np.ndarray
     mask: np.ndarray
     allowed: np.ndarray
+    others: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -29,33 +31,63 @@ class Piece:
     free: np.ndarray
 
 
-def relieve(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relief:
+def relieve(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0) -> Relief:
     """Bring grains to about 1 and their ground to about 0, whichever of them is lighter, in the channel that shows them best.
 
-    The ground's light is taken as a quadratic surface. `forbidden` (bool) marks what is neither (graph paper).
+    The ground's light is taken as a quadratic surface. `forbidden` (bool) marks what is neither (graph paper). Things
+    thinner than `thin_px` (printed lines of the ground) do not enter the mask.
     Raises MeasurementError when nothing stands out.
     """
     allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
-    if allowed.mean() < 0.05:
-        raise MeasurementError("the graph paper fills the picture; nothing is left in which to look for seeds")
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
     small = cv2.resize(image, small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
-    best = None
-    for name in ("light", "red", "green", "blue", "colour") if image.ndim == 3 else ("light",):
-        found = _two_levels(cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), small_allowed)
-        if found and (best is None or found[0] > best[0] + 0.5):
-            best = (*found, name)
+    best, others = _best_channel(small, small_allowed), ()
+    for _ in range(2):  # a white label beside brown seeds takes the upper level: without it, look again
+        large = best and _large_things(best, small, small_allowed)
+        again = large is not None and _best_channel(small, small_allowed & ~large[0])
+        if not again or again[0] < LEAST_CONTRAST:
+            break
+        best, others, small_allowed = again, (*others, *(o * step + step // 2 for o in large[1])), small_allowed & ~large[0]
     if best is None or best[0] < LEAST_CONTRAST:
         raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
+    if others:
+        allowed = allowed & (cv2.resize(small_allowed.astype(np.uint8), allowed.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0)
     _, surface, gain, threshold, name = best
     height = channel(image, name)
     ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in height.shape)
     height -= _surface(surface, xs[None, :], ys[:, None])
     height *= np.float32(gain)
     height = cv2.GaussianBlur(height, (0, 0), 1.0)
-    mask = ((height > threshold) & allowed).astype(np.uint8)
-    return Relief(height, mask, allowed)
+    thick = cv2.morphologyEx(height, cv2.MORPH_OPEN, np.ones((thin_px, thin_px), np.uint8)) if thin_px > 1 else height
+    return Relief(height, ((thick > threshold) & allowed).astype(np.uint8), allowed, others)
+
+
+def _best_channel(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarray, float, float, str] | None:
+    """Contrast, ground, gain and threshold (see `_two_levels`) of the channel that shows the grains best, and its name."""
+    best = None
+    if allowed.mean() < 0.03:
+        return None
+    for name in ("light", "red", "green", "blue", "colour") if small.ndim == 3 else ("light",):
+        found = _two_levels(cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), allowed)
+        if found and (best is None or found[0] > best[0] + 0.5):
+            best = (*found, name)
+    return best
+
+
+def _large_things(best, small: np.ndarray, allowed: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]] | None:
+    """What covers more than a fiftieth of the reduced picture and twenty times as much as most: (mask, outlines), or None."""
+    _, surface, gain, threshold, name = best
+    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in allowed.shape)
+    height = (channel(small, name) - _surface(surface, xs[None, :], ys[:, None])) * np.float32(gain)
+    contours = cv2.findContours(((height > threshold) & allowed).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    areas = np.array([cv2.contourArea(c) for c in contours])
+    usual = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
+    chosen = [c for c, a in zip(contours, areas) if a > max(0.02 * allowed.size, 20 * usual)]
+    if not chosen or len(chosen) == (areas > 12).sum() > 1:
+        return None
+    mask = cv2.drawContours(np.zeros(allowed.shape, np.uint8), chosen, -1, 1, -1)
+    return cv2.dilate(mask, np.ones((9, 9), np.uint8)) > 0, [c[:, 0] for c in chosen]
 
 
 def channel(image: np.ndarray, name: str) -> np.ndarray:
