@@ -98,6 +98,9 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
     """Where the seed stops, sd, the row from which it rests, doubts. A rocking seed rests about its last mean place."""
     moving = np.flatnonzero(speed > STILL_SHARE * top)
     last = int(moving[-1]) + 1
+    back = np.flatnonzero((speed < -STILL_SHARE * top) & (x > x[0] + 0.9 * (x[-1] - x[0])))
+    if len(back):  # it rocks: the run is over when it first rolls back
+        last = min(last, int(back[0]))
     rest = len(x) - last
     tail = slice(-max(5, len(x) // 50), None)
     end_speed = float(np.polyfit(track.time[tail], x[tail], 1)[0])
