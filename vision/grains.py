@@ -16,6 +16,7 @@ from vision.silhouettes import Piece, Relief, body, relieve, split, trimmed
 
 LEAST_AREA_PX = 60  # fewer px are dust to any camera
 CONVEX = 0.955  # area over that of the convex hull; grains that touch have notches
+SOFT = 1.8  # drawn and real seeds without shadow reach 1.8, dark seeds whose shadow counts as seed start at 1.85
 UNKNOWN_SCALE_SD = 0.01  # a stated mm_per_px without an sd is not trusted beyond 1 %
 
 
@@ -129,7 +130,7 @@ def measure_seeds(
 
     scale: read from graph paper, or mm per px (with its sd `mm_per_px_sd`; 1 % when not stated), or None: sizes in px.
     `paper`: graph paper whose region is no place for seeds (default: `scale` if it is one), unless it is the ground.
-    A shadow darker than dark seeds counts as seed: light them from all sides.
+    A shadow as dark as the seeds counts as seed (doubtful): light them from all sides.
     Valid for seeds of 12 px and more with a contrast of at least some 5 % of white that do not lie on each other.
     Raises MeasurementError when no whole seed is found.
     """
@@ -215,8 +216,8 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
         doubts.append(f"{100 * edge.hidden:.0f} % of its edge is hidden by neighbours")
     if edge.lost > 0.25:
         doubts.append(f"no clear edge over {100 * edge.lost:.0f} % of its outline")
-    if edge.rim > 0.15:
-        doubts.append("something darker or lighter than itself lies along its edge: a shadow is measured with it")
+    if edge.soft > SOFT or edge.rim > 0.2:
+        doubts.append("its edge is soft or darker on one side: a shadow may be measured with it")
     if solidity(edge.points.astype(np.float32)) < 0.95:
         doubts.append("its outline is dented: two seeds, or a broken one")
     if ellipse_share(edge.points) < 0.93:

@@ -107,6 +107,14 @@ def test_a_dented_outline_is_doubtful():
     assert broken.quality == DOUBTFUL and broken.reason
 
 
+def test_seeds_that_a_shadow_makes_larger_are_doubtful():
+    image, _ = draw_seeds(Spread(shadow=0.6, seed=0.5, ground=0.85), SHAPE, np.random.default_rng(0))
+    grains = measure_seeds(image)
+    assert np.mean([g.quality == DOUBTFUL and "shadow" in g.reason for g in grains.measured]) > 0.8
+    plain, _, _ = matched(Spread())  # the control: no shadow, no doubt
+    assert not any(g.reason for g in plain.measured)
+
+
 def test_sizes_in_mm_and_their_sds():
     _, errors, _ = matched(Spread())
     image, _ = draw_seeds(Spread(), SHAPE, np.random.default_rng(0))
