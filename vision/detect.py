@@ -13,6 +13,7 @@ import numpy as np
 from vision.scene import Scene
 
 MOVES_SD = 6.0  # a coarse pixel this many sds off the background moves; one in 5e8 by chance
+FAINTEST = 0.03  # of the strongest difference in the frame: below it are codec errors and reflected light
 MOST = 4  # things measured in a frame: seed, mirror image, shadow, clamp or hand
 LARGEST = 0.10  # of the picture; beyond it is a hand, not a seed
 BAND_PX = 1.7  # half width of the edge band for a sharp edge
@@ -43,7 +44,8 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
     """What differs from the background in this frame, strongest first, at most MOST things."""
     difference, gain = scene.coarse_difference(pixels)
     size = np.abs(difference)
-    mask = (size > max(MOVES_SD * scene.coarse_noise, 0.6)).astype(np.uint8)
+    threshold = max(MOVES_SD * scene.coarse_noise, 0.6, FAINTEST * float(size.max()))
+    mask = (size > threshold).astype(np.uint8)
     if not mask.any():
         return []
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))

@@ -137,12 +137,20 @@ def _noise(frames, background, weights, coarse) -> tuple[float, float, float]:
         plain = grey(frame, weights)
         gain = float(np.median(plain[::5, ::5] / np.maximum(background[::5, ::5], 1.0)))
         off = plain - gain * background
-        sd = 1.4826 * float(np.median(np.abs(off - np.median(off))))
-        sds.append(max(sd, 0.3))
+        sds.append(max(_spread(off), 0.3))
         clear = np.clip(off, -4 * sds[-1], 4 * sds[-1])
         own = float((clear**2).mean())
         near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / own if own > 0 else 0.0
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
         small = cv2.resize(plain, coarse.shape[::-1], interpolation=cv2.INTER_AREA) - gain * coarse
-        coarse_sds.append(1.4826 * float(np.median(np.abs(small - np.median(small)))))
+        coarse_sds.append(_spread(small))
     return float(np.median(sds)), float(np.median(spreads)), max(float(np.median(coarse_sds)), 0.15)
+
+
+def _spread(off: np.ndarray) -> float:
+    """sd of the still part: from the median and from the 95th percentile of the deviation, the larger.
+
+    A video's codec repeats most of the picture unchanged and errs in the rest, which the median alone does not see.
+    """
+    size = np.abs(off - np.median(off))
+    return max(1.4826 * float(np.median(size)), float(np.percentile(size[::2, ::2], 95)) / 1.96)
