@@ -40,6 +40,7 @@ class Flights:
     """F flights fitted together. params: a₀ b₀ a₁ b₁ … γ ε (2F + 2), with cov. rows: the used rows of each flight."""
 
     rows: tuple[np.ndarray, ...]
+    time: np.ndarray  # (n,) of all rows
     middle: np.ndarray
     params: np.ndarray
     cov: np.ndarray
@@ -217,7 +218,7 @@ def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guar
         solved = _solve(design, shifted, lag, weight[used], gravity, quick, len(rows))
     found, free = solved
     return Flights(
-        rows, middle, found.params, found.cov, found.noise, found.rho, float(free.params[-1]),
+        rows, time, middle, found.params, found.cov, found.noise, found.rho, float(free.params[-1]),
         float(np.sqrt(free.cov[-1, -1])), outlier, guard, gravity.drag,
     ), found.residuals * weight[used]  # fmt: skip
 

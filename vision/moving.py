@@ -10,7 +10,7 @@ from vision.frames import open_frames
 from vision.impacts import measure_impacts
 from vision.measurement import MeasurementError, Observation, Quantity
 from vision.overlay.track import on_picture, plot
-from vision.plate import follow_slide, roll_path
+from vision.plate import Plate, follow_slide, roll_path
 from vision.rebound import Rebound, measure_rebound, upright
 from vision.recording import Recording, with_camera
 from vision.run_out import measure_run_out
@@ -78,40 +78,50 @@ def _observe_frames(recording: Recording, progress) -> Observation:
         followed, plate = follow_slide(source, recording, progress)
     else:
         followed = follow(source, falling=recording.rig == "drop", progress=progress)
-        plate = None
     recording, notes = _with_scale(recording, followed)
     notes = [*source.notes, *notes]
-    scale = recording.camera.mm_per_px
-    height = followed.scene.shape[0]
     if recording.rig == "drop":
-        track = to_mm(followed.track, scale)
-        result = measure_rebound(track, recording)
-        pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
-        found = _observation(
-            recording, result.quantities, (*track.notes, *notes, *result.notes), pictures, result.track, result.bounces
-        )
-        return found
+        return _drop_in_frames(recording, followed, notes)
     if recording.rig == "slide":
-        track = to_mm(followed.track, scale)
-        slide = measure_slide(track, recording)
-        pictures = {
-            "track": on_picture(plate.picture, *plate.places, followed.track.outlier, lines=plate.lines, caption=_caption(slide.quantities)),
-            "slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities),
-        }  # fmt: skip
-        return _observation(recording, slide.quantities, (*track.notes, *notes, *slide.notes), pictures, track)
+        return _slide_in_frames(recording, followed, plate, notes)
+    return _roll_in_frames(recording, followed, notes)
+
+
+def _drop_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
+    result = measure_rebound(to_mm(followed.track, recording.camera.mm_per_px), recording)
+    pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
+    notes = [*followed.track.notes, *notes, *result.notes]
+    return _observation(recording, result.quantities, notes, pictures, result.track, result.bounces)
+
+
+def _slide_in_frames(recording: Recording, followed: Followed, plate: Plate, notes: list[str]) -> Observation:
+    track = to_mm(followed.track, recording.camera.mm_per_px)
+    slide = measure_slide(track, recording)
+    caption = _caption(slide.quantities)
+    pictures = {
+        "track": on_picture(plate.picture, *plate.places, track.outlier, lines=plate.lines, caption=caption),
+        "slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities),
+    }
+    return _observation(recording, slide.quantities, [*track.notes, *notes, *slide.notes], pictures, track)
+
+
+def _roll_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
     along = roll_path(followed.track, followed.size, recording)
-    track = to_mm(along.track, scale)
-    junction = None if along.junction is None else (along.junction[0] * (scale or 1), along.junction[1] * (scale or 1))
+    scale = recording.camera.mm_per_px or 1.0
+    track = to_mm(along.track, recording.camera.mm_per_px)
+    junction = None if along.junction is None else (along.junction[0] * scale, along.junction[1] * scale)
     roll = measure_run_out(track, recording, junction=junction)
+    low = followed.scene.shape[0] - 1  # y counts up from the bottom row
+    marks = [(c, low - y) for c, y in along.marks(None if roll.stop is None else roll.stop / scale)]
+    legs = [((a[0], low - a[1]), (b[0], low - b[1])) for a, b in along.legs]
+    x, y = followed.track.x, low - followed.track.y
     pictures = {
         "track": on_picture(
-            followed.scene.first, followed.track.x, height - 1 - followed.track.y, followed.track.outlier,
-            lines=[((a[0], height - 1 - a[1]), (b[0], height - 1 - b[1])) for a, b in along.legs],
-            marks=[(c, height - 1 - r) for c, r in along.marks(None if roll.stop is None else roll.stop / (scale or 1))],
-            caption=_caption(roll.quantities)),
+            followed.scene.first, x, y, track.outlier, lines=legs, marks=marks, caption=_caption(roll.quantities)
+        ),
         "roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction),
-    }  # fmt: skip
-    return _observation(recording, roll.quantities, (*track.notes, *notes, *along.notes, *roll.notes), pictures, track)
+    }
+    return _observation(recording, roll.quantities, [*track.notes, *notes, *along.notes, *roll.notes], pictures, track)
 
 
 def to_mm(track: Track, mm_per_px: float | None) -> Track:
@@ -149,12 +159,12 @@ def _caption(quantities: tuple[Quantity, ...]) -> str:
 
 def _flight_curves(result: Rebound) -> list[tuple[np.ndarray, np.ndarray]]:
     """(time, height) of each fitted flight from contact to contact."""
-    flights, time = result.flights, result.track.used().time
+    flights = result.flights
     if flights is None:
         return []
     meets = [flights.meeting(k) for k in range(len(flights.rows) - 1)]
-    begins = [time[flights.rows[0][0]], *meets]
-    ends = [*meets, time[flights.rows[-1][-1]]]
+    begins = [flights.time[flights.rows[0][0]], *meets]
+    ends = [*meets, flights.time[flights.rows[-1][-1]]]
     spans = [np.linspace(a, b, 80) for a, b in zip(begins, ends)]
     return [(t, flights.height(k, t)) for k, t in enumerate(spans)]
 

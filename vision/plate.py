@@ -18,7 +18,9 @@ LEAST_TURN_DEG = 0.3  # a plate that tilts by less in the whole film is not tilt
 
 @dataclass(frozen=True)
 class Plate:
-    """For the overlay: a picture (the last sampled, where the block has slid), the block's places in it (columns, rows), plate lines as segments."""
+    """For the overlay: a picture (the last sampled, where the block has slid), the block's places in it (columns, rows), and
+    plate lines as segments.
+    """
 
     picture: np.ndarray
     places: tuple[np.ndarray, np.ndarray]

@@ -72,7 +72,9 @@ def test_a_stated_frame_rate_wins_over_the_playback_rate(tmp_path):
 
 def test_a_video_that_stops_early_says_so(tmp_path):
     noisy = np.random.default_rng(0)
-    recording = write_video(Recording("v", tmp_path, "drop", "video", ()), (noisy.integers(0, 255, (240, 320), dtype=np.uint8) for _ in range(60)))
+    recording = write_video(
+        Recording("v", tmp_path, "drop", "video", ()), (noisy.integers(0, 255, (240, 320), dtype=np.uint8) for _ in range(60))
+    )
     file = recording.files[0]
     data = file.read_bytes()
     moov = data.find(b"moov") - 4

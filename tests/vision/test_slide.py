@@ -49,7 +49,9 @@ def test_intervals_hold_the_truth_when_the_sensor_is_off_by_its_sd(ar):
     for seed in range(80):
         motion, track = slid(seed, fps=120, ar=ar)
         rng = np.random.default_rng(10_000 + seed)
-        off = replace(track, tilt_deg=track.tilt_deg + TILT_SD_DEG * rng.standard_normal(), x=track.x * (1 + 8e-4 * rng.standard_normal()))
+        off = replace(
+            track, tilt_deg=track.tilt_deg + TILT_SD_DEG * rng.standard_normal(), x=track.x * (1 + 8e-4 * rng.standard_normal())
+        )
         for name, q in named(measure_slide(off, KNOWN)).items():
             inside.append(abs(q.value - motion.truth[name]) < 1.96 * q.sd)
     assert 0.90 <= np.mean(inside) <= 0.99
@@ -93,7 +95,7 @@ def test_a_block_already_on_its_way_is_doubtful():
 
 
 def test_what_happens_after_the_stop_is_not_fitted():
-    motion, track = slid(fps=240)
+    _, track = slid(fps=240)
     n = 120
     time = np.concatenate([track.t_s, track.t_s[-1] + np.arange(1, n + 1) / 240])
     rng = np.random.default_rng(0)

@@ -45,7 +45,10 @@ def falling(look: Look, count=60, seed=1):
 def errors(look: Look, **options):
     frames, columns, rows, angles = falling(look, **options)
     scene = learn_scene(Drawn(frames, fps=1000))
-    found = [min(find_silhouettes(f, scene), key=lambda s, c=c, r=r: np.hypot(s.x - c, s.y - r)) for f, c, r in zip(frames, columns, rows)]
+    found = [
+        min(find_silhouettes(f, scene), key=lambda s, c=c, r=r: np.hypot(s.x - c, s.y - r))
+        for f, c, r in zip(frames, columns, rows)
+    ]
     off = np.array([(s.x - c, s.y - r) for s, c, r in zip(found, columns, rows)])
     return off, np.array([s.sd for s in found]), found, (columns, rows, angles)
 
@@ -75,7 +78,7 @@ def test_centroids(look, limit):
 
 def test_no_pixel_lock():
     """First harmonic of the error in the sub-pixel place below 0.02 px; whole-pixel centroids (control) show it."""
-    off, _, found, (columns, rows, _) = errors(Look(noise=2), count=120)
+    off, _, _, (columns, rows, _) = errors(Look(noise=2), count=120)
     phase = np.concatenate([columns, rows]) % 1
     wave = np.column_stack([np.cos(2 * np.pi * phase), np.sin(2 * np.pi * phase), np.ones(len(phase))])
 
@@ -118,8 +121,8 @@ def test_orientation_follows_the_spin():
 
 
 HARD = {
-    "clutter": 8.0, "graph_paper": True, "shading": 0.1, "noise": 4.0, "plate_row": 440.0, "mirror": 0.5, "shadow": 25.0, "clamp": True,
-    "hand": True, "drift": 0.1, "ground_grey": 110.0,
+    "clutter": 8.0, "graph_paper": True, "shading": 0.1, "noise": 4.0, "plate_row": 440.0, "mirror": 0.5, "shadow": 25.0,
+    "clamp": True, "hand": True, "drift": 0.1, "ground_grey": 110.0,
 }  # fmt: skip
 
 

@@ -76,7 +76,7 @@ def draw_drop(
 
 
 def _flight(y: float, vy: float, low: float, drag: float, gravity: float, dt: float = 2e-5):
-    """One flight until y = low (by velocity Verlet where there is drag): duration, speed at the end, and its path (times, heights)."""
+    """One flight until y = low (velocity Verlet where there is drag): duration, speed at the end, path (times, heights)."""
     if drag == 0:
         end = math.sqrt(vy**2 + 2 * gravity * (y - low))
         last = (vy + end) / gravity

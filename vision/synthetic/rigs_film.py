@@ -1,4 +1,4 @@
-"""Drawn films of the two rigs where the plate is in the picture: a plate that tilts under a block, a seed that rolls off a ramp."""
+"""Drawn films of the rigs with their plate in the picture: a plate that tilts under a block, a seed that rolls off a ramp."""
 
 from collections.abc import Iterator
 
