@@ -10,6 +10,7 @@ from vision.grid_map import GridMap, fit_map, from_waves
 
 # Squared phase amplitude over that of noise: noise alone exceeds it, in both families, in exp(−10) of all windows.
 CLEAR = 5.0
+AGREEING = 0.75  # drawn and real papers followed rightly have 0.96 and more, a slipped map had 0.5
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,8 @@ def grow(grid: GridMap, windows: Windows, start: tuple[float, float], reach: flo
     """Follow the grid outwards from `start`: fit within `reach` [full px], widen, until all windows are asked.
 
     A window counts when both families are clear in it, their gaps are within a gate that narrows to four robust sd, and
-    two neighbours count too; `flat` leaves perspective and lens out. None when fewer than three windows are left.
+    two neighbours count too; `flat` leaves perspective and lens out. None when fewer than three windows are
+    left, or when many are as clear but disagree.
     """
     away = np.hypot(windows.x - start[0], windows.y - start[1])
     reach = max(reach, float(np.sort(away)[min(3, len(away) - 1)]))
@@ -113,6 +115,10 @@ def grow(grid: GridMap, windows: Windows, start: tuple[float, float], reach: flo
         grid, covariance = fit_map(grid, x, y, u + gap[:, 0], v + gap[:, 1], weight[:, 0], weight[:, 1], sd, flat=flat)
         gate = float(np.clip(5 * spread, 0.1, 0.25)) if last else 0.25
         reach *= 1.4
+    # A map that has slipped by a line somewhere sees as many clear windows that disagree with it as agree.
+    strong = (clear > 0.45 * np.median(clear[use], 0)).all(1)
+    if use.sum() < AGREEING * strong.sum():
+        return None
     used = windows.some(chosen)
     residual, _ = phases(used, grid)
     return Fit(grid, used, residual, covariance)
