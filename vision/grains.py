@@ -222,6 +222,8 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
         doubts.append("its outline is dented: two seeds, or a broken one")
     if ellipse_share(edge.points) < 0.93:
         doubts.append("its outline is no ellipse")
+    if edge.dark > 0.25:
+        doubts.append("its rim is much fainter than its middle, its edge uncertain")
     if not 0.45 < area / typical < 2.2:
         doubts.append(f"its area is {area / typical:.1g} times that of most")
     return doubts

@@ -18,7 +18,8 @@ class Edge:
     edge moves per `LEVEL_SD` of height; `lost`: share of points at which no edge was found; `hidden`: of points that a
     neighbour covers, completed by an ellipse; `rim`: of points beside which something
     stands out more than the grain itself; `soft`: width of the softest tenth of the edge over that of the sharpest fifth
-    (1.0–1.6 for seeds alone, about 2 where a shadow runs into one)."""
+    (1.0–1.6 for seeds alone, about 2 where a shadow runs into one);
+    `dark`: by how much of its height the rim lies below the middle."""
 
     points: np.ndarray
     sd_px: float
@@ -27,6 +28,7 @@ class Edge:
     hidden: float
     rim: float
     soft: float
+    dark: float
 
 
 def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge | None:
@@ -62,10 +64,14 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
     level_px = float(np.hypot(LEVEL_SD, moves["uneven"] / 3) * np.sqrt(2 * np.pi) * blur)
     core = ndimage.map_coordinates(height, ((base + base.mean(0)) / 2).T[::-1], order=1, mode="nearest")
     rim = float((moves["peak"][seen] > 1.2 * np.median(core)).mean())
+    dark = 1 - moves["inner"] / max(float(np.median(core)), 0.1)
+    level_px *= 1 + 4 * max(dark - 0.1, 0.0)  # a rim that falls off gives no level to take half of
     way = (moves[0.5 - LEVEL_STEP] - moves[0.5 + LEVEL_STEP])[good]
     soft = ndimage.median_filter(np.nan_to_num(way, nan=4.0), size=_odd(len(way) / 12), mode="wrap")
     soft = float(np.percentile(soft, 90) / max(np.percentile(soft, 20), 0.3))
-    return Edge(base + move[:, None] * normal, sd, level_px, float(1 - good.sum() / seen.sum()), float(hidden.mean()), rim, soft)
+    return Edge(
+        base + move[:, None] * normal, sd, level_px, float(1 - good.sum() / seen.sum()), float(hidden.mean()), rim, soft, dark
+    )
 
 
 def _moves(height: np.ndarray, base: np.ndarray, normal: np.ndarray, free: np.ndarray, blur: float) -> dict:
@@ -87,7 +93,7 @@ def _moves(height: np.ndarray, base: np.ndarray, normal: np.ndarray, free: np.nd
     outer = np.minimum(ndimage.median_filter(np.where(free, outer, usual), size=_odd(len(base) / 12), mode="wrap"), usual)
     moves = {k: _crossing(profile, offsets, outer + k * (inner - outer)) for k in (0.5 - LEVEL_STEP, 0.5, 0.5 + LEVEL_STEP)}
     uneven = float(np.std(outer[free]) / max(np.median(inner - outer), 0.05))
-    return {**moves, "peak": profile[:, offsets < 0].max(1), "uneven": uneven}
+    return {**moves, "peak": profile[:, offsets < 0].max(1), "uneven": uneven, "inner": float(np.median(inner[free]))}
 
 
 def _blur(moves: dict, seen: np.ndarray) -> float:
