@@ -113,7 +113,7 @@ def split(time: np.ndarray, height: np.ndarray) -> list[tuple[int, int]]:
     before = smooth[: first_low + 1]
     fall = before.max() - before[-1]
     still = np.flatnonzero(before > before.max() - 0.01 * fall)
-    start = 0 if fall < 0.02 * reach else int(still[-1])
+    start = 0 if fall < 0.02 * reach else min(int(still[-1]) + 1, max(first_low - 3, 0))
     ends = [start, *[int(low) for low in lows if low > start]]
     ranges = list(zip(ends[:-1], [e + 1 for e in ends[1:]]))
     return [*ranges, (ends[-1], _end_of_last(smooth, ends[-1], bool(len(lows))))]
@@ -153,11 +153,22 @@ def fit_flights(time: np.ndarray, frame: np.ndarray, height: np.ndarray, sd: np.
         contacts = [flights.meeting(k) for k in range(len(rows) - 1)]
         if turn == 3:
             return flights
-        spread = 1.4826 * np.median(np.abs(residual)) + 1e-12
-        outlier = outlier.copy()
-        outlier[np.concatenate(rows)[np.abs(residual) > SPIKE_SD * spread]] = True
+        outlier = outlier | _spikes(rows, residual, len(time))
         ranges = ranges[: _sound(rows, residual)]
     raise AssertionError
+
+
+def _spikes(rows, residual: np.ndarray, count: int) -> np.ndarray:
+    """Rows far off their flight. Few rows fit too well to tell (half of the residuals near 0): then none."""
+    mask = np.zeros(count, dtype=bool)
+    if len(residual) < 4 * (2 * len(rows) + 1):
+        return mask
+    limit = SPIKE_SD * 1.4826 * np.median(np.abs(residual)) + 1e-12
+    for r, off in zip(rows, np.split(residual, np.cumsum([len(r) for r in rows])[:-1])):
+        odd = np.abs(off) > limit
+        if odd.sum() < 0.3 * len(r):  # more is not an outlier but a flight that is no parabola
+            mask[r[odd]] = True
+    return mask
 
 
 def _sound(rows, residual: np.ndarray) -> int:
@@ -181,7 +192,7 @@ def _usable(ranges, contacts, time, outlier, step) -> tuple[tuple[np.ndarray, ..
     for k, (start, stop) in enumerate(ranges):
         low = contacts[k - 1] if k else -np.inf
         high = contacts[k] if k < len(contacts) else np.inf
-        here = np.arange(max(start - 2, 0), min(stop + 2, len(time)) if k < len(contacts) else stop)
+        here = np.arange(max(start - 2, 0) if k else start, min(stop + 2, len(time)) if k < len(contacts) else stop)
         here = here[~outlier[here]]
         for guard in GUARDS if k < 2 else GUARDS[:2]:  # later bounces are worth having only where they are well seen
             kept = here[(time[here] > low + guard * step) & (time[here] < high - guard * step)]

@@ -44,12 +44,12 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
         if len(used) < 4:
             raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
         flights = fit_flights(used.time, used.frame, up, used.sd, gravity)
+        doubt = gravity_doubt(flights, used, recording, gravity)
+        if doubt:  # gravity and the scale contradict each other: neither may bend the fit
+            loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
+            flights = fit_flights(used.time, used.frame, up, used.sd, loose)
     except MeasurementError as error:
         return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
-    doubt = gravity_doubt(flights, used, recording, gravity)
-    if doubt and gravity.value is not None:  # gravity and the scale contradict each other: neither may bend the fit
-        loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
-        flights = fit_flights(used.time, used.frame, up, used.sd, loose)
     mask = track.outlier.copy()
     mask[np.flatnonzero(~track.outlier)[flights.outlier]] = True
     if flights.outlier.any():
