@@ -75,8 +75,9 @@ def observe_seeds_photo(recording: Recording) -> Observation:
     quantities = tuple(
         Quantity(f"seed_{row.quantity}", row.mean, row.mean_sd, row.unit) for row in grains.distribution().itertuples()
     )
-    if grains.scale is None:
-        quantities = tuple(q.doubt("in px: no scale is known") for q in quantities)
+    doubt = "in px: no scale is known" if grains.scale is None else getattr(grains.scale, "reason", "")
+    if doubt:
+        quantities = tuple(q.doubt(doubt) for q in quantities)
     rows = grains.distribution().itertuples()
     spread = [f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g} {r.unit}" for r in rows]
     table = grains.table()
