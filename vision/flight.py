@@ -72,6 +72,12 @@ class Flights:
         late = time - self.apex_time(flight, p)
         return p[2 * flight + 1] - p[-2] * (time - self.middle[flight]) + drag_shift(late, p[-2], self.drag)[1]
 
+    def contacts(self) -> list[float]:
+        """Times of the impacts, and of the landing that ends the last flight (as long after its apex as it began before)."""
+        last = len(self.rows) - 1
+        meets = [self.meeting(k) for k in range(last)]
+        return meets if not meets else [*meets, 2 * self.apex_time(last) - meets[-1]]
+
     def fall(self, params=None) -> float:
         """From the first flight's apex to the height of its impact."""
         p = self.params if params is None else params
@@ -150,7 +156,7 @@ def fit_flights(time: np.ndarray, frame: np.ndarray, height: np.ndarray, sd: np.
     for turn in range(4):
         rows, guard = _usable(ranges, contacts, time, outlier, step)
         flights, residual = _fit_once(rows, time, frame, height, weight, gravity, outlier, guard, quick=turn < 3)
-        contacts = [flights.meeting(k) for k in range(len(rows) - 1)]
+        contacts = flights.contacts()
         if turn == 3:
             return flights
         outlier = outlier | _spikes(rows, residual, len(time))

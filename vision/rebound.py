@@ -184,7 +184,7 @@ def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, 
             restitution, notes = restitution.doubt(text), [text]
     elif seen:
         turned = math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2 if top > 0 else math.nan
-        restitution = Quantity("restitution", values[-1], math.hypot(sds[-1], values[-1] * turned), "")
+        restitution = Quantity("restitution", float(values[-1]), math.hypot(sds[-1], values[-1] * turned), "")
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
         text = f"the release is not in the track; {recording.toml}: [drop] height_mm is needed"

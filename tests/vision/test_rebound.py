@@ -49,7 +49,9 @@ def test_a_phone_s_few_frames_do(fps):
         rng = np.random.default_rng(seed)
         e = float(rng.uniform(0.35, 0.7))
         motion = draw_drop(restitution=e, rest_s=float(rng.uniform(0, 0.3)), end_s=1.2)
-        found = named(measure_rebound(film_track(motion, rng, fps=fps, noise_mm=0.03), drop(fps=fps, mm_per_px=0.5)))["restitution_normal"]
+        found = named(measure_rebound(film_track(motion, rng, fps=fps, noise_mm=0.03), drop(fps=fps, mm_per_px=0.5)))[
+            "restitution_normal"
+        ]
         off.append(abs(found.value - e) / max(3 * found.sd, 0.003))
     assert np.sum(np.array(off) > 1) <= 1, off
 

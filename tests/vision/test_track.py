@@ -153,8 +153,8 @@ def test_the_spin_comes_through_the_bounce(hard):
 
 def test_a_seed_half_out_of_the_picture_is_marked():
     look = Look(origin_px=(320.0, 500.0), noise=2)  # the plate lies below the picture
-    frames = list(film(MOTION, look, np.random.default_rng(1), fps=400))
-    track = follow(Drawn(frames, fps=400), falling=True).track
+    frames = list(film(MOTION, look, np.random.default_rng(1), fps=200))
+    track = follow(Drawn(frames, fps=200), falling=True).track
     rows = to_picture(look, *MOTION.path(track.t_s)[:2])[1]
     outside = rows > look.height - 6
     assert outside.any() and track.outlier[outside].all()
@@ -184,7 +184,7 @@ def test_a_picture_in_which_nothing_moves_is_an_error():
 
 def test_a_seed_that_rests_for_most_of_the_film_is_not_background():
     look = Look(noise=2)
-    times = np.concatenate([np.zeros(100), np.arange(0.02, 0.5, 0.005), np.full(230, 0.75)])
+    times = np.concatenate([np.zeros(50), np.arange(0.02, 0.5, 0.01), np.full(115, 0.75)])
     frames = list(film(MOTION, look, np.random.default_rng(1), fps=1, times=times))
     scene = learn_scene(Drawn(frames, times=np.arange(len(times)) / 200))
     for time in (0.0, 0.75):
