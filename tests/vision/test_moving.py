@@ -90,7 +90,7 @@ def test_a_roll_in_frames(tmp_path):
 
 def test_the_scale_comes_from_graph_paper_in_the_picture(tmp_path):
     look = Look(
-        mm_per_px=0.25, width=700, height=860, origin_px=(350, 830), noise=1.5, graph_paper=True, ground_grey=200, seed_grey=90
+        mm_per_px=0.2, width=500, height=1080, origin_px=(250, 1040), noise=1.5, graph_paper=True, ground_grey=200, seed_grey=90
     )
     known = recording(tmp_path, "drop", camera=Camera(fps=120))
     made = write_frames(known, film(DROP, look, np.random.default_rng(3), fps=120))
