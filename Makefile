@@ -12,10 +12,10 @@ demo: $(VENV)/installed
 
 test: $(VENV)/installed
 	$(BIN)/ruff check .
-	$(BIN)/pytest
+	$(BIN)/pytest -n auto
 
 slow: $(VENV)/installed            # statistical studies: minutes
-	$(BIN)/pytest -m slow
+	$(BIN)/pytest -n auto -m slow
 
 bench: $(VENV)/installed           # tables of accuracy and speed, side by side with peers
 	$(BIN)/pip install -q -e '.[bench]'
