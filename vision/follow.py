@@ -203,10 +203,13 @@ def _falling_way(frames: np.ndarray, y: np.ndarray) -> float:
         if inner.stop - inner.start < 3:
             continue
         f, h = frames[inner] - frames[inner].mean(), y[inner]
+        if a == 0:  # without the rest before the release
+            begin = int(np.flatnonzero(h > h.max() - 0.02 * np.ptp(h))[-1])
+            f, h = (f[begin:], h[begin:]) if len(h) - begin >= 4 else (f, h)
         bend, slope, level = np.polyfit(f, h, 2)
         left = float(np.std(h - np.polyval([bend, slope, level], f)))
         extent = float(np.ptp(h))
-        if extent > 2 and left < 0.06 * extent:
+        if extent > 2 and left < 0.1 * extent:
             way += extent * (1.0 if bend < 0 else -1.0)
     return max(way, 0.0)
 
