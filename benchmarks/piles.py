@@ -99,7 +99,8 @@ def time_photo() -> None:
         measure_repose(image)
         decoding.append(middle - start)
         measuring.append(time.process_time() - middle)
-    print(f"\n12-megapixel colour JPEG, one core (CPU seconds): decode {np.median(decoding):.2f} s, measure {np.median(measuring):.2f} s")
+    decode, read = np.median(decoding), np.median(measuring)
+    print(f"\n12-megapixel colour JPEG, processor seconds on one core: decode {decode:.2f}, measure {read:.2f}")
 
 
 def main() -> None:

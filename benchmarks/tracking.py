@@ -22,8 +22,9 @@ import numpy as np
 from vision.detect import find_silhouettes
 from vision.follow import follow
 from vision.frames import FrameSource, open_frames
+from vision.gravity import SHAPE_SD, drag_per_metre
 from vision.rebound import measure_rebound
-from vision.recording import Air, Camera, Drop, Recording
+from vision.recording import Air, Camera, Drop, Recording, Seed
 from vision.scene import learn_scene
 from vision.synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
 from vision.synthetic.motion import draw_drop, film_track
@@ -128,15 +129,18 @@ def drawn_drop(rng: np.random.Generator):
     scale_sd, plumb_sd, noise = float(rng.choice([2e-4, 2e-3, 1e-2])), float(rng.choice([0.05, 0.5])), rng.uniform(0.01, 0.1)
     height = 310 + rng.normal()
     kicks = ((0.1 * rng.normal(), 0.0),)
+    soybean = Seed(length_mm=8.72, width_mm=6.84, thickness_mm=5.98, density_kg_m3=1250)
+    camera = Camera(fps=fps, mm_per_px=0.25, mm_per_px_sd=0.25 * scale_sd, plumb_deg=0.0, plumb_sd_deg=plumb_sd)
+    known = replace(recording(), camera=camera, seed=soybean, air=Air())
+    drag = drag_per_metre(known, 1.8) * (1 + SHAPE_SD * rng.normal())
     motion = draw_drop(
         height_mm=height, restitution=e, lateral_m_s=0.1 * rng.normal(), kicks=kicks, max_bounces=3,
-        gravity=9.80665 * (1 + 1e-3 * rng.normal()),
+        gravity=9.80665 * (1 + 1e-3 * rng.normal()), drag_per_m=drag,
     )  # fmt: skip
     track = film_track(motion, rng, fps=fps, ar=ar, noise_mm=noise)
     scale, turn = 1 + scale_sd * rng.normal(), np.radians(plumb_sd * rng.normal())
     x, y = scale * track.x, scale * track.y
     track = replace(track, x=x * np.cos(turn) - y * np.sin(turn), y=x * np.sin(turn) + y * np.cos(turn))
-    known = recording(fps=fps, mm_per_px=0.25, mm_per_px_sd=0.25 * scale_sd, plumb_deg=0.0, plumb_sd_deg=plumb_sd)
     return motion, track, known, height
 
 

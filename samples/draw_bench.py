@@ -77,7 +77,7 @@ def drop_frames(path: Path, rng: np.random.Generator):
 
 def drop_phone(path: Path, rng: np.random.Generator):
     """A phone's video at 60 fps, uneven time stamps, colour, no scale stated: ratios only."""
-    motion = replace(_drop(rest_s=0.3), end_s=1.2)
+    motion = replace(_drop(rest_s=0.15), end_s=1.2)
     look = Look(
         width=270, height=480, mm_per_px=0.8, origin_px=(120.0, 440.0), plate_row=440.0, noise=2.0, shading=0.1, clutter=15.0,
         colour=True, exposure_s=2e-3, hand=True,
@@ -133,8 +133,8 @@ def pile_box(path: Path, rng: np.random.Generator):
     """Box extraction: one slope against the box wall, polished plate, stray seeds."""
     scene = PileScene(
         angle_deg=31, sides="right", size=(1800, 1200), pile_height=560, grain_px=26, wall_tone=(120, 124, 128),
-        mirror=0.35, strays=5, pile_tone=(200, 172, 108), ground_tone=(34, 40, 52), plate_tone=(92, 95, 100), light=0.1, noise=0.01,
-        roll_deg=0.6,
+        mirror=0.35, strays=5, pile_tone=(200, 172, 108), ground_tone=(34, 40, 52), plate_tone=(92, 95, 100), light=0.1,
+        noise=0.01, roll_deg=0.6,
     )  # fmt: skip
     return _photo(path, scene, rng)
 

@@ -14,6 +14,7 @@ from vision.track import Track
 
 OTHER_SD = 1e-3  # local gravity (9.780 to 9.832 m/s²), perspective and lens over a fall, relative
 UNKNOWN_AIR_SD = 0.01  # drag on a seed whose size and mass are not stated (a soybean over 310 mm: 1.4 % of g)
+UNKNOWN_DRAG_PER_M = 0.045  # of a seed not described: a soybean's (a maize kernel's is 0.03, a wheat grain's 0.08)
 SHAPE_SD = 0.15  # drag coefficient of a seed beside that of a sphere, relative
 
 
@@ -53,8 +54,23 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
         return Gravity(G_MM_S2, recording.camera.scale_sd, math.hypot(OTHER_SD, UNKNOWN_AIR_SD)), [text]
     share = drag * speed**2 / 9.80665
     notes = [f"air drag (up to {100 * share:.1f} % of the weight) is allowed for in the parabolas"] if drag else []
-    other = math.hypot(OTHER_SD, SHAPE_SD * share / 2)
-    return Gravity(G_MM_S2, recording.camera.scale_sd, other, drag / 1000), notes
+    return Gravity(G_MM_S2, recording.camera.scale_sd, OTHER_SD, drag / 1000), notes  # the drag's own error: other_drag
+
+
+def other_drag(flights: Flights, gravity: Gravity, recording: Recording) -> float | None:
+    """The drag, per length unit of the track, one standard deviation from the one assumed; None where there is no air.
+
+    Drag that was allowed for is known to SHAPE_SD. Where it was not, all of UNKNOWN_DRAG_PER_M is the error; gravity itself
+    gives the picture's scale for it, and where the clock is unknown too, the fall is taken for 310 mm.
+    """
+    if recording.air.density_kg_m3 == 0:
+        return None
+    if gravity.drag > 0:
+        return gravity.drag * (1 + SHAPE_SD)
+    if recording.camera.mm_per_px is None and recording.camera.fps is None and gravity.value is None:
+        return UNKNOWN_DRAG_PER_M * 0.31 / max(flights.fall(), 1e-9)
+    length_m = 1e-3 if gravity.value is not None else G_MM_S2 / 1000 / max(flights.free, 1e-9)
+    return UNKNOWN_DRAG_PER_M * length_m
 
 
 def gravity_doubt(flights: Flights, track: Track, recording: Recording, gravity: Gravity) -> str:
@@ -62,7 +78,8 @@ def gravity_doubt(flights: Flights, track: Track, recording: Recording, gravity:
     if gravity.value is None:
         return ""
     ratio = flights.free / gravity.value
-    allowed = math.sqrt((flights.free_sd / gravity.value) ** 2 + gravity.scale_sd**2 + gravity.other_sd**2)
+    air = SHAPE_SD * gravity.drag * flights.fall()  # half of the drag's share of the weight, times its relative error
+    allowed = math.sqrt((flights.free_sd / gravity.value) ** 2 + gravity.scale_sd**2 + gravity.other_sd**2 + air**2)
     if abs(ratio - 1) < 3 * allowed or len(np.concatenate(flights.rows)) < 6:
         return ""
     text = f"free fall gives {flights.free / 1000:.3g} m/s² instead of 9.81"

@@ -45,19 +45,19 @@ def measure_impacts(times: np.ndarray, recording: Recording) -> tuple[tuple[Quan
         Quantity("rebound_speed", float(speed[0]), speed_sd, "m/s"),
     ]
     if height:
-        quantities.insert(1, Quantity("restitution", math.sqrt(top / height), float(e_sd[0]), ""))
+        quantities.insert(1, Quantity("restitution", math.sqrt(top / height), float(e_sd[0]), "1"))
         quantities.insert(2, Quantity("impact_speed", fall_speed, fall_sd, "m/s"))
-        quantities.append(Quantity("restitution_normal", float(e[0]), float(e_sd[0]), ""))
+        quantities.append(Quantity("restitution_normal", float(e[0]), float(e_sd[0]), "1"))
     else:
         text = f"{recording.toml}: [drop] height_mm is missing; the first impact's speed is needed"
-        quantities[1:1] = [failed("restitution", "", text), failed("impact_speed", "m/s", text)]
+        quantities[1:1] = [failed("restitution", "1", text), failed("impact_speed", "m/s", text)]
         if len(gap) > 1:
-            second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "")
+            second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "1")
             quantities.append(
                 second.doubt("of the second impact: [drop] height_mm is missing, so the first one's speed is unknown")
             )
         else:
-            quantities.append(failed("restitution_normal", "", text))
+            quantities.append(failed("restitution_normal", "1", text))
     if (longer := np.flatnonzero(e > 1)).size:
         first = int(longer[0])
         what = f"interval {first + 1} ({gap[first]:.4g} s) is longer than what went before it allows: was an impact missed?"

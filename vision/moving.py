@@ -8,7 +8,7 @@ import numpy as np
 from vision.follow import Followed, follow
 from vision.frames import open_frames
 from vision.impacts import measure_impacts
-from vision.measurement import MeasurementError, Observation, Quantity
+from vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from vision.overlay.track import on_picture, plot
 from vision.plate import Plate, follow_slide, roll_path
 from vision.rebound import Rebound, measure_rebound, upright
@@ -143,6 +143,9 @@ def _with_scale(recording: Recording, followed: Followed) -> tuple[Recording, li
         scale = read_scale(picture)
     except MeasurementError as error:
         return recording, [f"no scale: [camera] mm_per_px is missing, and no graph paper was read ({error})"]
+    if scale.quality != GOOD:
+        doubt = f"({scale.mm_per_px:.3g} mm per px? {scale.reason})"
+        return recording, [f"no scale: [camera] mm_per_px is missing, and the graph paper read is not to be trusted {doubt}"]
     note = f"scale read from the graph paper in the picture: {scale.mm_per_px:.5g} ± {scale.mm_per_px_sd:.2g} mm per px"
     return with_camera(recording, mm_per_px=scale.mm_per_px, mm_per_px_sd=scale.mm_per_px_sd), [note]
 
@@ -153,7 +156,8 @@ def _observation(recording: Recording, quantities, notes, pictures, track: Track
 
 
 def _caption(quantities: tuple[Quantity, ...]) -> str:
-    shown = [f"{q.name} {q.value:.4g} ± {q.sd:.2g} {q.unit}".rstrip() for q in quantities if np.isfinite(q.value)]
+    known = [q for q in quantities if np.isfinite(q.value)]
+    shown = [f"{q.name} {q.value:.4g} ± {q.sd:.2g}" + (f" {q.unit}" if q.unit != "1" else "") for q in known]
     return "; ".join(shown[:2]) if shown else "nothing could be measured"
 
 

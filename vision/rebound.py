@@ -5,22 +5,22 @@ does not turn is the clearance of its lowest point, the `drop.height_mm` of the 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from vision.correlated import fit, frame_lag, propagate
 from vision.flight import Flights, Gravity, fit_flights, lateral
-from vision.gravity import gravity_doubt, known_gravity, release_seen, scale_note
+from vision.gravity import gravity_doubt, known_gravity, other_drag, release_seen, scale_note
 from vision.measurement import MeasurementError, Quantity, failed
 from vision.recording import Recording
 from vision.track import Track
 
 HEIGHT_SD_MM = 1.0  # how well a stated release height is known: a seed held by hand or clamp, read off a ruler
 QUANTITIES = (
-    ("rebound_height", "mm"), ("restitution", ""), ("impact_speed", "m/s"), ("rebound_speed", "m/s"),
-    ("restitution_normal", ""),
+    ("rebound_height", "mm"), ("restitution", "1"), ("impact_speed", "m/s"), ("rebound_speed", "m/s"),
+    ("restitution_normal", "1"),
 )  # fmt: skip
 
 
@@ -47,6 +47,7 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
         doubt = gravity_doubt(flights, used, recording, gravity)
         if doubt:  # gravity and the scale contradict each other: neither may bend the fit
             loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
+            gravity = loose
             flights = fit_flights(used.time, used.frame, up, used.sd, loose)
     except MeasurementError as error:
         return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
@@ -61,6 +62,8 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
         reason = _no_bounce(flights, used, up)
         return Rebound(all_failed(reason), None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: _derived(flights, p), flights.params, flights.cov)
+    air = _air_error(used, up, flights, values, gravity, recording)
+    cov = cov + np.outer(air, air)
     bounces = _bounce_table(flights, used, across, values, cov, recording)
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, recording, doubt)
     notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
@@ -104,6 +107,19 @@ def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
             fall = flights.fall(p)
             first_top = top
     return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
+
+
+def _air_error(used: Track, up, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
+    """How far the derived values move when the drag is one standard deviation other than assumed: the flights are fitted again.
+
+    It is common to a whole recording and bends all parabolas alike, so no residual shows it.
+    """
+    other = other_drag(flights, gravity, recording)
+    if other is None:
+        return np.zeros_like(values)
+    again = fit_flights(used.time, used.frame, up, used.sd, replace(gravity, drag=other))
+    moved = _derived(again, again.params)
+    return moved - values if moved.shape == values.shape else np.zeros_like(values)
 
 
 def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:
@@ -173,22 +189,23 @@ def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, 
     height = quantity("rebound_height", "height", track.unit, f"_{track.unit}")
     impact = quantity("impact_speed", "speed_before", unit, f"_{suffix}")
     rebound = quantity("rebound_speed", "speed_after", unit, f"_{suffix}")
-    normal = quantity("restitution_normal", "restitution", "", "")
+    normal = quantity("restitution_normal", "restitution", "1", "")
     notes = []
     stated, seen = recording.drop.height_mm, release_seen(flights, track)
     if stated and track.unit == "mm":
         relative = math.hypot(height.sd / top, HEIGHT_SD_MM / stated) if top > 0 else math.nan
-        restitution = Quantity("restitution", math.sqrt(max(top, 0) / stated), math.sqrt(max(top, 0) / stated) * relative / 2, "")
+        e = math.sqrt(max(top, 0) / stated)
+        restitution = Quantity("restitution", e, e * relative / 2, "1")
         if seen and abs(fall - stated) > max(3 * math.hypot(fall_sd, HEIGHT_SD_MM), 0.02 * stated):
             text = f"the fall seen is {fall:.4g} mm but [drop] height_mm says {stated:g}: one of them is in a wrong unit or wrong"
             restitution, notes = restitution.doubt(text), [text]
     elif seen:
         turned = math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2 if top > 0 else math.nan
-        restitution = Quantity("restitution", float(values[-1]), math.hypot(sds[-1], values[-1] * turned), "")
+        restitution = Quantity("restitution", float(values[-1]), math.hypot(sds[-1], values[-1] * turned), "1")
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
         text = f"the release is not in the track; {recording.toml}: [drop] height_mm is needed"
-        restitution = failed("restitution", "", text)
+        restitution = failed("restitution", "1", text)
     quantities = [height, restitution, impact, rebound, normal]
     if doubt:
         quantities = [q if q is normal or (q is restitution and not stated) else q.doubt(doubt) for q in quantities]

@@ -40,7 +40,7 @@ def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float
     try:
         return _measure(used, recording, junction)
     except MeasurementError as error:
-        return RunOut((failed("run_out", "mm", str(error)), failed("rolling_friction", "", str(error))))
+        return RunOut((failed("run_out", "mm", str(error)), failed("rolling_friction", "1", str(error))))
 
 
 def _measure(track: Track, recording: Recording, seen: tuple[float, float] | None) -> RunOut:
@@ -75,14 +75,14 @@ def _friction(run_out: Quantity, recording: Recording) -> Quantity:
         if run_out.unit != "mm":
             recording.need("camera.mm_per_px", "for rolling_friction: the run-out is in pixels")
     except MeasurementError as error:
-        return failed("rolling_friction", "", str(error))
+        return failed("rolling_friction", "1", str(error))
     below = way * math.cos(beta) + run_out.value
     value = way * math.sin(beta) / below
     by_way = math.sin(beta) * run_out.value / below**2
     by_beta = (way * math.cos(beta) * below + way**2 * math.sin(beta) ** 2) / below**2
     by_length = -value / below
     parts = (by_way * LENGTH_SD_MM, by_beta * math.radians(INCLINE_SD_DEG), by_length * run_out.sd)
-    quantity = Quantity("rolling_friction", value, math.sqrt(sum(p**2 for p in parts)), "")
+    quantity = Quantity("rolling_friction", value, math.sqrt(sum(p**2 for p in parts)), "1")
     return quantity.doubt(run_out.reason) if run_out.reason else quantity
 
 

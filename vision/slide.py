@@ -21,7 +21,7 @@ from vision.recording import Recording
 from vision.track import Track
 
 TILT_SD_DEG = 0.05  # of a goniometer or inclinometer, common to a whole recording
-QUANTITIES = (("slide_angle", "deg"), ("static_friction", ""), ("kinetic_friction", ""))
+QUANTITIES = (("slide_angle", "deg"), ("static_friction", "1"), ("kinetic_friction", "1"))
 
 
 @dataclass(frozen=True)
@@ -76,12 +76,12 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
     sd = math.hypot(rate * onset_sd, tilt.sd)
     radians = math.radians(angle)
     slide_angle = Quantity("slide_angle", angle, sd, "deg")
-    static = Quantity("static_friction", math.tan(radians), math.radians(sd) / math.cos(radians) ** 2, "")
+    static = Quantity("static_friction", math.tan(radians), math.radians(sd) / math.cos(radians) ** 2, "1")
     if physical:
         kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording, rate)
     else:
         unknown = "camera.mm_per_px" if track.unit == "px" else "camera.fps"
-        kinetic = failed("kinetic_friction", "", f"the acceleration is known in pixels or frames only; {unknown} is needed")
+        kinetic = failed("kinetic_friction", "1", f"the acceleration is known in pixels or frames only; {unknown} is needed")
     quantities = [slide_angle, static, kinetic]
     quantities = [_doubts(q, track, onset, onset_sd, stop, found, noise, travel, kinetic, static) for q in quantities]
     if found.rho > 0.3:
@@ -198,7 +198,7 @@ def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, re
     value = float(params[2])
     pull = math.tan(theta) - value
     parts = [math.sqrt(cov[2, 2]), pull * recording.camera.scale_sd, math.radians(tilt.sd) / math.cos(theta) ** 2]
-    return Quantity("kinetic_friction", value, math.sqrt(sum(p**2 for p in parts)), "")
+    return Quantity("kinetic_friction", value, math.sqrt(sum(p**2 for p in parts)), "1")
 
 
 def _doubts(q: Quantity, track: Track, onset, onset_sd, stop, found, noise, travel, kinetic, static) -> Quantity:

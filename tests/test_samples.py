@@ -1,0 +1,65 @@
+"""The sample bench folders: what is drawn is measured right, and the README's commands do what it says."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from benchtwin import app
+
+ROOT = Path(__file__).parents[1]
+SAMPLES = ROOT / "samples"
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """samples/drawn-bench and samples/soybean-paper, measured as `make demo` does."""
+    out = tmp_path_factory.mktemp("demo") / "out"
+    result = CliRunner().invoke(app, ["measure", str(SAMPLES / "drawn-bench"), str(SAMPLES / "soybean-paper"), "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    return out
+
+
+def test_every_drawn_truth_is_met(measured):
+    """Within 3.5 claimed standard deviations: 1 of 2,000 by chance; and the claim is not idle: within 3 % besides."""
+    table = pd.read_csv(measured / "measurements.csv").set_index(["recording", "quantity"])
+    for row in pd.read_csv(SAMPLES / "drawn-bench" / "truth.csv").itertuples():
+        found = table.loc[(row.recording, row.quantity)]
+        assert abs(found.value - row.value) <= 3.5 * found.sd, (row.recording, row.quantity, found.value, row.value)
+        assert found.value == pytest.approx(row.value, rel=0.03), (row.recording, row.quantity)
+        assert found.unit == row.unit
+
+
+def test_every_recording_leaves_a_picture_and_every_drop_its_bounces(measured):
+    table = pd.read_csv(measured / "measurements.csv")
+    drawn = table[table.recording.isin(pd.read_csv(SAMPLES / "drawn-bench" / "truth.csv").recording)]
+    for overlay in drawn.overlay:
+        assert (measured / overlay).stat().st_size > 1000
+    assert set(drawn[drawn.rig == "drop"].recording) == set(pd.read_csv(measured / "bounces.csv").recording)
+
+
+def test_the_drawn_bench_is_what_its_script_draws(tmp_path):
+    import sys
+
+    sys.path.insert(0, str(SAMPLES))
+    from draw_bench import draw_bench
+
+    truth = draw_bench(tmp_path / "bench")
+    stored = pd.read_csv(SAMPLES / "drawn-bench" / "truth.csv")
+    assert list(truth.recording) == list(stored.recording)
+    np.testing.assert_allclose(truth.value, stored.value, rtol=1e-4)
+    for name in ("bench.toml", "drop-track/track.csv", "slide-track/recording.toml"):
+        assert (tmp_path / "bench" / name).read_text() == (SAMPLES / "drawn-bench" / name).read_text()
+
+
+def test_the_readme_names_only_what_is_there():
+    text = (ROOT / "README.md").read_text()
+    for option in set(re.findall(r"`(--[a-z]+)", text)):
+        assert option in CliRunner().invoke(app, ["measure", "--help"]).output, option
+    for path in re.findall(r"`((?:samples|docs|benchmarks)/[\w/.-]+)`|\((docs/[\w./-]+)\)", text):
+        assert (ROOT / (path[0] or path[1])).exists(), path
+    for target in re.findall(r"make (demo|test|bench|slow|lint)", text):
+        assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.M), target
