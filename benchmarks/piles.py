@@ -16,8 +16,8 @@ import numpy as np
 from PIL import Image
 
 from vision.measurement import GOOD, MeasurementError
+from vision.pile.repose import measure_repose
 from vision.recording import Camera
-from vision.repose import measure_repose
 from vision.synthetic.piles import PileScene, draw_pile
 
 cv2.setNumThreads(1)

@@ -13,9 +13,9 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import cv2
 import numpy as np
 
-from vision.grains import measure_seeds
 from vision.measurement import MeasurementError
-from vision.scale import read_scale
+from vision.paper.scale import read_scale
+from vision.seeds.grains import measure_seeds
 from vision.synthetic.paper import Paper, draw_paper, true_scale
 from vision.synthetic.seeds import Spread, draw_seeds
 

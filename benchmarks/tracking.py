@@ -19,13 +19,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vision.detect import find_silhouettes
-from vision.follow import follow
-from vision.frames import FrameSource, open_frames
-from vision.gravity import SHAPE_SD, drag_per_metre
-from vision.rebound import measure_rebound
+from vision.evidence.frames import FrameSource, open_frames
+from vision.motion.detect import find_silhouettes
+from vision.motion.follow import follow
+from vision.motion.gravity import SHAPE_SD, drag_per_metre
+from vision.motion.rebound import measure_rebound
+from vision.motion.scene import learn_scene
 from vision.recording import Air, Camera, Drop, Recording, Seed
-from vision.scene import learn_scene
 from vision.synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
 from vision.synthetic.motion import draw_drop, film_track
 
@@ -200,7 +200,7 @@ def memory() -> None:
 
 
 def track_alone(folder: str) -> None:
-    from vision.moving import observe_moving
+    from vision.motion.moving import observe_moving
     from vision.recording import read_recording
 
     found = observe_moving(read_recording(Path(folder)))

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
+from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, MeasurementError, Observation, Quantity, failed
-from vision.photo import read_photo
+from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import Recording, find_recordings
-from vision.repose import PileOptions, measure_repose
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
@@ -37,7 +37,7 @@ def observe(
     the fraction done.
     """
     if recording.evidence == "readings.csv":
-        from vision.readings import observe_readings
+        from vision.evidence.readings import observe_readings
 
         return observe_readings(recording, trim)
     if recording.rig is None:
@@ -46,7 +46,7 @@ def observe(
         return observe_pile(recording, options)
     if recording.evidence == "photos":
         raise MeasurementError(f"{recording.path}: a {recording.rig} is measured on frames, a video or a track, not on a photo")
-    from vision.moving import observe_moving
+    from vision.motion.moving import observe_moving
 
     return observe_moving(recording, progress)
 
@@ -67,7 +67,7 @@ def observe_pile(recording: Recording, options: PileOptions | None = None) -> Ob
 
 def observe_seeds_photo(recording: Recording) -> Observation:
     """A photo of spread seeds: mean length and width (sd of the mean, the scale's included), and a row a seed."""
-    from vision.grains import observe_seeds
+    from vision.seeds.grains import observe_seeds
 
     if recording.evidence != "photos":
         raise MeasurementError(f"{recording.path}: seeds are measured on photos, not on {recording.evidence}")

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from vision.batch import Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
-from vision.repose import PileOptions
+from vision.pile.repose import PileOptions
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
 _ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}

@@ -15,8 +15,8 @@ from typing import Annotated, Literal
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.measurement import MeasurementError
-from vision.photo import PHOTO_SUFFIXES
 
 RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")

@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 
-from vision.grains import Grain, Grains
 from vision.measurement import DOUBTFUL, FAILED, GOOD
 from vision.overlay.scale import canvas_of, paint_scale, to_canvas, write
-from vision.scale import Scale
+from vision.paper.scale import Scale
+from vision.seeds.grains import Grain, Grains
 
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from vision.measurement import GOOD
 from vision.overlay.canvas import BLUE, GREEN, RED, WHITE, YELLOW, Canvas
-from vision.repose import Repose
+from vision.pile.repose import Repose
 
 
 def draw_repose(image: np.ndarray, found: Repose) -> np.ndarray:

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from vision.scale import Scale
+from vision.paper.scale import Scale
 
 WIDEST_PX = 1600
 REGION, LINE = (0, 120, 255), (0, 200, 255)

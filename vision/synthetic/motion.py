@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vision.track import Track, make_track
+from vision.motion.track import Track, make_track
 
 G = 9.80665
 

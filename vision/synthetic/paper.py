@@ -1,6 +1,6 @@
 """Drawn graph paper with known truth: lines every 1, 5 and 10 mm seen by a tilted camera, with the bench's difficulties.
 
-Written independently of the reading code (`vision/scale.py`): the truth here is a pinhole camera, not a fitted map.
+Written independently of the reading code (`vision/paper/scale.py`): the truth here is a pinhole camera, not a fitted map.
 """
 
 from dataclasses import dataclass

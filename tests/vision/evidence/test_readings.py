@@ -1,0 +1,86 @@
+"""readings.csv: means, spreads and the paper's trimming, against the paper's own tables."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vision.evidence.readings import observe_readings, summarise
+from vision.measurement import DOUBTFUL, MeasurementError
+from vision.recording import read_recording
+
+PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
+
+
+def quantity(observation, name):
+    return next(q for q in observation.quantities if q.name == name)
+
+
+@pytest.mark.parametrize(
+    ("rig", "name", "mean", "derived", "value"),
+    [
+        ("drop", "rebound_height", 95.0, "restitution", np.sqrt(95 / 310)),
+        ("slide", "slide_angle", 19.51, "static_friction", np.tan(np.radians(19.51))),
+        ("roll", "run_out", 214.0, "rolling_friction", 10 * np.sin(np.radians(15)) / (10 * np.cos(np.radians(15)) + 214)),
+    ],
+)
+def test_the_papers_bench_tables(rig, name, mean, derived, value):
+    """Its text gives 95 mm, 19.5° and 214 mm."""
+    observation = observe_readings(read_recording(PAPER / rig))
+    assert quantity(observation, name).value == pytest.approx(mean, abs=0.02)
+    assert quantity(observation, derived).value == pytest.approx(value, rel=1e-3)
+
+
+def test_the_papers_range_of_restitution():
+    """Its text: 0.47 to 0.62 for 70 to 120 mm."""
+    row = observe_readings(read_recording(PAPER / "drop")).readings.iloc[0]
+    assert np.sqrt(np.array([row.low, row.high]) / 310) == pytest.approx([0.47, 0.62], abs=0.006)
+    assert (row.n, row.left_out) == (10, 0)
+
+
+def test_a_single_reading_has_no_sd():
+    q = quantity(observe_readings(read_recording(PAPER / "pile")), "repose_angle")
+    assert q.value == 31
+    assert np.isnan(q.sd)
+    assert q.quality == DOUBTFUL
+
+
+def test_trimming_leaves_out_one_highest_and_one_lowest():
+    s = summarise(np.array([1.0, 5, 6, 7, 100]), trim=True)
+    assert (s.mean, s.n, s.low, s.high) == (6.0, 3, 5.0, 7.0)
+    assert summarise(np.array([1.0, 5, 6, 7, 100])).n == 5
+    assert summarise(np.array([1.0, 2, 3]), trim=True).n == 3  # too few to trim
+
+
+def test_the_mean_s_interval_covers():
+    """95 % of intervals mean ± 1.96 sd_mean hold the truth, for n = 5 as for n = 12: Student's t is in the sd."""
+    for n in (3, 5, 12):
+        rng = np.random.default_rng(n)
+        inside = [abs(s.mean) <= 1.96 * s.sd_mean for s in (summarise(rng.normal(size=n)) for _ in range(2000))]
+        assert np.mean(inside) == pytest.approx(0.95, abs=0.015)  # 3 standard errors of 2,000 runs
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("rebound_height_mm\n96\n-3\n", "rebound_height_mm = -3 in row 3"),
+        ("slide_angle_deg\n95\n", "should lie between 0 and 90"),
+        ("height\n3\n", "expected one of rebound_height_mm"),
+        ("rebound_height_mm\nhigh\n", "'high' in row 2 is not a number"),
+        ("rebound_height_mm\n", "no rows"),
+        ("", "0 bytes"),
+    ],
+)
+def test_wrong_readings_are_named(tmp_path, text, words):
+    (tmp_path / "recording.toml").write_text('rig = "drop"')
+    (tmp_path / "readings.csv").write_text(text)
+    with pytest.raises(MeasurementError, match=words):
+        observe_readings(read_recording(tmp_path))
+
+
+def test_an_empty_cell_is_left_out_and_said(tmp_path):
+    (tmp_path / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 310.0')
+    (tmp_path / "readings.csv").write_text("rebound_height_mm,note\n96,a\n,b\n100,c\n")
+    observation = observe_readings(read_recording(tmp_path))
+    assert quantity(observation, "rebound_height").value == 98
+    assert any("row 3" in note for note in observation.notes)

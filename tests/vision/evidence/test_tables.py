@@ -1,0 +1,83 @@
+"""CSV evidence: what is mended with a note, what is refused with file, column and row."""
+
+import numpy as np
+import pytest
+
+from vision.evidence.tables import read_impacts, read_track
+from vision.measurement import MeasurementError
+from vision.motion.track import make_track, track_from_table
+from vision.recording import Camera
+
+
+def write(folder, text, name="track.csv"):
+    file = folder / name
+    file.write_text(text, encoding="utf8")
+    return file
+
+
+GOOD = "t_s,x_mm,y_mm\n0,0,3\n0.1,0,2\n0.2,0,1\n0.3,0,0\n"
+
+
+def test_a_plain_track(tmp_path):
+    table = read_track(write(tmp_path, GOOD))
+    assert table.notes == () and len(table.rows) == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "empty"),
+        ("t_s,x_mm,y_mm\n", "no rows"),
+        ("t_s,x_mm\n0,1\n", "y_mm is missing"),
+        (GOOD.replace("y_mm", "y_mn"), "y_mm is missing"),
+        ("t_s,x_mm,y_mm,agle_deg\n0,0,0,1\n0.1,0,0,1\n0.2,0,0,1\n", "agle_deg"),
+        ("t_s,x_mm,y_mm\n0,0,3\n0.1,zero,2\n0.2,0,1\n", "'zero' in row 3"),
+        ("t_s,x_mm,y_mm\n0,0,3\n0.1,0,2\n0.1,0,1\n0.2,0,0\n", "two rows for t_s = 0.1"),
+        ("t_s,x_mm,y_mm\n0,0,3\n0.1,,2\n0.2,nan,1\n0.3,0,1\n", "2 usable rows"),
+    ],
+)
+def test_what_cannot_be_read_is_told_by_file_and_place(tmp_path, text, says):
+    with pytest.raises(MeasurementError, match=says) as caught:
+        read_track(write(tmp_path, text))
+    assert "track.csv" in str(caught.value)
+
+
+def test_an_unknown_column_names_the_nearest_known(tmp_path):
+    with pytest.raises(MeasurementError, match="did you mean angle_deg"):
+        read_track(write(tmp_path, "t_s,x_mm,y_mm,agle_deg\n0,0,0,1\n0.1,0,0,1\n0.2,0,0,1\n"))
+
+
+def test_nan_rows_are_left_out_and_rows_put_in_order_with_notes(tmp_path):
+    text = "t_s,x_mm,y_mm\n0,0,3\n0.2,0,1\n0.1,0,2\n0.25,,1\n0.3,0,0\n"
+    table = read_track(write(tmp_path, text))
+    assert list(table.rows.t_s) == [0, 0.1, 0.2, 0.3]
+    assert any("row 5" in note for note in table.notes) and any("backwards" in note for note in table.notes)
+
+
+def test_impacts_must_increase(tmp_path):
+    assert len(read_impacts(write(tmp_path, "t_s\n0.25\n0.5\n0.62\n", "impacts.csv")).rows) == 3
+    with pytest.raises(MeasurementError, match="does not increase at row 4"):
+        read_impacts(write(tmp_path, "t_s\n0.25\n0.5\n0.5\n", "impacts.csv"))
+    with pytest.raises(MeasurementError, match="interval needs two"):
+        read_impacts(write(tmp_path, "t_s\n0.25\n", "impacts.csv"))
+
+
+def test_a_track_goes_to_a_table_and_back():
+    track = make_track(np.arange(5) / 100, np.arange(5.0), -np.arange(5.0), sd=0.1, angle_deg=np.arange(5.0))
+    track = track.marked(np.array([False, True, False, False, False]))
+    back = track_from_table(track.to_table(), Camera())
+    assert np.allclose(back.y, track.y) and np.array_equal(back.outlier, track.outlier)
+    assert back.unit == "mm" and back.timed and back.tilt_deg is None
+
+
+def test_pixels_and_frames_become_millimetres_and_seconds_where_the_camera_knows(tmp_path):
+    rows = read_track(write(tmp_path, "frame,x_px,y_px\n10,0,3\n11,0,2\n13,0,1\n")).rows
+    bare = track_from_table(rows, Camera())
+    assert (bare.unit, bare.timed, bare.time_unit) == ("px", False, "frame")
+    known = track_from_table(rows, Camera(fps=100, mm_per_px=0.5))
+    assert known.unit == "mm" and np.allclose(known.y, [1.5, 1.0, 0.5]) and np.allclose(known.t_s, [0, 0.01, 0.03])
+
+
+def test_a_gap_in_time_is_a_gap_in_frame_numbers(tmp_path):
+    rows = read_track(write(tmp_path, "t_s,x_mm,y_mm\n0,0,3\n0.01,0,2\n0.02,0,2\n0.05,0,1\n")).rows
+    assert list(track_from_table(rows, Camera()).frame) == [0, 1, 2, 5]

@@ -1,0 +1,1 @@
+"""What a recording brings: photos, frames, videos, tables. Read strictly, streamed, told clearly."""

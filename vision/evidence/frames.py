@@ -1,0 +1,235 @@
+"""Frames of a recording, one at a time: from a folder of pictures or from a video, never all in memory."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from vision.evidence.photo import read_photo
+from vision.measurement import MeasurementError
+from vision.recording import Recording
+
+SAMPLE_BYTES = 90_000_000  # of pictures held at once
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture: `index` is its number at the bench, `t_s` its time (NaN without a frame rate), pixels grey or RGB."""
+
+    index: int
+    t_s: float
+    pixels: np.ndarray
+
+
+@dataclass
+class FrameSource:
+    """The frames of one recording: `iterate()` streams them, `sample(n)` gives n spread over the whole for the background.
+
+    `notes` gathers what was skipped, with frame numbers. `count` is the number of frames expected.
+    """
+
+    path: Path
+    count: int
+    fps: float | None
+    notes: list[str] = field(default_factory=list)
+
+    def iterate(self) -> Iterator[Frame]:
+        raise NotImplementedError
+
+    def picked(self, n: int) -> list[Frame]:
+        raise NotImplementedError
+
+    def sample(self, n: int) -> list[np.ndarray]:
+        """About n pictures spread over the whole recording, all of one size, fewer where they are large."""
+        first = next(self.iterate(), None)
+        n = n if first is None else affordable(n, first.pixels)
+        frames = [frame.pixels for frame in self.picked(n)]
+        shapes = [p.shape for p in frames]
+        return [p for p in frames if p.shape == max(set(shapes), key=shapes.count)]
+
+    def note(self, message: str) -> None:
+        if message not in self.notes:
+            self.notes.append(message)
+
+
+def affordable(n: int, pixels: np.ndarray) -> int:
+    """How many of n pictures like this one may be held at once."""
+    return max(7, min(n, SAMPLE_BYTES // pixels.nbytes))
+
+
+def open_frames(recording: Recording) -> FrameSource:
+    """The frames of `recording` (evidence "frames" or "video")."""
+    if recording.evidence == "frames":
+        return FrameFolder(recording.files, recording.camera.fps)
+    if recording.evidence == "video":
+        return Video(recording.files[0], recording.camera.fps)
+    raise MeasurementError(f"{recording.path}: holds {recording.evidence}, not frames")
+
+
+class FrameFolder(FrameSource):
+    """A folder of numbered pictures; the number in the file name is the frame number, gaps are lost frames."""
+
+    def __init__(self, files: tuple[Path, ...], fps: float | None):
+        numbered = sorted(_numbered(files))
+        super().__init__(path=files[0].parent, count=len(numbered), fps=fps)
+        self._files = numbered
+        numbers = np.array([n for n, _ in numbered])
+        if (repeated := numbers[1:][np.diff(numbers) == 0]).size:
+            raise MeasurementError(f"{self.path}: two frames numbered {repeated[0]}; keep one")
+        if (gaps := np.flatnonzero(np.diff(numbers) > 1)).size:
+            lost = int((np.diff(numbers)[gaps] - 1).sum())
+            self.note(f"{lost} frame number{'s' if lost > 1 else ''} missing, first after {numbers[gaps[0]]}")
+
+    def iterate(self) -> Iterator[Frame]:
+        shape = None
+        for number, file in self._files:
+            try:
+                pixels = read_photo(file)
+            except MeasurementError as error:
+                self.note(f"frame {number} skipped: {str(error).removeprefix(f'{file}: ')}")
+                continue
+            shape = shape or pixels.shape
+            if pixels.shape != shape:
+                self.note(f"frame {number} skipped: its size {_size(pixels)} is not that of the others")
+                continue
+            yield Frame(number, self._time(number), pixels)
+
+    def picked(self, n: int) -> list[Frame]:
+        frames = []
+        wanted = np.unique(np.linspace(0, self.count - 1, min(n, self.count)).astype(int))
+        for i in wanted:
+            number, file = self._files[i]
+            try:
+                frames.append(Frame(number, self._time(number), read_photo(file)))
+            except MeasurementError:
+                continue  # noted when the frame is met in iterate()
+        if not frames:
+            raise MeasurementError(f"{self.path}: none of the frames can be read")
+        return frames
+
+    def _time(self, number: int) -> float:
+        return (number - self._files[0][0]) / self.fps if self.fps else np.nan
+
+
+class Video(FrameSource):
+    """A video file. With a stated frame rate (a high-speed camera's, played back slowly) times are number / fps;
+    without it the file's own time stamps are taken, which a phone spaces unevenly."""
+
+    def __init__(self, file: Path, fps: float | None):
+        if file.stat().st_size == 0:
+            raise MeasurementError(f"{file}: the file is empty (0 bytes)")
+        with _opened(file) as container:
+            stream = container.streams.video[0]
+            duration = float(stream.duration * stream.time_base) if stream.duration else 0.0
+            self._own_fps = float(stream.average_rate) if stream.average_rate else None
+            expected = stream.frames or round(duration * (self._own_fps or 0))
+        super().__init__(path=file, count=expected, fps=fps or self._own_fps)
+        self._stated = fps is not None
+
+    def iterate(self) -> Iterator[Frame]:
+        yield from self._decode(every=1)
+
+    def sample(self, n: int) -> list[np.ndarray]:
+        """As `picked`, but of key frames alone where there are enough, else without frames that no other depends on."""
+        enough = self._key_frames() >= 20
+        every = 1 if enough else max(1, self.count // (2 * n))
+        frames, stride = [], 1
+        for i, frame in enumerate(self._decode(every, skip="NONKEY" if enough else "NONREF")):
+            if i % stride == 0:
+                frames.append(frame.pixels)
+            if len(frames) > affordable(n, frame.pixels):  # thin out what there is, and go on half as densely
+                frames, stride = frames[::2], 2 * stride
+        return frames
+
+    def picked(self, n: int) -> list[Frame]:
+        """Decodes the whole film (a video has no random access worth the name) but converts only every so-manieth frame."""
+        return list(self._decode(every=max(1, -(-self.count // n))))[: 2 * n]
+
+    def _key_frames(self) -> int:
+        with _opened(self.path) as container:
+            return sum(packet.is_keyframe for packet in container.demux(container.streams.video[0]))
+
+    def _decode(self, every: int, skip: str | None = None) -> Iterator[Frame]:
+        import av
+
+        index, start, last, plain = 0, None, -np.inf, None
+        with _opened(self.path) as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "AUTO"
+            if skip:
+                stream.codec_context.skip_frame = skip
+            frames = container.decode(stream)
+            while True:
+                try:
+                    frame = next(frames)
+                except StopIteration:
+                    break
+                except av.error.FFmpegError as error:
+                    self.note(f"the video is damaged after frame {index - 1} ({error.strerror})")
+                    break
+                own = frame.time if frame.time is not None else index / (self._own_fps or np.nan)
+                start = own if start is None else start
+                time = index / self.fps if self._stated else own - start
+                if time <= last:
+                    self.note(f"frame {index} skipped: its time stamp {own:.4f} s does not increase")
+                elif index % every == 0:
+                    plain = _colourless(frame) if plain is None else plain
+                    yield Frame(index, time, _upright(_pixels(frame, plain), frame.rotation))
+                last = max(last, time)
+                index += 1
+        if index == 0:
+            raise MeasurementError(f"{self.path}: the video holds no frame that can be read")
+        if self.count and index < self.count and not skip:
+            self.note(f"the video stops early: {index} of {self.count} frames")
+
+
+def _upright(pixels: np.ndarray, rotation: int) -> np.ndarray:
+    """Turned by what the phone noted (degrees anticlockwise, multiples of 90)."""
+    turns = round(rotation / 90) % 4
+    return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
+
+
+def _numbered(files: tuple[Path, ...]) -> Iterator[tuple[int, Path]]:
+    for file in files:
+        digits = re.findall(r"\d+", file.stem)
+        if not digits:
+            raise MeasurementError(f"{file}: a frame's file name must end in its number (000123.png)")
+        yield int(digits[-1]), file
+
+
+def _opened(file: Path):
+    import av
+
+    av.logging.set_level(None)
+    try:
+        container = av.open(str(file))
+    except (av.error.FFmpegError, OSError) as error:
+        raise MeasurementError(f"{file}: not a video that can be read ({error.strerror})") from error
+    if not container.streams.video:
+        container.close()
+        raise MeasurementError(f"{file}: holds no picture stream")
+    return container
+
+
+def _pixels(frame, plain: bool) -> np.ndarray:
+    """Grey stays grey (8 or 16 bits), also where the file stores it as colour (`plain`); the rest becomes RGB."""
+    name = frame.format.name
+    if name == "gray" or plain:
+        return frame.to_ndarray(format="gray")
+    if name.startswith("gray"):
+        return frame.to_ndarray(format="gray16le")
+    return frame.to_ndarray(format="rgb24")
+
+
+def _colourless(frame) -> bool:
+    """Whether an 8-bit colour video holds grey pictures: a third of the work is enough then."""
+    if not frame.format.name.startswith("yuv") or frame.format.components[0].bits != 8:
+        return False
+    rgb = frame.to_ndarray(format="rgb24")[::4, ::4].astype(int)
+    return bool(np.abs(np.diff(rgb, axis=2)).max() <= 4)
+
+
+def _size(pixels: np.ndarray) -> str:
+    return f"{pixels.shape[1]} × {pixels.shape[0]}" + (" (colour)" if pixels.ndim == 3 else "")

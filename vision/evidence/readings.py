@@ -1,0 +1,91 @@
+"""readings.csv → mean, sd of the mean, n and range; with the paper's trimming (one highest, one lowest left out) on request."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.stats import t as student
+
+from vision.evidence.tables import READING_COLUMNS, Table, read_readings
+from vision.measurement import DOUBTFUL, GOOD, Observation, Quantity
+from vision.recording import Recording
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What n repeated readings come to.
+
+    sd_mean = sd / √n, widened by Student's t so that mean ± 1.96 sd_mean is a 95 % interval.
+    """
+
+    mean: float
+    sd: float
+    sd_mean: float
+    n: int
+    low: float
+    high: float
+
+
+def summarise(values: np.ndarray, trim: bool = False) -> Summary:
+    """Mean, sample sd, sd of the mean, n and range of `values` (n ≥ 1).
+
+    trim leaves out one highest and one lowest reading, as the paper does with its 12 drops (needs n ≥ 4). It narrows the spread:
+    the sd of the remaining ones understates the scatter of single readings.
+    """
+    values = np.sort(np.asarray(values, dtype=float))
+    if trim and values.size >= 4:
+        values = values[1:-1]
+    n = values.size
+    sd = float(values.std(ddof=1)) if n > 1 else float("nan")
+    sd_mean = float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96) if n > 1 else float("nan")
+    return Summary(float(values.mean()), sd, sd_mean, n, float(values[0]), float(values[-1]))
+
+
+def observe_readings(recording: Recording, trim: bool = False) -> Observation:
+    """The means of what somebody read off, and what follows from each by the paper's Eqs. (1)–(3)."""
+    table: Table = read_readings(recording.files[0])
+    columns = [c for c in table.rows if c in READING_COLUMNS]
+    rig = recording.rig or READING_COLUMNS[columns[0]][0]
+    quantities: list[Quantity] = []
+    notes, rows = list(table.notes), []
+    for column in columns:
+        column_rig, name, unit = READING_COLUMNS[column]
+        values = table.rows[column].dropna().to_numpy()
+        s = summarise(values, trim)
+        quantities.append(_quantity(name, s.mean, s.sd_mean, unit, s.n))
+        quantities += _derived(recording, column_rig, s, notes)
+        left_out = values.size - s.n
+        rows.append((recording.id, name, s.mean, s.sd, s.sd_mean, s.n, s.low, s.high, unit, left_out))
+        trimmed = "; one highest and one lowest left out" if left_out else ""
+        notes.append(f"{name}: n = {s.n}, sd {s.sd:.3g} {unit}, range {s.low:g}–{s.high:g} {unit}{trimmed}")
+    heading = ["recording", "quantity", "mean", "sd", "sd_mean", "n", "low", "high", "unit", "left_out"]
+    return Observation(recording.id, rig, tuple(quantities), tuple(notes), readings=pd.DataFrame(rows, columns=heading))
+
+
+def _quantity(name: str, value: float, sd: float, unit: str, n: int) -> Quantity:
+    reason = "a single reading: no standard deviation" if n == 1 else ""
+    return Quantity(name, value, sd, unit, DOUBTFUL if reason else GOOD, reason)
+
+
+def _derived(recording: Recording, rig: str, s: Summary, notes: list[str]) -> list[Quantity]:
+    """Eq. (1) e = √(H2/H1), Eq. (2) μ = tan α, Eq. (3) μ_r = S sin β / (S cos β + L); first-order error propagation."""
+    if rig == "drop":
+        h1 = recording.drop.height_mm
+        if h1 is None:
+            notes.append(f"{recording.toml}: [drop] height_mm is missing; without it no restitution (Eq. 1)")
+            return []
+        e = float(np.sqrt(s.mean / h1))
+        return [_quantity("restitution", e, e / 2 * s.sd_mean / s.mean, "1", s.n)]
+    if rig == "slide":
+        angle = np.radians(s.mean)
+        sd = float(np.radians(s.sd_mean) / np.cos(angle) ** 2)
+        return [_quantity("static_friction", float(np.tan(angle)), sd, "1", s.n)]
+    if rig == "roll":
+        length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
+        if length is None or beta is None:
+            notes.append(f"{recording.toml}: [roll] incline_length_mm and incline_deg are needed for rolling_friction (Eq. 3)")
+            return []
+        path = length * np.cos(np.radians(beta)) + s.mean
+        mu = float(length * np.sin(np.radians(beta)) / path)
+        return [_quantity("rolling_friction", mu, mu * s.sd_mean / path, "1", s.n)]
+    return []

@@ -1,0 +1,177 @@
+"""One long straight edge that turns (the tilting plate's), found by what is not static and followed sub-pixel."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from vision.evidence.frames import FrameSource
+from vision.motion.scene import grey
+
+SEARCH_PX = 8  # how far an edge may move from one frame to the next
+PLACES = 90  # along the edge where its position is measured
+CANDIDATES = 5
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line in the picture (x right, y down): points at(s) with s along it, 0 nearest the picture's origin.
+
+    angle: clockwise from the picture's horizontal as seen (y down) [rad]. extent: from where to where it was seen.
+    """
+
+    angle: float
+    offset: float
+    extent: tuple[float, float]
+    angle_sd: float = 0.0
+
+    @property
+    def along(self) -> np.ndarray:
+        return np.array([np.cos(self.angle), np.sin(self.angle)])
+
+    @property
+    def across(self) -> np.ndarray:
+        """Normal, downwards in the picture."""
+        return np.array([-np.sin(self.angle), np.cos(self.angle)])
+
+    def at(self, s: float) -> np.ndarray:
+        return self.offset * self.across + s * self.along
+
+    def foot(self, point: np.ndarray) -> np.ndarray:
+        """The point of the line nearest to `point`."""
+        return point - (self.across @ point - self.offset) * self.across
+
+
+def follow_lines(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, int], np.ndarray]:
+    """The turning edge in every frame where it was found, by frame number (None: nothing turns), picture shape, last frame."""
+    sample = source.picked(9)
+    last = sample[-1].pixels
+    starts = _candidates([_eight_bit(f.pixels) for f in sample])
+    signs: list[float | None] = [None] * len(starts)
+    current: list[Line | None] = list(starts)
+    found: list[dict[int, Line]] = [{} for _ in starts]
+    for frame in source.iterate():
+        image = grey(frame.pixels, None)
+        for k, line in enumerate(current):
+            if line is None:
+                continue
+            if signs[k] is None:
+                signs[k] = _sign(image, line)
+            better = _refine(image, line, signs[k])
+            if better is not None:
+                found[k][frame.index] = current[k] = better
+    best = None
+    for lines in found:
+        if len(lines) < 8:
+            continue
+        angles = np.degrees([line.angle for line in lines.values()])
+        turned = np.percentile(angles, 98) - np.percentile(angles, 2)
+        length = np.median([line.extent[1] - line.extent[0] for line in lines.values()])
+        if turned > 0.3 and (best is None or len(lines) * length > best[0]):
+            best = (len(lines) * length, lines)
+    return (best[1] if best else None), last.shape[:2], last
+
+
+def _eight_bit(pixels: np.ndarray) -> np.ndarray:
+    image = grey(pixels, None)
+    low, high = np.percentile(image[::4, ::4], (1, 99))
+    return np.clip((image - low) * (255 / max(high - low, 1)), 0, 255).astype(np.uint8)
+
+
+def _candidates(images: list[np.ndarray]) -> list[Line]:
+    """Long edges of the first picture that are not in the others at the same place."""
+    smooth = [cv2.GaussianBlur(i, (0, 0), 1.2) for i in images]
+    edges = [cv2.Canny(i, 25, 70) for i in smooth]
+    near = sum((cv2.dilate(e, np.ones((3, 3), np.uint8)) > 0).astype(int) for e in edges[1:])
+    moving = edges[0].copy()
+    moving[near > 0.6 * (len(edges) - 1)] = 0
+    _height, width = moving.shape
+    votes = cv2.HoughLines(moving, 1, np.pi / 720, max(40, width // 8))
+    lines: list[Line] = []
+    for rho, theta in [] if votes is None else votes[:60, 0]:
+        angle = theta - np.pi / 2
+        line = Line(float(angle), float(rho), (0.0, 0.0))
+        if abs(angle) > np.radians(80) or any(
+            abs(line.angle - o.angle) < 0.03 and abs(line.offset - o.offset) < 8 for o in lines
+        ):
+            continue
+        rows, columns = np.nonzero(moving)
+        points = np.column_stack([columns, rows]).astype(float)
+        on = np.abs(points @ line.across - line.offset) < 2.5
+        if on.sum() < 30:
+            continue
+        s = points[on] @ line.along
+        lines.append(Line(line.angle, line.offset, (float(np.percentile(s, 1)), float(np.percentile(s, 99)))))
+        if len(lines) == CANDIDATES:
+            break
+    return lines
+
+
+def _profiles(image: np.ndarray, line: Line) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Brightness across the line at PLACES along it: (places, offsets), the places s, the offsets."""
+    s = np.linspace(line.extent[0], line.extent[1], PLACES)
+    across = np.arange(-SEARCH_PX, SEARCH_PX + 0.25, 0.5)
+    base = line.offset * line.across
+    x = base[0] + s[:, None] * line.along[0] + across[None, :] * line.across[0]
+    y = base[1] + s[:, None] * line.along[1] + across[None, :] * line.across[1]
+    values = cv2.remap(image, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return cv2.GaussianBlur(values, (5, 1), 1.0), s, across
+
+
+def _sign(image: np.ndarray, line: Line) -> float:
+    """Whether the picture gets brighter (+1) or darker (−1) downwards across the edge."""
+    values, _, _ = _profiles(image, line)
+    step = np.diff(values, axis=1)
+    strongest = step[np.arange(len(step)), np.abs(step).argmax(axis=1)]
+    return 1.0 if np.median(strongest) > 0 else -1.0
+
+
+def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
+    """The edge near `line`, to a few hundredths of a pixel; None when fewer than a third of the places show it."""
+    values, s, across = _profiles(image, line)
+    step = np.maximum(np.diff(values, axis=1) * sign, 0)
+    middle = (across[1:] + across[:-1]) / 2
+    peak = step.argmax(axis=1)
+    height = step[np.arange(PLACES), peak]
+    window = np.abs(middle[None, :] - middle[peak][:, None]) <= 1.6
+    weight = step * window
+    place = (weight * middle).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
+    good = (height > 0.35 * np.percentile(height, 75)) & (height > 0.8)
+    lever = s - s.mean()
+    slope = level = noise = 0.0
+    # The block, graph paper and clamps sit on some places: the line most places agree on is wanted, then refined.
+    guess = _agreed(lever[good], place[good])
+    if guess is None:
+        return None
+    level, slope = guess
+    for limit in (1.5, 0.8, 0.5):
+        near = good & (np.abs(place - level - slope * lever) < limit)
+        if near.sum() < PLACES / 3:
+            return None
+        slope, level = np.polyfit(lever[near], place[near], 1)
+        noise = float(np.std(place[near] - level - slope * lever[near]))
+    turn = float(np.arctan(slope))
+    centre = line.offset * line.across + s.mean() * line.along + level * line.across
+    angle = line.angle + turn
+    across_new = np.array([-np.sin(angle), np.cos(angle)])
+    along_new = np.array([np.cos(angle), np.sin(angle)])
+    half = (line.extent[1] - line.extent[0]) / 2
+    at = float(centre @ along_new)
+    sd = max(noise, 0.02) / float(np.sqrt(((lever[near]) ** 2).sum()))
+    return Line(angle, float(centre @ across_new), (at - half, at + half), sd)
+
+
+def _agreed(lever: np.ndarray, place: np.ndarray) -> tuple[float, float] | None:
+    """Level and slope of the line through two of the places that most others lie near to (all pairs of 24 places)."""
+    if len(place) < PLACES / 3:
+        return None
+    pick = np.linspace(0, len(place) - 1, 24).astype(int)
+    best, count = None, 0
+    for i in pick:
+        for j in pick[pick > i + len(place) // 4]:
+            slope = (place[j] - place[i]) / (lever[j] - lever[i])
+            level = place[i] - slope * lever[i]
+            near = int((np.abs(place - level - slope * lever) < 0.6).sum())
+            if near > count:
+                best, count = (level, slope), near
+    return best

@@ -1,0 +1,123 @@
+"""Gravity as the judge of scale and frame rate: what is known of it before a drop is fitted, and what the flights say of it.
+
+Air drag enters as a small known bend of every parabola (flight.drag_shift) where the recording describes the seed and its
+air: on a soybean falling 310 mm it takes 0.9 % of the speed, and a parabola without it reads a restitution of 0.50 as 0.497.
+"""
+
+import math
+
+import numpy as np
+
+from vision.motion.flight import G_MM_S2, Flights, Gravity
+from vision.motion.track import Track
+from vision.recording import Recording
+
+OTHER_SD = 1e-3  # local gravity (9.780 to 9.832 m/s²), perspective and lens over a fall, relative
+UNKNOWN_AIR_SD = 0.01  # drag on a seed whose size and mass are not stated (a soybean over 310 mm: 1.4 % of g)
+UNKNOWN_DRAG_PER_M = 0.045  # of a seed not described: a soybean's (a maize kernel's is 0.03, a wheat grain's 0.08)
+SHAPE_SD = 0.15  # drag coefficient of a seed beside that of a sphere, relative
+
+
+def drag_per_metre(recording: Recording, speed: float) -> float | None:
+    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None when the seed is not described.
+
+    k = ρ_a C_d π d² / (8 m), d the diameter of the sphere of equal volume, C_d of Schiller & Naumann (1935) up to
+    Re 1000 and 0.44 beyond (Re < 2e5). A seed's own C_d differs by about SHAPE_SD.
+    """
+    seed, air = recording.seed, recording.air
+    if air.density_kg_m3 == 0:
+        return 0.0
+    sizes = [s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s]
+    if not sizes or not (seed.mass_g or seed.density_kg_m3):
+        return None
+    diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000
+    mass = seed.mass_g / 1000 if seed.mass_g else seed.density_kg_m3 * math.pi / 6 * diameter**3
+    if air.viscosity_pa_s > 0:
+        reynolds = max(air.density_kg_m3 * speed * diameter / air.viscosity_pa_s, 1e-3)
+        coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687) if reynolds < 1000 else 0.44
+    else:
+        coefficient = 0.44
+    return air.density_kg_m3 * coefficient * math.pi * diameter**2 / (8 * mass)
+
+
+def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str]]:
+    """How γ is to be held in the fit, and what to say about scale, time and air."""
+    physical = track.unit == "mm" and track.timed
+    if not physical:
+        missing = (["scale"] if track.unit == "px" else []) + ([] if track.timed else ["frame rate"])
+        text = f"{' and '.join(missing)} unknown: lengths in {track.unit}, times in {track.time_unit}; ratios do not need them"
+        return Gravity(None), [text]
+    speed = math.sqrt(max(np.ptp(track.y), 1e-9) / 1000 * 2 * 9.80665)
+    drag = drag_per_metre(recording, 0.75 * speed)
+    if drag is None:
+        text = "air drag is not allowed for: [seed] sizes and mass_g or density_kg_m3 are unknown"
+        return Gravity(G_MM_S2, recording.camera.scale_sd, math.hypot(OTHER_SD, UNKNOWN_AIR_SD)), [text]
+    share = drag * speed**2 / 9.80665
+    notes = [f"air drag (up to {100 * share:.1f} % of the weight) is allowed for in the parabolas"] if drag else []
+    return Gravity(G_MM_S2, recording.camera.scale_sd, OTHER_SD, drag / 1000), notes  # the drag's own error: other_drag
+
+
+def other_drag(flights: Flights, gravity: Gravity, recording: Recording) -> float | None:
+    """The drag, per length unit of the track, one standard deviation from the one assumed; None where there is no air.
+
+    Drag that was allowed for is known to SHAPE_SD. Where it was not, all of UNKNOWN_DRAG_PER_M is the error; gravity itself
+    gives the picture's scale for it, and where the clock is unknown too, the fall is taken for 310 mm.
+    """
+    if recording.air.density_kg_m3 == 0:
+        return None
+    if gravity.drag > 0:
+        return gravity.drag * (1 + SHAPE_SD)
+    if recording.camera.mm_per_px is None and recording.camera.fps is None and gravity.value is None:
+        return UNKNOWN_DRAG_PER_M * 0.31 / max(flights.fall(), 1e-9)
+    length_m = 1e-3 if gravity.value is not None else G_MM_S2 / 1000 / max(flights.free, 1e-9)
+    return UNKNOWN_DRAG_PER_M * length_m
+
+
+def gravity_doubt(flights: Flights, track: Track, recording: Recording, gravity: Gravity) -> str:
+    """Why the flights' own gravity cannot be true at the stated scale and frame rate; "" when it can."""
+    if gravity.value is None:
+        return ""
+    ratio = flights.free / gravity.value
+    air = SHAPE_SD * gravity.drag * float(np.ptp(track.y))  # half of the drag's share of the weight, times its relative error
+    allowed = math.sqrt((flights.free_sd / gravity.value) ** 2 + gravity.scale_sd**2 + gravity.other_sd**2 + air**2)
+    if abs(ratio - 1) < 3 * allowed or len(np.concatenate(flights.rows)) < 6:
+        return ""
+    text = f"free fall gives {flights.free / 1000:.3g} m/s² instead of 9.81"
+    if ratio <= 0:
+        return f"{text}: this is no free fall (is y upwards?)"
+    rate = math.sqrt(ratio)
+    fps = f"the frame rate is stated {max(rate, 1 / rate):.3g} × too {'high' if ratio > 1 else 'low'}"
+    scale = f"the scale (mm_per_px) {max(ratio, 1 / ratio):.3g} × too {'large' if ratio > 1 else 'small'}"
+    stated = recording.drop.height_mm
+    if stated and len(flights.rows) > 1 and release_seen(flights, track):
+        fall = flights.fall()
+        if abs(fall / stated - 1) < 0.03:
+            return f"{text}: {fps} (the fall of {stated:g} mm is right, so the scale is)"
+        if abs(fall / stated / ratio - 1) < 0.05:
+            return f"{text}: {scale} (the fall reads {fall:.4g} mm instead of {stated:g})"
+    if abs(ratio - 1) < 0.1 and gravity.other_sd > 0.9 * UNKNOWN_AIR_SD:
+        return f"{text}: {fps}, or {scale}, or air drag counts (state [seed] sizes and mass_g)"
+    return f"{text}: {fps}, or {scale}"
+
+
+def release_seen(flights: Flights, track: Track) -> bool:
+    """Whether the first flight's apex lies inside the track (a seed let go, not one that flies in)."""
+    first, fall_time = flights.apex_time(0), track.time[flights.rows[0][-1]] - flights.apex_time(0)
+    return first >= track.time[0] - max(0.03 * fall_time, 1.5 * track.step)
+
+
+def scale_note(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> list[str]:
+    """What the parabolas say about scale or frame rate that nobody stated, or stated loosely."""
+    gamma, relative = flights.free, flights.free_sd / flights.free
+    if gamma <= 0:
+        return []
+    if track.unit == "px" and track.timed:
+        return [
+            f"gravity makes it {G_MM_S2 / gamma:.5g} ± {G_MM_S2 / gamma * relative:.2g} mm per px (if the frame rate is right)"
+        ]
+    if track.unit == "mm" and not track.timed:
+        rate = math.sqrt(G_MM_S2 / gamma)
+        return [f"gravity makes it {rate:.5g} ± {rate * relative / 2:.2g} frames per second (if the scale is right)"]
+    if gravity.value is not None and abs(flights.params[-1]) > 2e-3:
+        return [f"gravity corrects the scale by {-100 * flights.params[-1]:.2f} % within its stated sd"]
+    return []

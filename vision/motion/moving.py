@@ -1,0 +1,219 @@
+"""The recipe for what moves: a recording of a drop, slide or roll → Observation."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from vision.evidence.frames import open_frames
+from vision.evidence.tables import read_impacts, read_track
+from vision.measurement import GOOD, MeasurementError, Observation, Quantity
+from vision.motion.follow import Followed, follow
+from vision.motion.impacts import measure_impacts
+from vision.motion.plate import Plate, follow_slide, roll_path
+from vision.motion.rebound import Rebound, measure_rebound, upright
+from vision.motion.run_out import measure_run_out
+from vision.motion.slide import measure_slide
+from vision.motion.track import Track, track_from_table
+from vision.overlay.track import on_picture, plot
+from vision.recording import Recording, with_camera
+
+MOVING_RIGS = ("drop", "slide", "roll")
+
+
+def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
+    """Measure a drop, slide or roll recorded as track.csv, impacts.csv, frames or video.
+
+    progress(fraction done) is called while frames are read. Raises MeasurementError where nothing at all
+    can be measured; a quantity that cannot be had stands in the Observation as failed, with its reason.
+    """
+    if recording.rig not in MOVING_RIGS:
+        raise MeasurementError(
+            f"{recording.toml}: rig = {recording.rig!r} does not move; expected one of {', '.join(MOVING_RIGS)}"
+        )
+    if recording.evidence == "impacts.csv":
+        return _observe_impacts(recording)
+    if recording.evidence == "track.csv":
+        table = read_track(recording.files[0])
+        return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
+    if recording.evidence not in ("frames", "video"):
+        raise MeasurementError(
+            f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can"
+        )
+    return _observe_frames(recording, progress)
+
+
+def _observe_impacts(recording: Recording) -> Observation:
+    if recording.rig != "drop":
+        raise MeasurementError(f"{recording.files[0]}: impact times belong to a drop, not to a {recording.rig}")
+    table = read_impacts(recording.files[0])
+    quantities, bounces, notes = measure_impacts(table.rows["t_s"].to_numpy(), recording)
+    time, high = bounces.t_s.to_numpy(), bounces.height_mm.to_numpy()
+    gap = np.append(np.diff(time), table.rows["t_s"].iloc[-1] - time[-1])
+    arcs = [(t + g * _SHARE, 4 * h * _SHARE * (1 - _SHARE)) for t, g, h in zip(time, gap, high)]
+    picture = plot(time + gap / 2, high, np.zeros(len(high)), labels=("t [s]", "height [mm]"), curves=arcs, caption=recording.id)
+    return Observation(recording.id, "drop", quantities, (*table.notes, *notes), {"intervals": picture}, None, bounces)
+
+
+_SHARE = np.linspace(0, 1, 60)
+
+
+def _observe_track(recording: Recording, track: Track) -> Observation:
+    if recording.rig == "drop":
+        result = measure_rebound(track, recording)
+        pictures = {"flights": _plot_flights(result, recording)}
+        return _observation(recording, result.quantities, (*track.notes, *result.notes), pictures, result.track, result.bounces)
+    if recording.rig == "slide":
+        slide = measure_slide(track, recording)
+        pictures = {"slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities)}
+        return _observation(recording, slide.quantities, (*track.notes, *slide.notes), pictures, track)
+    roll = measure_run_out(track, recording)
+    pictures = {"roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
+    return _observation(recording, roll.quantities, (*track.notes, *roll.notes), pictures, track)
+
+
+def _observe_frames(recording: Recording, progress) -> Observation:
+    source = open_frames(recording)
+    if recording.rig == "slide":
+        followed, plate = follow_slide(source, recording, progress)
+    else:
+        followed = follow(source, falling=recording.rig == "drop", progress=progress)
+    recording, notes = _with_scale(recording, followed)
+    notes = [*source.notes, *notes]
+    if recording.rig == "drop":
+        return _drop_in_frames(recording, followed, notes)
+    if recording.rig == "slide":
+        return _slide_in_frames(recording, followed, plate, notes)
+    return _roll_in_frames(recording, followed, notes)
+
+
+def _drop_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
+    result = measure_rebound(to_mm(followed.track, recording.camera.mm_per_px), recording)
+    pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
+    notes = [*followed.track.notes, *notes, *result.notes]
+    return _observation(recording, result.quantities, notes, pictures, result.track, result.bounces)
+
+
+def _slide_in_frames(recording: Recording, followed: Followed, plate: Plate, notes: list[str]) -> Observation:
+    track = to_mm(followed.track, recording.camera.mm_per_px)
+    slide = measure_slide(track, recording)
+    caption = _caption(slide.quantities)
+    pictures = {
+        "track": on_picture(plate.picture, *plate.places, track.outlier, lines=plate.lines, caption=caption),
+        "slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities),
+    }
+    return _observation(recording, slide.quantities, [*track.notes, *notes, *slide.notes], pictures, track)
+
+
+def _roll_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
+    along = roll_path(followed.track, followed.size, recording)
+    scale = recording.camera.mm_per_px or 1.0
+    track = to_mm(along.track, recording.camera.mm_per_px)
+    junction = None if along.junction is None else (along.junction[0] * scale, along.junction[1] * scale)
+    roll = measure_run_out(track, recording, junction=junction)
+    low = followed.scene.shape[0] - 1  # y counts up from the bottom row
+    marks = [(c, low - y) for c, y in along.marks(None if roll.stop is None else roll.stop / scale)]
+    legs = [((a[0], low - a[1]), (b[0], low - b[1])) for a, b in along.legs]
+    x, y = followed.track.x, low - followed.track.y
+    pictures = {
+        "track": on_picture(
+            followed.scene.first, x, y, track.outlier, lines=legs, marks=marks, caption=_caption(roll.quantities)
+        ),
+        "roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction),
+    }
+    return _observation(recording, roll.quantities, [*track.notes, *notes, *along.notes, *roll.notes], pictures, track)
+
+
+def to_mm(track: Track, mm_per_px: float | None) -> Track:
+    """A track in pixels in millimetres, where the scale is known."""
+    if track.unit == "mm" or not mm_per_px:
+        return track
+    return replace(track, x=track.x * mm_per_px, y=track.y * mm_per_px, sd=track.sd * mm_per_px, unit="mm")
+
+
+def _with_scale(recording: Recording, followed: Followed) -> tuple[Recording, list[str]]:
+    """The recording with the scale of graph paper in the picture, when it states none."""
+    if recording.camera.mm_per_px:
+        return recording, []
+    from vision.paper.scale import read_scale
+
+    background = followed.scene.background
+    picture = np.clip(background * (255 / max(float(background.max()), 1.0)), 0, 255).astype(np.uint8)
+    try:
+        scale = read_scale(picture)
+    except MeasurementError as error:
+        return recording, [f"no scale: [camera] mm_per_px is missing, and no graph paper was read ({error})"]
+    if scale.quality != GOOD:
+        doubt = f"({scale.mm_per_px:.3g} mm per px? {scale.reason})"
+        return recording, [f"no scale: [camera] mm_per_px is missing, and the graph paper read is not to be trusted {doubt}"]
+    note = f"scale read from the graph paper in the picture: {scale.mm_per_px:.5g} ± {scale.mm_per_px_sd:.2g} mm per px"
+    return with_camera(recording, mm_per_px=scale.mm_per_px, mm_per_px_sd=scale.mm_per_px_sd), [note]
+
+
+def _observation(recording: Recording, quantities, notes, pictures, track: Track, bounces=None) -> Observation:
+    unique = tuple(dict.fromkeys(notes))
+    return Observation(recording.id, recording.rig, tuple(quantities), unique, pictures, track.to_table(), bounces)
+
+
+def _caption(quantities: tuple[Quantity, ...]) -> str:
+    known = [q for q in quantities if np.isfinite(q.value)]
+    shown = [f"{q.name} {q.value:.4g} ± {q.sd:.2g}" + (f" {q.unit}" if q.unit != "1" else "") for q in known]
+    return "; ".join(shown[:2]) if shown else "nothing could be measured"
+
+
+def _flight_curves(result: Rebound) -> list[tuple[np.ndarray, np.ndarray]]:
+    """(time, height) of each fitted flight from contact to contact."""
+    flights = result.flights
+    if flights is None:
+        return []
+    meets = [flights.meeting(k) for k in range(len(flights.rows) - 1)]
+    begins = [flights.time[flights.rows[0][0]], *meets]
+    ends = [*meets, flights.time[flights.rows[-1][-1]]]
+    spans = [np.linspace(a, b, 80) for a, b in zip(begins, ends)]
+    return [(t, flights.height(k, t)) for k, t in enumerate(spans)]
+
+
+def _plot_flights(result: Rebound, recording: Recording) -> np.ndarray:
+    track = result.track
+    up, _ = upright(track, recording)
+    curves = _flight_curves(result)
+    marks = [(t[0], h[0]) for t, h in curves[1:]]
+    labels = (f"t [{track.time_unit}]", f"height [{track.unit}]")
+    return plot(track.time, up, track.outlier, labels=labels, curves=curves, marks=marks, caption=_caption(result.quantities))
+
+
+def _draw_drop(followed: Followed, result: Rebound, recording: Recording) -> np.ndarray:
+    """Crosses and flights on the first frame; the plate's line through the lowest place of the seed at contact."""
+    track, height = followed.track, followed.scene.shape[0]
+    scale = recording.camera.mm_per_px or 1.0
+    turn = np.radians(recording.camera.plumb_deg or 0.0)
+    _, across = upright(result.track.used(), recording)
+    time = result.track.used().time
+    curves, marks = [], []
+    for t, h in _flight_curves(result):
+        side = np.interp(t, time, across)
+        x, y = (h * np.sin(turn) + side * np.cos(turn)) / scale, (h * np.cos(turn) - side * np.sin(turn)) / scale
+        curves.append((x, height - 1 - y))
+        marks.append((x[0], height - 1 - y[0]))
+    lines = []
+    if len(marks) > 1:
+        column, row = marks[1]
+        low, wide = row + followed.size / 2, 3 * followed.size
+        slope = np.tan(turn)
+        lines = [((column - wide, low - slope * wide), (column + wide, low + slope * wide))]
+    return on_picture(
+        followed.scene.first, track.x, height - 1 - track.y, result.track.outlier, curves=curves, marks=marks[1:],
+        lines=lines, caption=_caption(result.quantities),
+    )  # fmt: skip
+
+
+def _plot_travel(track: Track, recording: Recording, fitted, at, quantities, place=None) -> np.ndarray:
+    curves = [] if fitted is None else [fitted]
+    marks = []
+    if at is not None and fitted is not None:
+        marks.append((at, float(np.interp(at, *fitted))))
+    if place is not None and fitted is not None:
+        near = int(np.argmin(np.abs(fitted[1] - place)))
+        marks.append((float(fitted[0][near]), place))
+    labels = (f"t [{track.time_unit}]", f"travel [{track.unit}]")
+    return plot(track.time, track.x, track.outlier, labels=labels, curves=curves, marks=marks, caption=_caption(quantities))

@@ -1,0 +1,233 @@
+"""The drop rig: a track or the times of its impacts → rebound height, speeds, restitution, every bounce with its sd.
+
+Heights count from where the seed's centroid is at contact, so a fall is the way the centroid goes, which for a seed that
+does not turn is the clearance of its lowest point, the `drop.height_mm` of the recording.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from vision.measurement import MeasurementError, Quantity, failed
+from vision.motion.correlated import fit, frame_lag, propagate
+from vision.motion.flight import Flights, Gravity, fit_flights, lateral
+from vision.motion.gravity import gravity_doubt, known_gravity, other_drag, release_seen, scale_note
+from vision.motion.track import Track
+from vision.recording import Recording
+
+HEIGHT_SD_MM = 1.0  # how well a stated release height is known: a seed held by hand or clamp, read off a ruler
+QUANTITIES = (
+    ("rebound_height", "mm"), ("restitution", "1"), ("impact_speed", "m/s"), ("rebound_speed", "m/s"),
+    ("restitution_normal", "1"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Rebound:
+    """What a drop is read for. flights is None when nothing flew; `track` has its outliers marked."""
+
+    quantities: tuple[Quantity, ...]
+    bounces: pd.DataFrame | None
+    flights: Flights | None
+    track: Track
+    notes: tuple[str, ...] = ()
+
+
+def measure_rebound(track: Track, recording: Recording) -> Rebound:
+    """Flights, impacts and restitution of a drop. Never raises for a track without a bounce: those quantities fail."""
+    used = track.used()
+    up, across = upright(used, recording)
+    gravity, notes = known_gravity(used, recording)
+    try:
+        if len(used) < 4:
+            raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
+        flights = fit_flights(used.time, used.frame, up, used.sd, gravity)
+        doubt = gravity_doubt(flights, used, recording, gravity)
+        if doubt:  # gravity and the scale contradict each other: neither may bend the fit
+            loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
+            gravity = loose
+            flights = fit_flights(used.time, used.frame, up, used.sd, loose)
+    except MeasurementError as error:
+        return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
+    mask = track.outlier.copy()
+    mask[np.flatnonzero(~track.outlier)[flights.outlier]] = True
+    if flights.outlier.any():
+        notes.append(f"{int(flights.outlier.sum())} frames lie off their flight and were left out (marked as outliers)")
+    if flights.rho > 0.3:
+        notes.append(f"successive frames err together (AR(1) ρ = {flights.rho:.2f}); the standard deviations allow for it")
+    marked = track.marked(mask & ~track.outlier)
+    if len(flights.rows) < 2:
+        reason = _no_bounce(flights, used, up)
+        return Rebound(all_failed(reason), None, flights, marked, (*notes, *([doubt] if doubt else [])))
+    values, cov = propagate(lambda p: _derived(flights, p), flights.params, flights.cov)
+    air = _air_error(used, up, flights, values, gravity, recording)
+    cov = cov + np.outer(air, air)
+    bounces = _bounce_table(flights, used, across, values, cov, recording)
+    quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, recording, doubt)
+    notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
+    return Rebound(quantities, bounces, flights, marked, tuple(notes))
+
+
+def upright(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Height and sideways place in axes along gravity (`camera.plumb_deg`, clockwise from straight down)."""
+    turn = math.radians(recording.camera.plumb_deg or 0.0)
+    return (
+        track.x * math.sin(turn) + track.y * math.cos(turn),
+        track.x * math.cos(turn) - track.y * math.sin(turn),
+    )
+
+
+def all_failed(reason: str) -> tuple[Quantity, ...]:
+    return tuple(failed(name, unit, reason) for name, unit in QUANTITIES)
+
+
+def _no_bounce(flights: Flights, track: Track, up: np.ndarray) -> str:
+    drop = up[flights.rows[0]].max() - up[flights.rows[0]].min()
+    end = up[-max(3, len(up) // 50) :]
+    if np.ptp(end) < 0.01 * drop and len(up) - flights.rows[0][-1] > 5:
+        return f"no rebound: after falling {drop:.4g} {track.unit} the seed stays down"
+    return f"no impact in the track: one flight of {drop:.4g} {track.unit}, no bounce (does the recording end too early?)"
+
+
+def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
+    """Of each bounce: t, height at contact, speed before, after, rebound height, e (6 each); then the fall and √(H₂/H₁).
+
+    Lengths and speeds are divided by 1 + ε, the scale's error.
+    """
+    out = []
+    for k in range(len(flights.rows) - 1):
+        t = flights.meeting(k, p)
+        contact = flights.height(k, t, p)
+        before, after = -flights.speed(k, t, p), flights.speed(k + 1, t, p)
+        top = flights.height(k + 1, flights.apex_time(k + 1, p), p) - contact
+        out += [t, contact / (1 + p[-1]), before / (1 + p[-1]), after / (1 + p[-1]), top / (1 + p[-1]), after / before]
+        if k == 0:
+            fall = flights.fall(p)
+            first_top = top
+    return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
+
+
+def _air_error(used: Track, up, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
+    """How far the derived values move when the drag is one standard deviation other than assumed: the flights are fitted again.
+
+    It is common to a whole recording and bends all parabolas alike, so no residual shows it.
+    """
+    other = other_drag(flights, gravity, recording)
+    if other is None:
+        return np.zeros_like(values)
+    again = fit_flights(used.time, used.frame, up, used.sd, replace(gravity, drag=other))
+    moved = _derived(again, again.params)
+    return moved - values if moved.shape == values.shape else np.zeros_like(values)
+
+
+def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:
+    """rad per time unit, anticlockwise, and its sd; NaN where the orientation was not seen in at least 5 frames."""
+    rows = flights.rows[flight]
+    if track.angle_deg is None:
+        return math.nan, math.nan
+    rows = rows[np.isfinite(track.angle_deg[rows])]
+    if len(rows) < 5:
+        return math.nan, math.nan
+    weight = None
+    if track.angle_sd_deg is not None and np.isfinite(track.angle_sd_deg[rows]).all():
+        weight = np.median(track.angle_sd_deg[rows]) / np.maximum(track.angle_sd_deg[rows], 1e-3)
+    design = np.column_stack([np.ones(len(rows)), track.time[rows] - track.time[rows].mean()])
+    found = fit(design, np.radians(track.angle_deg[rows]), frame_lag(track.frame[rows]), weight=weight)
+    return float(found.params[1]), float(math.sqrt(found.cov[1, 1]))
+
+
+def _bounce_table(flights, track: Track, across, values, cov, recording: Recording) -> pd.DataFrame:
+    """One row a bounce, every number with its sd; columns carry the units that the track has."""
+    physical = track.unit == "mm" and track.timed
+    length, time = track.unit, track.time_unit
+    speed, factor = ("m_s", 1e-3) if physical else (f"{length}_{time}", 1.0)
+    plumb = math.radians(recording.camera.plumb_sd)
+    side, side_cov = lateral(flights, track.time, track.frame, across, track.sd, plumb)
+    sds = np.sqrt(np.maximum(np.diag(cov), 0))
+    rows = []
+    for k in range(len(flights.rows) - 1):
+        t, contact, before, after, top, e = values[6 * k : 6 * k + 6]
+        t_sd, contact_sd, before_sd, after_sd, top_sd, e_sd = sds[6 * k : 6 * k + 6]
+
+        def sideways(p, k=k, t=t):
+            return [p[2 * j + 1] + p[-1] * (t - flights.middle[j]) for j in (k, k + 1)]
+
+        swing, swing_cov = propagate(sideways, side, side_cov)
+        swing_sd = np.sqrt(np.diag(swing_cov))
+        # A plumb line off by φ turns the axes: of what goes sideways, φ times as much is taken for height, and the reverse.
+        e_sd = math.hypot(e_sd, plumb * (swing[1] + e * swing[0]) / before)
+        before_sd, after_sd = math.hypot(before_sd, plumb * swing[0]), math.hypot(after_sd, plumb * swing[1])
+        top_sd = math.hypot(top_sd, plumb * swing[1] * (flights.apex_time(k + 1) - t))
+        tilt_sd = np.hypot(swing_sd, plumb * np.array([before, after]))
+        row = {"recording": recording.id, "bounce": k + 1, f"t_{time}": t, f"t_sd_{time}": t_sd}
+        numbers = {
+            f"speed_before_{speed}": (before, before_sd), f"speed_after_{speed}": (after, after_sd),
+            f"lateral_before_{speed}": (swing[0], tilt_sd[0]), f"lateral_after_{speed}": (swing[1], tilt_sd[1]),
+        }  # fmt: skip
+        for name, (value, sd) in numbers.items():
+            row[name], row[name.replace(f"_{speed}", f"_sd_{speed}")] = value * factor, sd * factor
+        for name, flight in (("spin_before", k), ("spin_after", k + 1)):
+            row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = _spin(flights, track, flight)
+        row |= {f"contact_{length}": contact, f"contact_sd_{length}": contact_sd}
+        row |= {f"height_{length}": top, f"height_sd_{length}": top_sd, "restitution": e, "restitution_sd": e_sd}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, recording: Recording, doubt: str):
+    """The five quantities of the first bounce, and notes."""
+    physical = track.unit == "mm" and track.timed
+    unit, suffix = ("m/s", "m_s") if physical else (f"{track.unit}/{track.time_unit}", f"{track.unit}_{track.time_unit}")
+    sds = np.sqrt(np.maximum(np.diag(cov), 0))
+    fall, fall_sd, top = values[-2], sds[-2], float(bounce[f"height_{track.unit}"])
+
+    def quantity(name: str, column: str, unit: str, suffix: str) -> Quantity:
+        return Quantity(name, float(bounce[f"{column}{suffix}"]), float(bounce[f"{column}_sd{suffix}"]), unit)
+
+    height = quantity("rebound_height", "height", track.unit, f"_{track.unit}")
+    impact = quantity("impact_speed", "speed_before", unit, f"_{suffix}")
+    rebound = quantity("rebound_speed", "speed_after", unit, f"_{suffix}")
+    normal = quantity("restitution_normal", "restitution", "1", "")
+    notes = []
+    stated, seen = recording.drop.height_mm, release_seen(flights, track)
+    if stated and track.unit == "mm":
+        relative = math.hypot(height.sd / top, HEIGHT_SD_MM / stated) if top > 0 else math.nan
+        e = math.sqrt(max(top, 0) / stated)
+        restitution = Quantity("restitution", e, e * relative / 2, "1")
+        if seen and abs(fall - stated) > max(3 * math.hypot(fall_sd, HEIGHT_SD_MM), 0.02 * stated):
+            text = f"the fall seen is {fall:.4g} mm but [drop] height_mm says {stated:g}: one of them is in a wrong unit or wrong"
+            restitution, notes = restitution.doubt(text), [text]
+    elif seen:
+        turned = math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2 if top > 0 else math.nan
+        restitution = Quantity("restitution", float(values[-1]), math.hypot(sds[-1], values[-1] * turned), "1")
+        notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
+    else:
+        text = f"the release is not in the track; {recording.toml}: [drop] height_mm is needed"
+        restitution = failed("restitution", "1", text)
+    quantities = [height, restitution, impact, rebound, normal]
+    if doubt:
+        quantities = [q if q is normal or (q is restitution and not stated) else q.doubt(doubt) for q in quantities]
+    return tuple(_doubtful(q, flights, track, normal.value) for q in quantities), notes
+
+
+def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Quantity:
+    """What makes any of the five less than good."""
+    first, second = flights.rows[0], flights.rows[1]
+    if quantity.name != "impact_speed":
+        if len(second) < 5:
+            quantity = quantity.doubt(f"only {len(second)} frames of the first rebound")
+        if track.time[second[-1]] < flights.apex_time(1):
+            quantity = quantity.doubt("the track ends before the rebound's highest place, which is extrapolated")
+        if not 0.02 < e < 1:
+            quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
+    if quantity.name not in ("rebound_height", "rebound_speed", "restitution") and len(first) < 5:
+        quantity = quantity.doubt(f"only {len(first)} frames before the first impact")
+    if quantity.value and quantity.sd > 0.1 * abs(quantity.value):
+        quantity = quantity.doubt("known no better than 10 %")
+    sd = np.median(track.sd)
+    if np.isfinite(sd) and flights.noise > 5 * sd and flights.noise > 0.003 * np.ptp(track.y):
+        text = f"places scatter {flights.noise:.2g} {track.unit} about the parabolas, their stated sd is {sd:.2g}"
+        quantity = quantity.doubt(text)
+    return quantity

@@ -1,0 +1,205 @@
+"""The roll rig: travel along an incline and the level after it → how far the seed runs out, and its rolling friction.
+
+    μ_r = S sin β / (S cos β + L)        (Eq. 3 of the soybean paper; energy, whatever the moment of inertia)
+
+S is the way rolled on the incline, L the run-out from the junction to where the seed stops. On either leg friction and slope
+are constant, so the path is two parabolas and a rest; the junction is where speeding up turns into slowing down.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from vision.measurement import MeasurementError, Quantity, failed
+from vision.motion.correlated import estimate_rho, fit, frame_lag, mean, whiten
+from vision.motion.track import Track
+from vision.recording import Recording
+
+INCLINE_SD_DEG = 0.1  # of a stated incline
+LENGTH_SD_MM = 0.2  # of a stated way on the incline: a seed laid against a mark
+STILL_SHARE = 0.02  # a seed slower than this share of its greatest speed has stopped
+
+
+@dataclass(frozen=True)
+class RunOut:
+    """quantities, places along the path [track unit], the fitted travel for plotting (time, x), what was assumed."""
+
+    quantities: tuple[Quantity, ...]
+    junction: float | None = None
+    stop: float | None = None
+    stop_time: float | None = None
+    fitted: tuple[np.ndarray, np.ndarray] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float, float] | None = None) -> RunOut:
+    """run_out and rolling_friction. junction: (place, sd) along the path where the picture showed it, in the track's unit."""
+    used = track.used()
+    try:
+        return _measure(used, recording, junction)
+    except MeasurementError as error:
+        return RunOut((failed("run_out", "mm", str(error)), failed("rolling_friction", "1", str(error))))
+
+
+def _measure(track: Track, recording: Recording, seen: tuple[float, float] | None) -> RunOut:
+    if len(track) < 8:
+        raise MeasurementError(f"{len(track)} usable frames; a run-out needs at least 8")
+    sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
+    time, x = track.time, sign * track.x
+    if np.ptp(x) < (1.0 if track.unit == "mm" else 4.0):
+        raise MeasurementError(f"the seed does not roll: it moves {np.ptp(x):.3g} {track.unit} in all")
+    notes: list[str] = []
+    speed, top = _speeds(time, x)
+    stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
+    place, place_sd, more = _junction(track, x, speed, stop_row, recording, sign, seen)
+    notes += more
+    length = stop - place
+    if length <= 0:
+        raise MeasurementError("the seed stops before the junction: it never reaches the level plate")
+    scale_sd = recording.camera.scale_sd if track.unit == "mm" else 0.0
+    run_out = Quantity("run_out", length, math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2), track.unit)
+    for text in doubts:
+        run_out = run_out.doubt(text)
+    friction = _friction(run_out, recording)
+    fitted = (time, sign * _smooth_path(time, x))
+    return RunOut((run_out, friction), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
+
+
+def _friction(run_out: Quantity, recording: Recording) -> Quantity:
+    """Eq. 3 with ∂μ/∂S, ∂μ/∂β, ∂μ/∂L; failed, naming the key, when the incline is not described."""
+    try:
+        way = recording.need("roll.incline_length_mm", "for rolling_friction (Eq. 3)")
+        beta = math.radians(recording.need("roll.incline_deg", "for rolling_friction (Eq. 3)"))
+        if run_out.unit != "mm":
+            recording.need("camera.mm_per_px", "for rolling_friction: the run-out is in pixels")
+    except MeasurementError as error:
+        return failed("rolling_friction", "1", str(error))
+    below = way * math.cos(beta) + run_out.value
+    value = way * math.sin(beta) / below
+    by_way = math.sin(beta) * run_out.value / below**2
+    by_beta = (way * math.cos(beta) * below + way**2 * math.sin(beta) ** 2) / below**2
+    by_length = -value / below
+    parts = (by_way * LENGTH_SD_MM, by_beta * math.radians(INCLINE_SD_DEG), by_length * run_out.sd)
+    quantity = Quantity("rolling_friction", value, math.sqrt(sum(p**2 for p in parts)), "1")
+    return quantity.doubt(run_out.reason) if run_out.reason else quantity
+
+
+def _speeds(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
+    """Speed at each row over a window of about a fiftieth of the rows, and the greatest (robust)."""
+    half = max(2, len(x) // 100)
+    low, high = np.clip(np.arange(len(x)) - half, 0, None), np.clip(np.arange(len(x)) + half, None, len(x) - 1)
+    speed = (x[high] - x[low]) / (time[high] - time[low])
+    return speed, float(np.percentile(speed, 98))
+
+
+def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[float, float, int, list[str]]:
+    """Where the seed stops, sd, the row from which it rests, doubts. A rocking seed rests about its last mean place."""
+    moving = np.flatnonzero(speed > STILL_SHARE * top)
+    last = int(moving[-1]) + 1
+    back = np.flatnonzero((speed < -STILL_SHARE * top) & (x > x[0] + 0.9 * (x[-1] - x[0])))
+    if len(back):  # it rocks: the run is over when it first rolls back
+        last = min(last, int(back[0]))
+    rest = len(x) - last
+    tail = slice(-max(5, len(x) // 50), None)
+    end_speed = float(np.polyfit(track.time[tail], x[tail], 1)[0])
+    doubts: list[str] = []
+    if rest < 5 and end_speed > 0.05 * top:
+        return _extrapolated(track, x, end_speed, top)
+    # The last third of the rest: a seed that rocks has lost most of its swing by then.
+    rows = slice(len(x) - max(5, rest // 3), None)
+    swing = float(np.ptp(x[rows])) / 2
+    stop, sd = mean(x[rows], track.frame[rows])
+    noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6)
+    if swing > 6 * noise + 0.5:
+        doubts.append(f"the seed still rocks by ± {swing:.2g} {track.unit} at the end of the recording")
+        sd = math.hypot(sd, swing / 2)
+    if rest < 5:
+        doubts.append("the seed comes to rest only in the last frames")
+        sd = math.hypot(sd, swing)
+    return stop, sd, min(last, len(x) - 1), doubts
+
+
+def _extrapolated(track: Track, x: np.ndarray, end_speed: float, top: float) -> tuple[float, float, int, list[str]]:
+    """Still moving at the end: the place where it would stop if it slows on as it did, doubtful; too far ahead: an error."""
+    late = slice(np.searchsorted(x, x[0] + 0.6 * np.ptp(x)), None)
+    t = track.time[late] - track.time[-1]
+    unit = f"{track.unit}/{track.time_unit}"
+    text = f"still moving at {end_speed:.3g} {unit} in the last frame: it leaves the picture, or the recording ends too early"
+    if len(t) < 8:
+        raise MeasurementError(text)
+    found = fit(np.column_stack([np.ones(len(t)), t, t**2 / 2]), x[late], frame_lag(track.frame[late]))
+    place, speed, slow = found.params
+    ahead = speed**2 / (-2 * slow) if slow < 0 and speed > 0 else math.inf
+    if ahead > 0.25 * np.ptp(x):
+        raise MeasurementError(text)
+    gradient = np.array([1.0, -speed / slow, speed**2 / (2 * slow**2)])
+    sd = math.sqrt(float(gradient @ found.cov @ gradient) + (0.2 * ahead) ** 2)
+    return float(place + ahead), sd, len(x) - 1, [f"{text}; the stop is extrapolated by {ahead:.3g} {track.unit}"]
+
+
+def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign: float, seen) -> tuple[float, float, list[str]]:
+    """Where the incline meets the level, along the path: from the picture, from the release, or from the motion."""
+    if seen is not None:
+        return sign * seen[0], seen[1], []
+    way = recording.roll.incline_length_mm
+    rest = np.flatnonzero(speed > 0.05 * np.percentile(speed, 98))[0]
+    released = rest >= 4
+    kinematic = _turning_place(track, x, speed, stop_row)
+    if way is not None and track.unit == "mm":
+        start, start_sd = mean(x[: max(rest - 1, 2)], track.frame[: max(rest - 1, 2)]) if released else (0.0, LENGTH_SD_MM)
+        place = start + way
+        sd = math.hypot(start_sd if math.isfinite(start_sd) else 0.0, LENGTH_SD_MM)
+        where = "where the seed rests at first" if released else "x = 0, taken to be the release"
+        notes = [f"the junction is {way:g} mm along the path from {where}"]
+        if kinematic is not None and abs(kinematic[0] - place) > 4 * math.hypot(kinematic[1], sd) + 0.03 * np.ptp(x):
+            notes.append(
+                f"but the seed is fastest at {kinematic[0] - place:+.3g} mm from there: check incline_length_mm and the scale"
+            )
+        return place, sd, notes
+    if kinematic is None:
+        raise MeasurementError(f"{recording.toml}: [roll] incline_length_mm is needed: the motion does not show the junction")
+    return *kinematic, ["the junction is taken where speeding up turns into slowing down"]
+
+
+def _turning_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int) -> tuple[float, float] | None:
+    """Place and sd of the change from speeding up to slowing down: two parabolas of one place and speed at a free time."""
+    top = np.percentile(speed, 98)
+    begin = int(np.flatnonzero(speed > 0.15 * top)[0])
+    rows = slice(begin, max(stop_row - len(x) // 50, begin + 2))
+    t, place, frame = track.time[rows], x[rows], track.frame[rows]
+    if len(t) < 10 or int(np.argmax(speed)) - begin < 3:
+        return None
+
+    def columns(turn):
+        late = t - turn
+        return np.column_stack([np.ones(len(t)), late, np.minimum(late, 0) ** 2 / 2, np.maximum(late, 0) ** 2 / 2])
+
+    lag, rho = frame_lag(frame), 0.0
+
+    def misfit(turn: float) -> float:
+        both = whiten(np.column_stack([columns(turn), place]), lag, rho)
+        return float(np.linalg.qr(both, mode="r")[-1, -1] ** 2)
+
+    for _ in range(2):  # the second time under the noise's own correlation
+        grid = np.linspace(t[2], t[-3], 200)
+        best = int(np.argmin([misfit(float(g)) for g in grid]))
+        bounds = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
+        turn = float(minimize_scalar(misfit, bounds=bounds, method="bounded").x)
+        rho = estimate_rho(columns(turn), place, lag)
+    found = fit(columns(turn), place, frame_lag(frame))
+    if found.params[2] < 0 or found.params[3] > 0:
+        return None
+    # The place's sd with the time of the turn free as well: its own column is the model's slope in that time.
+    late = t - turn
+    slope = -found.params[1] - found.params[2] * np.minimum(late, 0) - found.params[3] * np.maximum(late, 0)
+    white = whiten(np.column_stack([columns(turn), slope]), frame_lag(frame), found.rho) / found.noise
+    return float(found.params[0]), math.sqrt(float(np.linalg.pinv(white.T @ white)[0, 0]))
+
+
+def _smooth_path(time: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The travel as a smooth curve for drawing."""
+    half = max(2, len(x) // 100)
+    padded = np.pad(x, half, mode="edge")
+    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")

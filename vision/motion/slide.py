@@ -1,0 +1,238 @@
+"""The slide rig: travel along a tilting plate → the angle at which the block lets go, and both frictions.
+
+Before the onset the block rests; after it
+
+    ẍ = g (sin θ(t) − μ_k cos θ(t)),    θ(t) the plate's own motion
+
+so x(t) = x₀ + A(t; t₀) − μ_k B(t; t₀), with A, B the double integrals of g sin θ and g cos θ from the onset t₀. For a given
+t₀ that is linear in x₀ and μ_k; t₀ is where the whole fits best, not where some threshold is passed. μ_s = tan θ(t₀).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from vision.measurement import MeasurementError, Quantity, failed
+from vision.motion.correlated import estimate_rho, fit, frame_lag, whiten
+from vision.motion.flight import G_MM_S2
+from vision.motion.track import Track
+from vision.recording import Recording
+
+TILT_SD_DEG = 0.05  # of a goniometer or inclinometer, common to a whole recording
+QUANTITIES = (("slide_angle", "deg"), ("static_friction", "1"), ("kinetic_friction", "1"))
+
+
+@dataclass(frozen=True)
+class Slide:
+    """quantities, the onset [time unit], the fitted travel for plotting (time, x), what was assumed."""
+
+    quantities: tuple[Quantity, ...]
+    onset: float | None
+    fitted: tuple[np.ndarray, np.ndarray] | None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Tilt:
+    """The plate's angle at each row [rad], its rate there, and their double integrals from the first row."""
+
+    angle: np.ndarray
+    rate: np.ndarray
+    sin1: np.ndarray
+    sin2: np.ndarray
+    cos1: np.ndarray
+    cos2: np.ndarray
+    sd: float
+    pictured: bool
+
+
+def measure_slide(track: Track, recording: Recording) -> Slide:
+    """slide_angle, static_friction, kinetic_friction; failed, with the reason, where the block never lets go."""
+    used = track.used()
+    try:
+        tilt, notes = _tilt(used, recording)
+        return _measure(used, tilt, recording, notes)
+    except MeasurementError as error:
+        return Slide(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES), None, None)
+
+
+def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) -> Slide:
+    time, x = track.time, track.x
+    sign = 1.0 if _last_mean(x) >= _first_mean(x) else -1.0
+    noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6) + 1e-9
+    travel = float(np.ptp(x))
+    least = max(20 * noise, 0.3 if track.unit == "mm" else 2.0)
+    if travel < least:
+        raise MeasurementError(f"the block does not slide: it moves {travel:.3g} {track.unit} in all")
+    stop = _end_of_slide(time, sign * x, noise)
+    physical = track.unit == "mm" and track.timed
+    onset, found, solution = _fit_onset(track, tilt, sign, stop, physical)
+    values, cov = solution
+    angle = math.degrees(float(np.interp(onset, time, tilt.angle)))
+    rate = math.degrees(abs(float(np.interp(onset, time, tilt.rate))))
+    onset_sd = math.sqrt(cov[0, 0])
+    sd = math.hypot(rate * onset_sd, tilt.sd)
+    radians = math.radians(angle)
+    slide_angle = Quantity("slide_angle", angle, sd, "deg")
+    static = Quantity("static_friction", math.tan(radians), math.radians(sd) / math.cos(radians) ** 2, "1")
+    if physical:
+        kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording, rate)
+    else:
+        unknown = "camera.mm_per_px" if track.unit == "px" else "camera.fps"
+        kinetic = failed("kinetic_friction", "1", f"the acceleration is known in pixels or frames only; {unknown} is needed")
+    quantities = [slide_angle, static, kinetic]
+    quantities = [_doubts(q, track, onset, onset_sd, stop, found, noise, travel, kinetic, static) for q in quantities]
+    if found.rho > 0.3:
+        notes.append(f"successive frames err together (AR(1) ρ = {found.rho:.2f}); the standard deviations allow for it")
+    if stop < len(x):
+        notes.append(f"the slide ends at {time[stop - 1]:.4g} {track.time_unit}; what follows is not fitted")
+    return Slide(tuple(quantities), onset, (time[:stop], x[:stop] - sign * found.residuals), tuple(notes))
+
+
+def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
+    """The plate's angle from the track's column or from the stated rate; MeasurementError naming both when neither is there."""
+    time, notes, sd = track.time, [], TILT_SD_DEG
+    rate = recording.slide.tilt_rate_deg_s
+    if track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 4:
+        known = np.isfinite(track.tilt_deg)
+        angle = _smooth(time, track.tilt_deg, known)
+        sd = TILT_SD_DEG if track.tilt_sd_deg is None else track.tilt_sd_deg
+    elif rate is not None and track.timed:
+        angle = rate * time
+        sd = math.hypot(TILT_SD_DEG, 0.01 * 20)
+        notes.append(f"the plate is taken to be level at t = 0 and to tilt at {rate:g} °/s throughout, known to 1 %")
+    else:
+        text = "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide] tilt_rate_deg_s"
+        raise MeasurementError(f"{recording.toml}: {text}" + ("" if track.timed or not rate else " together with camera.fps"))
+    theta = np.radians(angle)
+    gradient = np.gradient(theta, time)
+    integrals = (*_integrals(time, G_MM_S2 * np.sin(theta)), *_integrals(time, G_MM_S2 * np.cos(theta)))
+    return _Tilt(theta, gradient, *integrals, sd, track.tilt_sd_deg is not None), notes
+
+
+def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """The angle as a smooth curve through noisy readings: local lines over about a thirtieth of the rows (Savitzky–Golay)."""
+    from scipy.signal import savgol_filter
+
+    filled = np.interp(time, time[known], tilt[known])
+    window = max(5, len(filled) // 30) // 2 * 2 + 1
+    return savgol_filter(filled, window, 1) if len(filled) > window else filled
+
+
+def _integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and second cumulative integral, from the first row; exact for values linear between rows."""
+    h = np.diff(time)
+    first = np.concatenate([[0.0], np.cumsum(h * (values[1:] + values[:-1]) / 2)])
+    second = np.concatenate([[0.0], np.cumsum(h * first[:-1] + h**2 * (2 * values[:-1] + values[1:]) / 6)])
+    return first, second
+
+
+def _from(onset: float, time: np.ndarray, values1: np.ndarray, values2: np.ndarray, density: np.ndarray) -> np.ndarray:
+    """The double integral from `onset` on (0 before it), out of the integrals from the first row."""
+    row = int(np.clip(np.searchsorted(time, onset) - 1, 0, len(time) - 2))
+    s = onset - time[row]
+    h = time[row + 1] - time[row]
+    slope = (density[row + 1] - density[row]) / h
+    one = values1[row] + density[row] * s + slope * s**2 / 2
+    two = values2[row] + values1[row] * s + density[row] * s**2 / 2 + slope * s**3 / 6
+    return np.where(time > onset, values2 - two - one * (time - onset), 0.0)
+
+
+def _design(onset: float, time, tilt: _Tilt, stop: int, physical: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Columns [1, −B] and the known part A (physical), or [1, A, −B] and 0 where the length unit is unknown.
+
+    With the plate's angle from the picture, one more column: the angle itself.
+    """
+    a = _from(onset, time, tilt.sin1, tilt.sin2, G_MM_S2 * np.sin(tilt.angle))[:stop]
+    b = _from(onset, time, tilt.cos1, tilt.cos2, G_MM_S2 * np.cos(tilt.angle))[:stop]
+    one = np.ones(stop)
+    columns = [one, -b] if physical else [one, a, -b]
+    if tilt.pictured:  # the plate's hinge, found from its turning, is off by some pixels: a travel in step with the angle
+        columns.append(tilt.angle[:stop] - tilt.angle[0])
+    return np.column_stack(columns), a if physical else np.zeros(stop)
+
+
+def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool):
+    """Best onset, the linear fit there, and (t₀, linear parameters) with their joint covariance."""
+    time, x, lag = track.time, sign * track.x[:stop], frame_lag(track.frame[:stop])
+
+    def misfit(onset: float, rho: float) -> float:
+        design, known = _design(onset, time, tilt, stop, physical)
+        both = whiten(np.column_stack([design, x - known]), lag, rho)
+        triangle = np.linalg.qr(both, mode="r")
+        return float(triangle[-1, -1] ** 2)
+
+    rho = onset = 0.0
+    for turn in range(2):
+        near = (time[stop - 1] - time[0]) / 100
+        grid = np.linspace(time[0], time[stop - 3], 160) if turn == 0 else onset + np.linspace(-near, near, 21)
+        best = int(np.argmin([misfit(float(t), rho) for t in grid]))
+        bounds = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
+        options = {"xatol": 1e-4 * (bounds[1] - bounds[0])}
+        onset = float(minimize_scalar(misfit, args=(rho,), bounds=bounds, method="bounded", options=options).x)
+        design, known = _design(onset, time, tilt, stop, physical)
+        if turn == 0:
+            rho = estimate_rho(design, x - known, lag)
+    found = fit(design, x - known, lag, rho=rho)
+
+    def model(params: np.ndarray) -> np.ndarray:
+        columns, part = _design(params[0], time, tilt, stop, physical)
+        return columns @ params[1:] + part
+
+    params = np.concatenate([[onset], found.params])
+    step = max(1e-4 * (time[stop - 1] - time[0]), 0.2 * track.step)
+    later, sooner = params.copy(), params.copy()
+    later[0], sooner[0] = onset + step, onset - step
+    slope = (model(later) - model(sooner)) / (2 * step)
+    jacobian = whiten(np.column_stack([slope, design]), lag, rho) / found.noise
+    cov = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-15)
+    return onset, found, (params, cov)
+
+
+def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, recording: Recording, rate: float) -> Quantity:
+    """μ_k, with what a wrong scale and a wrong tilt do to it: Δμ = (a / g cos θ) Δscale and Δμ = Δθ / cos² θ."""
+    late = slice(np.searchsorted(track.time, onset), stop)
+    theta = float(np.mean(tilt.angle[late])) if stop > late.start else float(tilt.angle[stop - 1])
+    value = float(params[2])
+    pull = math.tan(theta) - value
+    parts = [math.sqrt(cov[2, 2]), pull * recording.camera.scale_sd, math.radians(tilt.sd) / math.cos(theta) ** 2]
+    return Quantity("kinetic_friction", value, math.sqrt(sum(p**2 for p in parts)), "1")
+
+
+def _doubts(q: Quantity, track: Track, onset, onset_sd, stop, found, noise, travel, kinetic, static) -> Quantity:
+    if q.quality == "failed":
+        return q
+    before = int((track.time[:stop] < onset).sum())
+    if before < 4:
+        q = q.doubt("the block moves from the first frames on: the onset is not in the recording")
+    if stop - before < 6:
+        q = q.doubt(f"only {stop - before} frames of sliding")
+    if found.noise > max(5 * noise, 0.02 * travel):
+        q = q.doubt(f"the travel is not that of one block under constant friction (off by {found.noise:.2g} {track.unit})")
+    if math.isfinite(kinetic.value) and kinetic.value > static.value + 2 * math.hypot(kinetic.sd, static.sd):
+        q = q.doubt("kinetic friction above static friction")
+    if math.isfinite(kinetic.value) and kinetic.value < -2 * kinetic.sd:
+        q = q.doubt("negative kinetic friction: is the scale or the frame rate wrong?")
+    return q
+
+
+def _end_of_slide(time: np.ndarray, x: np.ndarray, noise: float) -> int:
+    """The row at which the block meets a stop or leaves the plate: where its speed has fallen well below its greatest."""
+    width = max(3, len(x) // 100)
+    if len(x) < 3 * width + 4:
+        return len(x)
+    speed = (x[width:] - x[:-width]) / (time[width:] - time[:-width])
+    peak = int(np.argmax(speed))
+    error = 2 * noise / max(float(np.median(time[width:] - time[:-width])), 1e-12)
+    slower = np.flatnonzero(speed[peak:] < 0.75 * speed[peak] - 3 * error)
+    return len(x) if not len(slower) else max(peak + 1, 8)
+
+
+def _first_mean(x: np.ndarray) -> float:
+    return float(np.median(x[: max(3, len(x) // 20)]))
+
+
+def _last_mean(x: np.ndarray) -> float:
+    return float(np.median(x[-max(3, len(x) // 20) :]))

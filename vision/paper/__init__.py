@@ -1,0 +1,1 @@
+"""Millimetre graph paper in a picture → scale, tilt, perspective."""

@@ -1,0 +1,146 @@
+"""The phase of a grid in many windows of a picture, and a map that follows the grid from a first window outwards."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from vision.paper.grid_find import WINDOW_PX, Level, Seed
+from vision.paper.grid_map import GridMap, fit_map, from_waves
+
+# Squared phase amplitude over that of noise: noise alone exceeds it, in both families, in exp(−10) of all windows.
+CLEAR = 5.0
+AGREEING = 0.75  # drawn and real papers followed rightly have 0.96 and more, a slipped map had 0.5
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of one level, weighted by a Hann bell: `h` (n, t, t); centres `x`, `y` [full-resolution px]."""
+
+    h: np.ndarray
+    energy: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    fx: float
+    fy: float
+    step_px: float
+
+    def some(self, mask: np.ndarray) -> "Windows":
+        return replace(self, h=self.h[mask], energy=self.energy[mask], x=self.x[mask], y=self.y[mask])
+
+
+def cut_windows(level: Level, size: int, step: float, around: tuple[float, float, float] | None = None) -> Windows:
+    """Windows of `size` px every `step` px of the level, all over it or within `around` = (x, y, half side) [full px]."""
+    height, width = level.lines.shape
+    size = max(4, min(size, height, width))
+    low, high = (0.0, 0.0), (width - size, height - size)
+    if around:
+        cx, cy = level.own(around[0], around[1])
+        reach = around[2] / level.factor
+        low = (max(0.0, cx - reach - size / 2), max(0.0, cy - reach - size / 2))
+        high = (min(high[0], cx + reach - size / 2), min(high[1], cy + reach - size / 2))
+    count = [max(1, int(np.ceil((b - a) / step)) + 1) for a, b in zip(low, high)]
+    xs, ys = (np.unique(np.rint(np.linspace(a, max(a, b), n)).astype(int)) for a, b, n in zip(low, high, count))
+    xs, ys = np.clip(xs, 0, width - size), np.clip(ys, 0, height - size)
+    hann = np.hanning(size + 2)[1:-1].astype(np.float32)
+    bell = np.outer(hann, hann)
+    h = np.lib.stride_tricks.sliding_window_view(level.lines, (size, size))[np.ix_(ys, xs)].reshape(-1, size, size)
+    h = (h - h.mean((1, 2), keepdims=True)) * bell
+    x, y = np.meshgrid(xs + (size - 1) / 2, ys + (size - 1) / 2)
+    x, y = level.full(x.ravel(), y.ravel())
+    return Windows(h, (h * h).sum((1, 2)) + 1e-9, x, y, level.fx, level.fy, step * level.factor)
+
+
+def phases(windows: Windows, grid: GridMap) -> tuple[np.ndarray, np.ndarray]:
+    """How far the lines seen in each window lie from `grid`'s, in lines (−0.5…0.5), and how clearly they are seen.
+
+    C = Σ h·exp(−2πi·w) over the window with w the map's u (or v), taken linear within the window; the gap is
+    arg C / 2π and the clearness |C|² / Σh², about 1 for noise. Both (n, 2), for u and v.
+    """
+    jacobian = grid.jacobian(windows.x, windows.y)
+    size = windows.h.shape[1]
+    # Where the map bends within the window, its mean over the bell is not its value at the centre: + ½ σ² Δu.
+    reach = np.sqrt(1 / 12 - 1 / (2 * np.pi**2)) * size
+    at = np.stack(grid.uv(windows.x, windows.y), -1)
+    around = [(reach * windows.fx, 0), (-reach * windows.fx, 0), (0, reach * windows.fy), (0, -reach * windows.fy)]
+    at = sum(np.stack(grid.uv(windows.x + dx, windows.y + dy), -1) for dx, dy in around) / 2 - at
+    offset = np.arange(size) - (size - 1) / 2
+    gap, clear = np.empty_like(at), np.empty_like(at)
+    for family in (0, 1):
+        across = np.exp(-2j * np.pi * np.outer(jacobian[:, family, 0] * windows.fx, offset)).astype(np.complex64)
+        down = np.exp(-2j * np.pi * np.outer(jacobian[:, family, 1] * windows.fy, offset)).astype(np.complex64)
+        rows = np.matmul(windows.h, np.stack([across.real, across.imag], -1))
+        total = ((rows[..., 0] + 1j * rows[..., 1]) * down).sum(1) * np.exp(-2j * np.pi * at[:, family])
+        gap[:, family] = np.angle(total) / (2 * np.pi)
+        clear[:, family] = np.abs(total) ** 2 / windows.energy
+    return gap, clear
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A map fitted to windows: which were used, their residuals [lines] (n, 2) and the fit's covariance for unit sd."""
+
+    grid: GridMap
+    windows: Windows
+    residual: np.ndarray
+    covariance: np.ndarray
+
+
+def grow(grid: GridMap, windows: Windows, start: tuple[float, float], reach: float, *, flat: bool = False) -> Fit | None:
+    """Follow the grid outwards from `start`: fit within `reach` [full px], widen, until all windows are asked.
+
+    A window counts when both families are clear in it, their gaps are within a gate that narrows to four robust sd, and
+    two neighbours count too; `flat` leaves perspective and lens out. None when fewer than three windows are
+    left, or when many are as clear but disagree.
+    """
+    away = np.hypot(windows.x - start[0], windows.y - start[1])
+    reach = max(reach, float(np.sort(away)[min(3, len(away) - 1)]))
+    gate, last = 0.25, 0
+    while last < 4:
+        last += reach > away.max()  # four more rounds once everything is asked
+        here = np.flatnonzero(away <= reach)
+        gap, clear = phases(windows.some(here), grid)
+        use = (clear > CLEAR).all(1) & (np.abs(gap) < gate).all(1)
+        if last and use.any():  # windows half off the paper are led astray by its edge
+            use &= (clear > 0.45 * np.median(clear[use], 0)).all(1)
+        use &= _has_neighbour(windows.x[here], windows.y[here], use, windows.step_px)
+        if use.sum() < 3:
+            return None
+        chosen, gap = here[use], gap[use]
+        u, v = grid.uv(windows.x[chosen], windows.y[chosen])
+        spread = max(1.4826 * float(np.median(np.abs(gap - np.median(gap, 0)))), 0.003)
+        weight = 1 / np.maximum(1, np.abs(gap) / (2 * spread))
+        x, y = windows.x[chosen], windows.y[chosen]
+        sd = 3 * max(spread, 0.01)  # neighbouring windows err together (paper that is not flat): nine count as one
+        grid, covariance = fit_map(grid, x, y, u + gap[:, 0], v + gap[:, 1], weight[:, 0], weight[:, 1], sd, flat=flat)
+        gate = float(np.clip(5 * spread, 0.1, 0.25)) if last else 0.25
+        reach *= 1.4
+    # A map that has slipped by a line somewhere sees as many clear windows that disagree with it as agree.
+    strong = (clear > 0.45 * np.median(clear[use], 0)).all(1)
+    if use.sum() < AGREEING * strong.sum():
+        return None
+    used = windows.some(chosen)
+    residual, _ = phases(used, grid)
+    return Fit(grid, used, residual, covariance)
+
+
+def _has_neighbour(x: np.ndarray, y: np.ndarray, use: np.ndarray, step: float) -> np.ndarray:
+    """Whether at least two other used windows lie within one and a half steps."""
+    if use.sum() < 3:
+        return use
+    tree = cKDTree(np.stack([x[use], y[use]], -1))
+    count = np.zeros(len(x), int)
+    count[use] = [len(n) for n in tree.query_ball_point(np.stack([x[use], y[use]], -1), 1.6 * step)]
+    return count >= 3
+
+
+def start_map(levels: list[Level], seed: Seed, shape: tuple[int, int]) -> GridMap | None:
+    """A first map from `seed`, made exact on the dense windows around it."""
+    level = levels[seed.level]
+    grid = from_waves(shape, seed.at, seed.wave_u / level.fx, seed.wave_v / level.fy)
+    near = cut_windows(level, WINDOW_PX, WINDOW_PX / 4, (*seed.at, WINDOW_PX * level.factor))
+    centre = int(np.argmin(np.hypot(near.x - seed.at[0], near.y - seed.at[1])))
+    gap, _ = phases(near.some(np.arange(len(near.x)) == centre), grid)
+    grid = grid.moved(float(gap[0, 0]), float(gap[0, 1]))
+    fit = grow(grid, near, seed.at, WINDOW_PX * level.factor / 3, flat=True)
+    return fit.grid if fit else None

@@ -1,0 +1,169 @@
+"""Which lines are these, 1, 5 or 10 mm? Told by their strengths: every fifth and every tenth line of the paper is heavier."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from vision.paper.grid_find import Level
+from vision.paper.grid_follow import Fit
+from vision.paper.grid_map import GridMap
+
+# A strong wave may be any harmonic of the 10-mm period; the finest lines lie at these multiples of the wave's length.
+RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 3.0, 4.0, 5.0)
+BINS = 16  # per line
+FAINTEST = 0.04  # of the heaviest line's strength: a fainter comb is a trace of blur or compression, not lines
+SAMPLES = 60_000
+
+
+@dataclass(frozen=True)
+class Strengths:
+    """Strength of ten successive lines of one family and its sd; NaN where the paper shows too little of a line."""
+
+    value: np.ndarray
+    sd: np.ndarray
+    humps: int = 10  # of the ten places, how many are darker than their surroundings half a line away
+
+    @property
+    def all_there(self) -> bool:
+        """Every line that could be seen is seen."""
+        return bool(np.isfinite(self.value).sum() >= 6 and self.missing == 0 and self.humps >= 6)
+
+    @property
+    def heaviest(self) -> int:
+        """Which of the ten lines is the heaviest; 0 when none is seen."""
+        return int(np.argmax(np.nan_to_num(self.value)))
+
+    @property
+    def missing(self) -> int:
+        """How many lines are not there, of those that could be seen."""
+        value, sd = self.value[np.isfinite(self.value)], self.sd[np.isfinite(self.value)]
+        return int((value <= np.maximum(2.5 * sd, FAINTEST * value.max(initial=0))).sum())
+
+
+@dataclass(frozen=True)
+class Pitch:
+    """The finest lines' distance: `ratio` waves, which are `mm`; `reason` is not empty when it rests on an assumption.
+
+    `mm` is None when all lines are equally strong, so that nothing tells what they are.
+    """
+
+    ratio: float
+    mm: float | None
+    reason: str
+    shift: tuple[int, int] = (0, 0)  # lines by which the heaviest of ten lies off the origin
+
+
+def find_pitch(fit: Fit, levels: list[Level], rng: np.random.Generator) -> Pitch | None:
+    """The finest comb whose lines are all there, and what its pattern of strengths says it is. None: no comb is there."""
+    for ratio in RATIOS:
+        grid = fit.grid.times(1 / ratio)
+        pitch_px = 1 / np.sqrt(abs(np.linalg.det(grid.jacobian(fit.windows.x.mean(), fit.windows.y.mean()))))
+        if not 2.2 < pitch_px < 400:
+            continue
+        both = [line_strengths(fit, grid, levels, pitch_px, family, rng) for family in (0, 1)]
+        there = [s for s in both if s.all_there]
+        # One family is enough (a narrow strip shows few lines of the other), unless the other says that lines are missing.
+        if there and max(s.missing for s in both) <= 2:
+            return _name(ratio, both)
+    return None
+
+
+def line_strengths(fit: Fit, grid: GridMap, levels: list[Level], pitch_px: float, family: int, rng) -> Strengths:
+    """Fold the darkness over ten lines and fit ten bells (one width) on a slowly changing ground.
+
+    Samples are drawn where the fit saw the grid, from the level at which a line's distance is 6 to 12 px if there is one.
+    """
+    level = levels[int(np.clip(np.floor(np.log2(max(pitch_px, 1) / 6)), 0, len(levels) - 1))]
+    half = 0.32 * fit.windows.h.shape[1] * fit.windows.fx  # where the windows' weight lies
+    pick = rng.integers(len(fit.windows.x), size=SAMPLES)
+    full = [c[pick] + rng.uniform(-half, half, SAMPLES) for c in (fit.windows.x, fit.windows.y)]
+    # Between the pixels, lest a pitch of whole pixels leave gaps in the fold.
+    dark = ndimage.map_coordinates(level.lines, level.own(*full)[::-1], order=1, mode="reflect").astype(float)
+    # Paper that is not flat would smear the fold: each sample is put right by what its own window saw.
+    own = fit.residual[pick, family] * float(grid.p[0] / fit.grid.p[0])
+    place = grid.uv(*full)[family] - own
+    index = np.floor(np.mod(place, 10) * BINS).astype(int) % (10 * BINS)
+    count = np.bincount(index, minlength=10 * BINS)
+    order = np.lexsort((dark, index))
+    middle = np.cumsum(count) - (count + 1) // 2  # a bin's median: crossing lines, seeds and edges do not move it
+    typical = dark[order][np.clip(middle, 0, len(dark) - 1)]
+    noise = 1.25 * 1.4826 * float(np.median(np.abs(dark - typical[index]))) / np.sqrt(np.maximum(count, 1))
+    return _fit_bells(typical, noise + 1e-6, count > 0.05 * SAMPLES / (10 * BINS))
+
+
+def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Strengths:
+    place = (np.arange(10 * BINS) + 0.5) / BINS
+    near = np.abs(np.mod(place[:, None] - np.arange(10) + 5, 10) - 5)  # distance to each line [lines], around the period
+    seen = np.array([known[near[:, j] < 0.5].mean() > 0.9 for j in range(10)])
+    nothing = Strengths(np.full(10, np.nan), np.full(10, np.nan))
+    if seen.sum() < 6:
+        return nothing
+    waves = [np.ones_like(place), *(f(2 * np.pi * k * place / 10) for k in (1, 2) for f in (np.cos, np.sin))]
+    ground = np.stack(waves if known.all() else waves[:1], -1)
+    best = None
+    for width in (0.06, 0.09, 0.13, 0.18, 0.24, 0.32, 0.42):
+        design = np.concatenate([np.exp(-0.5 * (near[:, seen] / width) ** 2), ground], 1)[known] / noise[known, None]
+        answer, *_ = np.linalg.lstsq(design, mean[known] / noise[known], rcond=1e-9)
+        misfit = float(((design @ answer - mean[known] / noise[known]) ** 2).sum())
+        if best is None or misfit < best[0]:
+            best = (misfit, design, answer)
+    misfit, design, answer = best
+    unit = max(1.0, misfit / max(1, known.sum() - design.shape[1]))
+    spread = np.sqrt(np.diag(np.linalg.pinv(design.T @ design)) * unit)
+    value, sd = nothing.value.copy(), nothing.sd.copy()
+    value[seen], sd[seen] = answer[: seen.sum()], spread[: seen.sum()]
+    # A comb twice too fine has a valley where it wants its every second line, however broad the lines are.
+    smooth = ndimage.uniform_filter1d(mean, 3, mode="wrap").reshape(10, BINS)
+    there, between = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2, (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
+    humps = int((there > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
+    return Strengths(value, sd, humps)
+
+
+_CLASSES = {  # pattern: class of each of ten lines, rising with strength
+    "equal": (0,) * 10,
+    "second": (1, 0) * 5,
+    "fifth": (1, 0, 0, 0, 0) * 2,
+    "tenth": (1,) + (0,) * 9,
+    "fifth and tenth": (2, 0, 0, 0, 0, 1, 0, 0, 0, 0),
+}
+_MEANING = {  # pattern: mm between the finest lines, what is assumed
+    "fifth and tenth": (1.0, ""),
+    "tenth": (1.0, ""),
+    "fifth": (1.0, "every fifth line is heavier, none is heaviest: the fine lines are taken as 1 mm apart (not 2 mm)"),
+    "second": (5.0, "only every second line is heavier: taken as 5-mm and 10-mm lines whose 1-mm lines cannot be seen"),
+    "equal": (None, "all lines are equally strong"),
+}
+
+
+def _name(ratio: float, both: list[Strengths]) -> Pitch:
+    """Hold both families' strengths against each pattern; the best, with a price for every class and every choice of origin."""
+    scores = {}
+    for pattern, classes in _CLASSES.items():
+        fits = [min((_misfit(s, np.roll(classes, o)), o) for o in range(10)) if s.all_there else (0.0, s.heaviest) for s in both]
+        choices = len({tuple(np.roll(classes, o)) for o in range(10)})
+        price = 8 * max(classes) + 2 * np.log(choices)
+        told = [f[0] + price for f, s in zip(fits, both) if s.all_there]
+        scores[pattern] = (sum(told), (fits[0][1], fits[1][1]))
+    pattern = min(scores, key=lambda k: scores[k][0])
+    mm, reason = _MEANING[pattern]
+    return Pitch(ratio, mm, reason, scores[pattern][1])
+
+
+def _misfit(strengths: Strengths, classes: np.ndarray) -> float:
+    """χ² of the lines about their class's mean; infinite where a higher class is not clearly the stronger one."""
+    seen = np.isfinite(strengths.value)
+    value, classes = strengths.value[seen], classes[seen]
+    # A line drawn by a pen or printed on a raster varies by some 8 % of its kind.
+    weight = 1 / (strengths.sd[seen] ** 2 + (0.08 * np.median(value)) ** 2)
+    total, before = 0.0, -np.inf
+    for kind in range(classes.max() + 1):
+        mine = classes == kind
+        if not mine.any():
+            return np.inf
+        mean = float(np.average(value[mine], weights=weight[mine]))
+        if kind and mean < 1.15 * before:
+            return np.inf
+        total += float((weight[mine] * (value[mine] - mean) ** 2).sum())
+        before = mean
+    return total

@@ -1,0 +1,324 @@
+"""The pile recipe: photo → ground → silhouette → sub-pixel surface → base line → flanks → least-squares lines → angles.
+
+The angle of repose is the inclination of the least-squares line through the surface between two heights, by default 20 and
+80 % of the crest's height above the base line (`window`): rounded crest and long toe are left out, for photo and render alike.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
+from vision.pile.boundary import Ground, Silhouette, edge, find_ground, silhouettes
+from vision.pile.heap import TOE, BaseLine, Flank, Heap, find_heap, level_line
+from vision.pile.level import plate_edge
+from vision.pile.line import Line, fit_line
+from vision.recording import Camera
+
+EDGE_FLOOR_PX = 0.01  # an edge is not believed better than this, however smooth the surface
+UNKNOWN_PLUMB_SD_DEG = 0.5
+BENT_DEG = 8.0  # local slopes that differ by more than this inside the window: one line is the wrong model
+BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
+NO_SLOPE = "no slope to measure: "
+
+
+@dataclass(frozen=True)
+class PileOptions:
+    """How a pile photo is read. window: height fractions; roi: x, y, width, height in px; baseline: two points x, y in px."""
+
+    window: tuple[float, float] = (0.2, 0.8)
+    roi: tuple[int, int, int, int] | None = None
+    baseline: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Slope:
+    """One measured flank: its line in the picture (px, y down), its angle against the horizontal."""
+
+    side: str
+    line: Line
+    angle_deg: float
+    angle_sd_deg: float
+    doubts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Repose:
+    """What was found in one pile photo; places in px of the whole picture, y down. `surface` has one row a column, NaN: none."""
+
+    surface: np.ndarray
+    base: BaseLine
+    horizontal_deg: float
+    horizontal_sd_deg: float
+    heap: Heap
+    crest: tuple[float, float]
+    toes: tuple[float | None, float | None]
+    slopes: tuple[Slope, ...]
+    window: tuple[float, float]
+    roi: tuple[int, int, int, int]
+    quantities: tuple[Quantity, ...]
+    notes: tuple[str, ...] = ()
+
+
+def measure_repose(image: np.ndarray, camera: Camera | None = None, options: PileOptions | None = None) -> Repose:
+    """Angle of repose of the pile in `image`, (h, w) or (h, w, 3), uint8 or uint16.
+
+    The horizontal is camera.plumb_deg when stated, else the plate's own line. Raises MeasurementError with the reason when no
+    pile can be measured. Valid for slopes of about 8° to 65° seen from the side, the background showing at the picture's top.
+    """
+    camera, options = camera or Camera(), options or PileOptions()
+    x0, y0, width, height = roi = _roi(image, options)
+    cut = np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width])
+    if min(cut.shape[:2]) < 24:
+        raise MeasurementError(f"the picture is {cut.shape[1]} × {cut.shape[0]} px; a pile needs at least 24 px each way")
+    ground = find_ground(cut)
+    tried = [_try(cut, ground, s, camera, options, roi) for s in silhouettes(ground)]
+    found = [r for r in tried if isinstance(r, Repose)]
+    if not found:
+        raise MeasurementError(tried[0] if tried else "no pile in the picture: nothing stands out from the background")
+    best = min(found, key=lambda r: BASES.index(r.base.source))
+    cut_off = next((r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r), "")
+    if best.base.source == "toe" and cut_off:  # a better base line knew that the foot is not in the picture
+        return replace(best, quantities=tuple(q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities))
+    return best
+
+
+def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
+    height, width = image.shape[:2]
+    if options.roi is None:
+        return 0, 0, width, height
+    x, y, w, h = options.roi
+    if x < 0 or y < 0 or w <= 0 or h <= 0 or x + w > width or y + h > height:
+        raise MeasurementError(f"--roi {x},{y},{w},{h} does not lie inside the picture ({width} × {height} px)")
+    return x, y, w, h
+
+
+def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: PileOptions, roi) -> Repose | str:
+    """Measure one candidate silhouette; the reason in words when it holds no measurable pile."""
+    surface = edge(cut, ground, silhouette.top, silhouette.threshold)
+    base = _base_line(cut, ground, silhouette, surface, options, camera, roi)
+    small = _shrink_profile(surface, ground)
+    factor = ground.factor
+    heap = find_heap(small, _scaled(base, factor), options.window)
+    if heap.problem:
+        return heap.problem
+    horizontal, horizontal_sd, doubts = _horizontal(base, camera)
+    if base.source == "toe" and np.nanmax(surface) > 0.985 * cut.shape[0]:
+        doubts = (*doubts, "the pile is cut by the picture's bottom border: the window is of the height that shows")
+    slopes = []
+    for flank in heap.flanks:
+        if not flank.problem:
+            slope = _slope(surface, base, heap, flank, factor, options.window, horizontal, horizontal_sd)
+            if slope:
+                slopes.append(slope)
+    if not slopes:
+        reasons = {f.problem for f in heap.flanks if f.problem} or {"the surface is too rough or too short for a line"}
+        return NO_SLOPE + "; ".join(sorted(reasons))
+    return _result(surface, base, heap, tuple(slopes), horizontal, horizontal_sd, doubts, factor, options, roi)
+
+
+def _shrink_profile(surface: np.ndarray, ground: Ground) -> np.ndarray:
+    """The surface in the small picture's px: the median of the full columns in each small one."""
+    columns = ((np.arange(surface.size) + 0.5) / ground.factor).astype(int).clip(0, ground.small.shape[1] - 1)
+    bounds = np.searchsorted(columns, np.arange(ground.small.shape[1] + 1))
+    out = np.full(ground.small.shape[1], np.nan)
+    for i, (a, b) in enumerate(pairwise(bounds)):
+        piece = surface[a:b]
+        piece = piece[np.isfinite(piece)]
+        if piece.size:
+            out[i] = (np.median(piece) + 0.5) / ground.factor - 0.5
+    return out
+
+
+def _scaled(base: BaseLine, factor: float) -> BaseLine:
+    """The base line in the small picture's px: (y + ½)/f − ½ over (x + ½)/f − ½."""
+    intercept = (base.at(0.5 * factor - 0.5) + 0.5) / factor - 0.5
+    return BaseLine(float(intercept), base.slope, base.slope_sd, base.source)
+
+
+def _base_line(cut, ground, silhouette, surface, options, camera, roi) -> BaseLine:
+    """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
+    edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
+    if options.baseline is not None:
+        x1, y1, x2, y2 = options.baseline
+        if x1 == x2:
+            raise MeasurementError("--baseline: the two points must differ in x")
+        slope = (y2 - y1) / (x2 - x1)
+        return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
+    if (plate := _line_through(surface, ground.factor, share=0.08 * surface.size)) is not None:
+        return BaseLine(*plate, "plate")
+    if (line := plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)) is not None:
+        return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
+    height = ground.small.shape[0]
+    lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
+    if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
+        foot = edge(cut, ground, lower, silhouette.threshold, upward=True)
+        enough = 0.4 * np.isfinite(foot).sum()
+        if (line := _line_through(foot, ground.factor, share=enough, below=1.0)) is not None:
+            return BaseLine(*line, "foot")
+        if (line := _line_through((surface + foot) / 2, ground.factor, share=enough, below=1.0)) is not None:
+            return BaseLine(*line, "mirror")
+    slope = np.tan(np.radians(camera.plumb_deg or 0.0))
+    x = np.arange(surface.size)
+    return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+
+
+def _line_through(profile: np.ndarray, factor: float, share: float, below: float = 0.15) -> tuple[float, float, float] | None:
+    """A nearly level line most of the profile's points lie on: intercept, slope, sd of the slope."""
+    tolerance = 1.0 + 0.5 * factor
+    step = max(1, int(factor))
+    found = level_line(profile[::step], tolerance, share / profile.size, below)
+    if found is None:
+        return None
+    intercept, slope = found
+    x = np.arange(profile.size)
+    slope /= step
+    on = np.abs(profile - intercept - slope * x) <= tolerance
+    for _ in range(4):  # what leans on the plate is drawn in by the first, wide tolerance
+        line = fit_line(x[on], profile[on], floor=EDGE_FLOOR_PX)
+        off = np.abs(profile - line.at(x))
+        on = off <= min(tolerance, max(4 * 1.4826 * float(np.median(off[on])), 0.3))
+        if on.sum() < max(8, share / 2):
+            return None
+    if line.bent > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
+        return None  # a slope running out, not a plate
+    return line.intercept, line.slope, line.slope_sd
+
+
+def _horizontal(base: BaseLine, camera: Camera) -> tuple[float, float, tuple[str, ...]]:
+    """Inclination of the true horizontal in the picture (deg, clockwise), its sd, and what is to be doubted about it."""
+    if camera.plumb_deg is not None:
+        return camera.plumb_deg, camera.plumb_sd, ()
+    if base.source == "toe":
+        return 0.0, UNKNOWN_PLUMB_SD_DEG, ("no plate line and no plumb_deg: the picture's rows are taken as level, ± 0.5°",)
+    angle = np.arctan(base.slope)
+    return float(np.degrees(angle)), float(np.degrees(base.slope_sd * np.cos(angle) ** 2)), ()
+
+
+def _slope(surface, base: BaseLine, heap: Heap, flank: Flank, factor, window, horizontal, horizontal_sd) -> Slope | None:
+    """The line through the flank's surface between the window's heights."""
+    x = np.arange(surface.size)
+    height = (base.at(x) - surface) / factor
+    crest, toe = (heap.crest + 0.5) * factor - 0.5, (flank.toe + 0.5) * factor - 0.5
+    side = (x <= crest) & (x >= toe) if flank.side == "left" else (x >= crest) & (x <= toe)
+    side &= np.isfinite(height)
+    inside = _window(x, height, side, heap.height_px, window)
+    if inside is None:
+        return None
+    line = fit_line(x[inside], surface[inside], floor=EDGE_FLOOR_PX)
+    doubts = list(_slope_doubts(line, abs(line.slope) * (line.x_high - line.x_low)))
+    margin = 0.01 * surface.size
+    if base.source == "toe" and not margin < toe < surface.size - 1 - margin:
+        doubts.append(f"the pile is cut by the picture's {flank.side} border: the window is of the height that shows")
+    sign = 1 if flank.side == "right" else -1
+    angle = sign * (line.angle_deg - horizontal)
+    rise = abs(line.slope) * (line.x_high - line.x_low)
+    if angle < 3 or line.rms > 0.25 * rise:
+        return None
+    return Slope(flank.side, line, angle, float(np.hypot(line.angle_sd_deg, horizontal_sd)), tuple(doubts))
+
+
+def _window(x, height, side, top, window) -> np.ndarray | None:
+    """Columns whose *fitted* height lies in the window: a cubic through the flank, refitted until it picks the same columns.
+
+    Points are not picked by their own height: that would cut the bumps off at both ends and flatten the line.
+    """
+    low, high = window[0] * top, window[1] * top
+    inside = side & (height > low) & (height < high)
+    wider = side & (height > low - 0.1 * top) & (height < high + 0.1 * top)
+    for _ in range(5):
+        if inside.sum() < 12 or wider.sum() < 12:
+            return None
+        cubic = np.polynomial.Polynomial.fit(x[wider], height[wider], 3)
+        columns = np.flatnonzero(side & (x >= x[wider].min()) & (x <= x[wider].max()))
+        fitted = cubic(columns)
+        chosen = columns[(fitted > low) & (fitted < high)]
+        if chosen.size < 12:
+            return None
+        again = side & (x >= chosen.min()) & (x <= chosen.max())
+        margin = 0.17 * (chosen.max() - chosen.min())
+        wider = side & (x >= chosen.min() - margin) & (x <= chosen.max() + margin)
+        if (again == inside).all():
+            break
+        inside = again
+    return inside
+
+
+def _slope_doubts(line: Line, rise: float):
+    bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
+    if bend > BENT_DEG and line.bent > 0.6:
+        low, high = sorted(abs(np.degrees(np.arctan([line.slope_low, line.slope_high]))))
+        yield f"the surface is bent ({low:.0f}° to {high:.0f}° inside the window): one line is the wrong model"
+    elif line.lengths < 6 and line.rms > 0.01 * rise:
+        yield f"the line is only {line.lengths:.0f} correlation lengths of the surface's roughness long"
+    if line.left_out > 0.1:
+        yield f"{100 * line.left_out:.0f} % of the surface lies off the line and was left out"
+    if line.rms > 0.08 * rise:
+        yield "the surface is rough for its length"
+
+
+def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, factor, options, roi) -> Repose:
+    by_side = {s.side: s for s in slopes}
+    quantities = [_repose(slopes, horizontal_sd, doubts, heap)]
+    for side in ("left", "right"):
+        name = f"repose_angle_{side}"
+        problem = next(f.problem for f in heap.flanks if f.side == side)
+        if side in by_side:
+            quantities.append(_angle(name, by_side[side].angle_deg, by_side[side].angle_sd_deg, (*by_side[side].doubts, *doubts)))
+        elif not problem.startswith("a wall"):
+            quantities.append(failed(name, "deg", problem or "the surface is too rough or too short for a line"))
+    crest_x = (heap.crest + 0.5) * factor - 0.5
+    toes = tuple((f.toe + 0.5) * factor - 0.5 if f.side in by_side else None for f in heap.flanks)
+    quantities.append(_height_over_radius(heap, base, slopes, toes, crest_x, factor, doubts))
+    x0, y0 = roi[:2]
+    return Repose(
+        surface=surface, base=base, horizontal_deg=horizontal, horizontal_sd_deg=horizontal_sd, heap=heap,
+        crest=(crest_x + x0, float(base.at(crest_x)) - heap.height_px * factor + y0), toes=toes, slopes=slopes,
+        window=options.window, roi=roi, quantities=tuple(quantities), notes=(_definition(base, options.window),),
+    )  # fmt: skip
+
+
+def _definition(base: BaseLine, window: tuple[float, float]) -> str:
+    """What the angle is the angle of: without it the number means little."""
+    return f"line through {100 * window[0]:.0f}–{100 * window[1]:.0f} % of the crest's height; base line: {base.source}"
+
+
+def _repose(slopes, horizontal_sd, doubts, heap: Heap) -> Quantity:
+    """Mean of both flanks (the horizontal's error cancels), or the one flank there is."""
+    notes = [d for s in slopes for d in s.doubts] + list(doubts)
+    if len(slopes) == 1:
+        for flank in heap.flanks:
+            if flank.problem and not flank.problem.startswith("a wall"):
+                notes.append(f"{flank.side} side: {flank.problem}")
+        return _angle("repose_angle", slopes[0].angle_deg, slopes[0].angle_sd_deg, notes)
+    left, right = slopes
+    mean = (left.angle_deg + right.angle_deg) / 2
+    sd = float(np.hypot(left.line.angle_sd_deg, right.line.angle_sd_deg)) / 2
+    apart = abs(left.angle_deg - right.angle_deg)
+    if apart > max(3 * np.hypot(2 * sd, 2 * horizontal_sd), 4.0):
+        notes.append(f"left and right differ by {apart:.1f}°: the camera or the plate is tilted, or the heap is lopsided")
+    return _angle("repose_angle", mean, sd, [n for n in notes if not n.startswith("no plate line")])
+
+
+def _height_over_radius(heap, base, slopes, toes, crest_x, factor, doubts) -> Quantity:
+    """atan((h − h_toe) / r): crest height over the half width (heap) or width (slope), both at the toe's height (TOE · h).
+
+    On a straight-sided pile this is its angle; rounded crests and long toes lower it.
+    """
+    name = "height_over_radius_angle"
+    known = [abs(t - crest_x) for t in toes if t is not None]
+    two = len(slopes) == 2
+    flanks_ok = two or any(f.problem.startswith("a wall") for f in heap.flanks)
+    if not known or not flanks_ok:
+        return failed(name, "deg", "the pile's foot is not in the picture on both sides")
+    radius, height = float(np.mean(known)), heap.height_px * factor * (1 - TOE)
+    ratio = height / radius
+    rough = float(np.mean([s.line.rms for s in slopes]))
+    sd_ratio = np.hypot(rough / height, max(rough / ratio, factor) / radius / np.sqrt(len(known))) * ratio
+    return _angle(name, float(np.degrees(np.arctan(ratio))), float(np.degrees(sd_ratio / (1 + ratio**2))), doubts)
+
+
+def _angle(name: str, value: float, sd: float, doubts) -> Quantity:
+    reason = "; ".join(dict.fromkeys(doubts))
+    return Quantity(name, float(value), float(sd), "deg", DOUBTFUL if reason else GOOD, reason)

@@ -1,0 +1,1 @@
+"""A photo of spread seeds → length and width of each."""

@@ -1,0 +1,286 @@
+"""A photo of spread seeds → length and width of every seed, as a caliper would measure them, and their distribution."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+
+from vision.evidence.photo import read_photo
+from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from vision.paper.scale import Scale, read_scale
+from vision.seeds.caliper import centroid, ellipse_share, feret, solidity
+from vision.seeds.outline import Edge, find_edge
+from vision.seeds.silhouettes import Piece, Relief, body, relieve, split, trimmed
+
+LEAST_AREA_PX = 60  # fewer px are dust to any camera
+CONVEX = 0.955  # area over that of the convex hull; grains that touch have notches
+SOFT = 1.8  # drawn and real seeds without shadow reach 1.8, dark seeds whose shadow counts as seed start at 1.85
+UNKNOWN_SCALE_SD = 0.01  # a stated mm_per_px without an sd is not trusted beyond 1 %
+
+
+@dataclass(frozen=True)
+class Grain:
+    """One thing found. Lengths in mm where the scale is known, else NaN; `edge` is its outline (n, 2) [px].
+
+    `quality` failed: it is no whole seed and is left out of the distribution; `reason` says why.
+    `angle_deg`: the length's direction, clockwise from the picture's x axis, −90 to 90.
+    """
+
+    x_px: float
+    y_px: float
+    length_px: float
+    length_sd_px: float
+    width_px: float
+    width_sd_px: float
+    length_mm: float
+    length_sd_mm: float
+    width_mm: float
+    width_sd_mm: float
+    angle_deg: float
+    area_px: float
+    area_mm2: float
+    quality: str
+    reason: str
+    edge: np.ndarray
+
+
+@dataclass(frozen=True)
+class Grains:
+    """Every seed of a picture, left to right in rows, and what was left out (quality failed).
+
+    **Length** is the largest, **width** the smallest distance of two parallel jaws that take the outline between them
+    (largest and smallest Feret diameter). Thickness cannot be seen from above. A seed's widest section lies about half
+    its thickness t above the paper: with the camera at distance D it looks larger by t/(2D), 1 % for 6 mm at 300 mm,
+    0.4 % for 2.5 mm; this is not corrected (D is not known) and not in the sd. Each sd holds the edge's noise, the choice
+    of its brightness level and the scale's sd at the seed; the last is common to all seeds of a picture.
+    """
+
+    grains: tuple[Grain, ...]
+    scale: Scale | float | None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def measured(self) -> tuple[Grain, ...]:
+        """The seeds that count."""
+        return tuple(g for g in self.grains if g.quality != FAILED)
+
+    def table(self) -> pd.DataFrame:
+        """One row a thing found: seeds.csv. Columns in px when there is no scale."""
+        unit = "px" if self.scale is None else "mm"
+        rows = []
+        for number, g in enumerate(self.grains, 1):
+            sizes = {f"{q}_{unit}": getattr(g, f"{q}_{unit}") for q in ("length", "length_sd", "width", "width_sd")}
+            area = {"area_px": g.area_px} if self.scale is None else {"area_mm2": g.area_mm2}
+            place = {"seed": number, "x_px": g.x_px, "y_px": g.y_px}
+            rows.append({**place, **sizes, "angle_deg": g.angle_deg, **area, "quality": g.quality, "reason": g.reason})
+        return pd.DataFrame(rows)
+
+    def distribution(self) -> pd.DataFrame:
+        """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows length and width.
+
+        mean_sd is √(spread²/n + common²), where common is the scale's sd, which does not average out.
+        """
+        unit, rows = ("px" if self.scale is None else "mm"), []
+        for name in ("length", "width"):
+            values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])
+            spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
+            common = float(values.mean()) * self._common_sd() if unit == "mm" else 0.0
+            mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common)) if len(values) > 1 else float("nan")
+            rows.append(
+                (name, unit, len(values), float(values.mean()), spread, float(values.min()), float(values.max()), mean_sd)
+            )
+        return pd.DataFrame(rows, columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"])
+
+    def _common_sd(self) -> float:
+        shares = [_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured] if isinstance(self.scale, Scale) else [0.0]
+        return float(np.mean(shares)) if isinstance(self.scale, Scale) else self._stated_sd
+
+    _stated_sd: float = UNKNOWN_SCALE_SD
+
+
+def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:
+    """Measure the seeds of a photo; the scale is `mm_per_px` when stated, else read from graph paper in the picture.
+
+    Without either the answers are in px, which is said in the notes. Returns the grains and an overlay (uint8 RGB).
+    Raises MeasurementError, naming the file, when the picture cannot be read or shows no seeds.
+    """
+    from vision.overlay.grains import draw_grains
+
+    image = read_photo(path)
+    try:
+        try:
+            paper, trouble = read_scale(image), ""
+        except MeasurementError as error:
+            paper, trouble = None, str(error)
+        scale = paper if mm_per_px is None else mm_per_px
+        grains = measure_seeds(image, scale, mm_per_px_sd=mm_per_px_sd, paper=paper)
+    except MeasurementError as error:
+        raise MeasurementError(f"{path}: {error}") from error
+    if scale is None:
+        grains = replace(grains, notes=(*grains.notes, f"sizes are in px: no mm_per_px was given and {trouble}"))
+    return grains, draw_grains(image, grains, paper)
+
+
+def measure_seeds(
+    image: np.ndarray, scale: Scale | float | None = None, *, mm_per_px_sd: float | None = None, paper: Scale | None = None
+) -> Grains:
+    """Length and width of every seed on a contrasting ground in `image` ((h, w) or (h, w, 3), uint8 or uint16).
+
+    scale: read from graph paper, or mm per px (with its sd `mm_per_px_sd`; 1 % when not stated), or None: sizes in px.
+    `paper`: graph paper whose region is no place for seeds (default: `scale` if it is one), unless it is the ground.
+    A shadow as dark as the seeds counts as seed (doubtful): light them from all sides.
+    Valid for seeds of 12 px and more with a contrast of at least some 5 % of white that do not lie on each other.
+    Raises MeasurementError when no whole seed is found.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype not in (np.uint8, np.uint16) or image.ndim not in (2, 3):
+        raise MeasurementError("a picture must be grey or RGB with 8 or 16 bits a channel")
+    if image.ndim == 3 and image.shape[2] != 3:
+        image = image[..., 0]
+    if min(image.shape[:2]) < 24:
+        raise MeasurementError(f"the picture is too small ({image.shape[1]} × {image.shape[0]} px) to measure seeds in it")
+    if isinstance(scale, int | float) and not (np.isfinite(scale) and scale > 0):
+        raise MeasurementError(f"mm_per_px = {scale} is not a scale")
+    paper = paper or (scale if isinstance(scale, Scale) else None)
+    region = _paper_region(paper, image.shape[:2])
+    ground_lines = paper is not None and region is None  # seeds on graph paper: its lines are below 0.4 mm wide
+    relief = relieve(image, region, int(np.ceil(0.5 / paper.mm_per_px)) if ground_lines else 0)
+    relative_sd = UNKNOWN_SCALE_SD if mm_per_px_sd is None or not isinstance(scale, int | float) else mm_per_px_sd / scale
+    grains = [g for g in _things(relief, scale, relative_sd, region) if g is not None]
+    if not any(g.quality != FAILED for g in grains):
+        why = f" ({grains[0].reason})" if grains else ""
+        raise MeasurementError(f"no whole seed found in the picture{why}")
+    notes = ["thickness cannot be seen from above"]
+    if isinstance(scale, Scale) and scale.quality != GOOD:
+        notes.append(f"scale from the graph paper: {scale.reason}")
+    return Grains(tuple(sorted(grains, key=_reading_order(grains))), scale, tuple(notes), relative_sd)
+
+
+def _things(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
+    """Every connected patch of the mask: seeds, touching seeds, and what is none of them."""
+    yield from (_left_out(other, "too large for a seed") for other in relief.others)
+    contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    patches = [c[:, 0] for c in contours if cv2.contourArea(c) >= LEAST_AREA_PX]
+    typical = _typical_area(patches, relief)
+    for patch in patches:
+        area = cv2.contourArea(patch)
+        reason = _no_seed(patch, area, typical, relief, region)
+        if reason:
+            if area >= 0.1 * typical:  # smaller specks are not worth a row
+                yield _left_out(patch, reason)
+            continue
+        if solidity(patch) >= CONVEX and area < 2.5 * typical:
+            pieces = [Piece(patch.astype(float), np.ones(len(patch), bool))]
+        else:
+            shape, corner = body(relief, patch)
+            pieces = [replace(p, outline=p.outline + corner) for p in split(trimmed(shape, typical))]
+        for piece in pieces:
+            yield _grain(piece, relief, typical, scale, relative_sd)
+
+
+def _grain(piece: Piece, relief: Relief, typical: float, scale, relative_sd: float) -> Grain | None:
+    area = cv2.contourArea(piece.outline.astype(np.float32))
+    if area < 0.25 * typical:
+        return _left_out(piece.outline, "too small for a seed") if area >= 0.1 * typical else None
+    edge = find_edge(relief.height, piece.outline, piece.free)
+    if edge is None:
+        return _left_out(piece.outline, "too much of its edge is hidden by neighbours")
+    return _sized(edge, scale, relative_sd, _doubts(edge, area, typical))
+
+
+def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
+    middle, area = centroid(edge.points)
+    length, width, angle = feret(edge.points)
+    # Two edges a size; half of a hidden edge is only as good as the ellipse that stands for it.
+    noise = np.hypot(edge.sd_px * np.sqrt(2), 2 * edge.level_px)
+    sds = [float(np.hypot(noise, 0.03 * edge.hidden * size)) for size in (length, width)]
+    if scale is None:
+        in_mm, relative, area_mm2 = (np.nan, np.nan), np.nan, np.nan
+    elif isinstance(scale, Scale):
+        flat = np.stack(scale.to_mm(*edge.points.T), -1)
+        in_mm, relative, area_mm2 = feret(flat)[:2], _scale_sd(scale, *middle), centroid(flat)[1]
+    else:
+        in_mm, relative, area_mm2 = (length * scale, width * scale), relative_sd, area * scale**2
+    sds_mm = [float(mm * np.hypot(sd / px, relative)) for mm, sd, px in zip(in_mm, sds, (length, width))]
+    quality = DOUBTFUL if doubts else GOOD
+    return Grain(
+        *middle, length, sds[0], width, sds[1], float(in_mm[0]), sds_mm[0], float(in_mm[1]), sds_mm[1],
+        angle, area, float(area_mm2), quality, "; ".join(doubts), edge.points,
+    )  # fmt: skip
+
+
+def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
+    doubts = []
+    if edge.hidden > 0.3:
+        doubts.append(f"{100 * edge.hidden:.0f} % of its edge is hidden by neighbours")
+    if edge.lost > 0.25:
+        doubts.append(f"no clear edge over {100 * edge.lost:.0f} % of its outline")
+    if edge.soft > SOFT or edge.rim > 0.2:
+        doubts.append("its edge is soft or darker on one side: a shadow may be measured with it")
+    if solidity(edge.points.astype(np.float32)) < 0.95:
+        doubts.append("its outline is dented: two seeds, or a broken one")
+    if ellipse_share(edge.points) < 0.93:
+        doubts.append("its outline is no ellipse")
+    if edge.dark > 0.25:
+        doubts.append("its rim is much fainter than its middle, its edge uncertain")
+    if not 0.45 < area / typical < 2.2:
+        doubts.append(f"its area is {area / typical:.1g} times that of most")
+    return doubts
+
+
+def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
+    """Area of most: the median of convex whole patches, weighted by area lest dust outvote the seeds."""
+    whole = [p for p in patches if not _at_border(p, relief.mask.shape)]
+    lone = [cv2.contourArea(p) for p in whole if solidity(p) >= CONVEX]
+    if sum(lone) < 0.2 * sum(cv2.contourArea(p) for p in whole):  # nearly all touch: take them apart first
+        lone = [cv2.contourArea(q.outline.astype(np.float32)) for p in whole for q in split(body(relief, p)[0])]
+    areas = np.sort(lone)
+    if not len(areas):
+        raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
+    return float(areas[np.searchsorted(np.cumsum(areas), areas.sum() / 2)])
+
+
+def _no_seed(patch: np.ndarray, area: float, typical: float, relief: Relief, region: np.ndarray | None) -> str:
+    """Why a patch is no whole seed; empty when it may be one (or several)."""
+    if region is not None:
+        x, y = np.clip(patch[:, 0], 2, region.shape[1] - 3), np.clip(patch[:, 1], 2, region.shape[0] - 3)
+        if any(region[y + dy, x + dx].any() for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))):
+            return "it touches the graph paper"
+    if _at_border(patch, relief.mask.shape):
+        return "cut by the picture's border"
+    if area < 0.25 * typical:
+        return "too small for a seed"
+    if area > 3.5 * typical and solidity(patch) >= CONVEX:
+        return "too large for a seed"
+    return ""
+
+
+def _left_out(patch: np.ndarray, reason: str) -> Grain:
+    (x, y), area = centroid(patch.astype(float))
+    return Grain(x, y, *(float("nan"),) * 9, area, float("nan"), FAILED, reason, patch.astype(float))
+
+
+def _at_border(patch: np.ndarray, shape: tuple[int, int]) -> bool:
+    return bool((patch <= 1).any() or (patch[:, 0] >= shape[1] - 2).any() or (patch[:, 1] >= shape[0] - 2).any())
+
+
+def _scale_sd(scale: Scale, x: float, y: float) -> float:
+    return scale.sd_at(x, y) / float(scale.at(x, y))
+
+
+def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | None:
+    """Where the graph paper lies, two of its lines further than it could be read; None when it is the ground itself."""
+    if paper is None:
+        return None
+    region = cv2.fillConvexPoly(np.zeros(shape, np.uint8), np.rint(paper.region).astype(np.int32), 1)
+    if region.mean() > 0.5:
+        return None
+    size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
+    return cv2.dilate(region, np.ones((1, size), np.uint8)) | cv2.dilate(region, np.ones((size, 1), np.uint8)) > 0
+
+
+def _reading_order(grains: list[Grain]):
+    """Sort key: rows from top to bottom, each from left to right."""
+    row = float(np.nanmedian([g.length_px for g in grains])) if grains else 1.0
+    return lambda g: (round(g.y_px / max(row, 1.0)), g.x_px)
