@@ -15,7 +15,8 @@ from vision.motion.rebound import Rebound, measure_rebound, upright
 from vision.motion.run_out import measure_run_out
 from vision.motion.slide import measure_slide
 from vision.motion.track import Track, track_from_table
-from vision.overlay.track import on_picture, plot
+from vision.overlay.plot import plot
+from vision.overlay.track import on_picture
 from vision.recording import Recording, with_camera
 
 MOVING_RIGS = ("drop", "slide", "roll")

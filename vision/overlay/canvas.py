@@ -4,6 +4,8 @@ import cv2
 import numpy as np
 
 LONGEST_PX, SHORTEST_PX = 1600, 800
+FONT = cv2.FONT_HERSHEY_SIMPLEX
+ASCII = {"°": " deg", "±": "+/-", "–": "-", "−": "-", "×": "x", "√": "sqrt", "≤": "<=", "μ": "mu", "²": "2"}
 GREEN, RED, BLUE, YELLOW, WHITE = (0, 200, 60), (235, 50, 40), (60, 150, 255), (255, 210, 0), (255, 255, 255)
 
 
@@ -11,13 +13,11 @@ class Canvas:
     """A picture to draw on, in the coordinates (px, y down) of the original."""
 
     def __init__(self, image: np.ndarray):
-        scale = 255.0 / np.iinfo(image.dtype).max if np.issubdtype(image.dtype, np.integer) else 1.0
         longest = max(image.shape[:2])
         self.scale = min(1.0, LONGEST_PX / longest) if longest > SHORTEST_PX else SHORTEST_PX / longest
         size = (max(1, round(image.shape[1] * self.scale)), max(1, round(image.shape[0] * self.scale)))
         how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR
-        small = cv2.resize(image, size, interpolation=how) if self.scale != 1 else image
-        small = np.clip(small * scale, 0, 255).astype(np.uint8) if small.dtype != np.uint8 else small
+        small = _eight_bits(cv2.resize(image, size, interpolation=how) if self.scale != 1 else image)
         self.pixels = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small[..., :3].copy()
         self.unit = max(1.0, max(self.pixels.shape[:2]) / 900)
 
@@ -47,17 +47,41 @@ class Canvas:
         self.line(x - r, y, x + r, y, colour, width)
         self.line(x, y - r, x, y + r, colour, width)
 
+    def polygon(self, points: np.ndarray, colour, width: float = 1.5) -> None:
+        """A closed outline through points (n, 2)."""
+        path = np.rint(((np.asarray(points, float) + 0.5) * self.scale - 0.5) * 16).astype(np.int32)
+        cv2.polylines(self.pixels, [path], True, colour, max(1, round(width * self.unit)), cv2.LINE_AA, 4)
+
+    def ring(self, x, y, colour, radius: float = 6.0, width: float = 2.0) -> None:
+        cv2.circle(self.pixels, self._at(x, y), round(radius * self.unit * 16), colour, round(width * self.unit), cv2.LINE_AA, 4)
+
+    def tag(self, text: str, x, y, colour, size: float = 0.45) -> None:
+        """Text centred at x, y, with a dark rim so that it can be read on any ground."""
+        size *= self.unit
+        (wide, high), _ = cv2.getTextSize(text, FONT, size, 1)
+        at = (round((x + 0.5) * self.scale - wide / 2), round((y + 0.5) * self.scale + high / 2))
+        for ink, thick in (((0, 0, 0), 3.0), (colour, 1.0)):
+            cv2.putText(self.pixels, plain(text), at, FONT, size, ink, max(1, round(thick * self.unit)), cv2.LINE_AA)
+
     def legend(self, lines: list[tuple[str, tuple[int, int, int]]]) -> None:
         """Text on a dark strip below the picture, so that nothing found is hidden; long lines are wrapped."""
-        font, size, thick = cv2.FONT_HERSHEY_SIMPLEX, 0.5 * self.unit, max(1, round(self.unit))
+        size, thick = 0.5 * self.unit, max(1, round(self.unit))
         room = max(20, int(self.pixels.shape[1] / (9.5 * self.unit)))
-        rows = [(part, colour) for text, colour in lines for part in _wrapped(_plain(text), room)]
+        rows = [(part, colour) for text, colour in lines for part in _wrapped(plain(text), room)]
         step = round(20 * self.unit)
         strip = np.full((step * len(rows) + round(10 * self.unit), self.pixels.shape[1], 3), 30, np.uint8)
         for i, (text, colour) in enumerate(rows):
             place = (round(10 * self.unit), round((i + 1) * step - 4 * self.unit))
-            cv2.putText(strip, text, place, font, size, colour, thick, cv2.LINE_AA)
+            cv2.putText(strip, text, place, FONT, size, colour, thick, cv2.LINE_AA)
         self.pixels = np.vstack([self.pixels, strip])
+
+
+def _eight_bits(image: np.ndarray) -> np.ndarray:
+    """uint8 for the eye: 16-bit pictures stretched to what they hold (a 12-bit camera fills a sixteenth of the range)."""
+    if image.dtype == np.uint8:
+        return image
+    low, high = np.percentile(image[::4, ::4], (0.5, 99.5))
+    return np.clip((image.astype(np.float32) - low) / max(high - low, 1) * 255, 0, 255).astype(np.uint8)
 
 
 def _wrapped(text: str, room: int) -> list[str]:
@@ -66,8 +90,8 @@ def _wrapped(text: str, room: int) -> list[str]:
     return textwrap.wrap(text, room, subsequent_indent="   ") or [""]
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """OpenCV's letters are ASCII only."""
-    for mark, plain in (("°", " deg"), ("±", "+/-"), ("–", "-"), ("−", "-"), ("×", "x"), ("√", "sqrt"), ("≤", "<="), ("μ", "mu")):
-        text = text.replace(mark, plain)
+    for mark, ascii_mark in ASCII.items():
+        text = text.replace(mark, ascii_mark)
     return text.encode("ascii", "replace").decode()

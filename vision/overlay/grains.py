@@ -1,10 +1,10 @@
 """Every seed that was found, with outline, number, length and width, drawn over its picture."""
 
-import cv2
 import numpy as np
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD
-from vision.overlay.scale import canvas_of, paint_scale, to_canvas, write
+from vision.overlay.canvas import WHITE, Canvas
+from vision.overlay.scale import REGION, paint_scale, scale_words
 from vision.paper.scale import Scale
 from vision.seeds.grains import Grain, Grains
 
@@ -13,20 +13,26 @@ COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
 
 def draw_grains(image: np.ndarray, grains: Grains, paper: Scale | None = None) -> np.ndarray:
     """Overlay (uint8 RGB): seeds that count green, doubtful ones amber, what was left out red; numbers as in seeds.csv."""
-    canvas, factor = canvas_of(image)
+    canvas = Canvas(image)
     paper = paper or (grains.scale if isinstance(grains.scale, Scale) else None)
     if paper is not None:
-        paint_scale(canvas, factor, paper)
-    thick = max(1, round(canvas.shape[1] / 800))
+        paint_scale(canvas, paper)
     for number, grain in enumerate(grains.grains, 1):
         colour = COLOURS[grain.quality]
-        cv2.polylines(canvas, [to_canvas(grain.edge, factor)], True, colour, thick, cv2.LINE_AA, 4)
+        canvas.polygon(grain.edge, colour, 1.0)
         if grain.quality != FAILED:
             for ends in _axes(grain):
-                cv2.polylines(canvas, [to_canvas(ends, factor)], False, colour, 1, cv2.LINE_AA, 4)
-        x, y = (int(c / 16) for c in to_canvas((grain.x_px, grain.y_px), factor))
-        write(canvas, str(number), (max(0, x - 8), y + 5), colour, canvas.shape[1] / 2200)
-    return canvas
+                canvas.curve(ends[:, 0], ends[:, 1], colour, 0.5)
+        canvas.tag(str(number), grain.x_px, grain.y_px, colour)
+    canvas.legend([*_words(grains), *([(scale_words(paper), REGION)] if paper is not None else [])])
+    return canvas.pixels
+
+
+def _words(grains: Grains):
+    counts = {q: sum(g.quality == q for g in grains.grains) for q in COLOURS}
+    yield ", ".join(f"{n} {q}" for q, n in counts.items()), WHITE
+    for row in grains.distribution().itertuples():
+        yield f"{row.quantity} {row.mean:.3g} {row.unit}, sd {row.sd:.2g}, {row.min:.3g} to {row.max:.3g}", WHITE
 
 
 def _axes(grain: Grain) -> list[np.ndarray]:

@@ -167,7 +167,9 @@ def _grains(scene: PileScene, picture: np.ndarray, rng: np.random.Generator, col
     tangent = np.where(uu < crest, np.where(np.isinf(left), right, left), np.where(np.isinf(right), left, right))
     inside = smooth(uu) - vv > radius / np.cos(np.arctan(tangent))  # the disc touches the surface from below
     wall = (uu - crest < radius) if np.isinf(left) else (crest - uu < radius) if np.isinf(right) else np.zeros_like(inside)
-    canvas = np.ascontiguousarray(picture)
+    across, up = _plate_coordinates(scene)
+    shaded = _coverage(smooth(across) - up - 1.5 * scene.grain_px) * (up > 0)
+    canvas = np.ascontiguousarray(_lay(picture, shaded, 0.5 * _tone(scene.pile_tone, colour)))
     order = rng.permutation(int((inside & ~wall).sum()))
     x, y = _to_picture(scene, uu[inside & ~wall][order], vv[inside & ~wall][order])
     sizes = radius * rng.uniform(0.85, 1.0, x.size)

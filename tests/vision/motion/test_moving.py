@@ -7,7 +7,8 @@ import pytest
 
 from vision.measurement import MeasurementError
 from vision.motion.moving import observe_moving
-from vision.overlay.track import BAD, CROSS, on_picture, plot
+from vision.overlay.plot import plot
+from vision.overlay.track import BAD, CROSS, on_picture
 from vision.recording import Air, Camera, Drop, Recording, Roll, read_recording, write_recording
 from vision.recording import Slide as SlideKeys
 from vision.synthetic.film import Look, film, to_picture, write_frames, write_video

@@ -203,7 +203,7 @@ def test_overlay_shows_the_fitted_lines_on_the_paper():
     paper = replace(DIFFICULT["a strip"], ink=(0.9, 0.5, 0.1))
     image = draw_paper(paper, SHAPE, np.random.default_rng(3))
     overlay = draw_scale(image, read_scale(image))
-    y, x = np.nonzero((overlay == LINE).all(-1))
+    y, x = (np.array(np.nonzero((overlay == LINE).all(-1))) + 0.5) * SHAPE[1] / overlay.shape[1] - 0.5
     u, v = paper_mm(paper, SHAPE, x, y)
     off = np.minimum(*(np.abs(w / 10 - np.rint(w / 10)) * 10 for w in (u, v)))
     assert len(x) > 100 and np.percentile(off, 90) < 0.12  # drawn on 10-mm lines to a pixel and a half
