@@ -18,7 +18,7 @@ slow: $(VENV)/installed            # statistical studies: minutes
 	$(BIN)/pytest -n auto -m slow
 
 bench: $(VENV)/installed           # tables of accuracy and speed, side by side with peers
-	$(BIN)/pip install -q -e '.[bench]'
+	$(BIN)/pip install -qq --disable-pip-version-check -e '.[bench]'
 	for study in benchmarks/[a-z]*.py; do echo "== $$study"; $(BIN)/python $$study || exit 1; done
 
 lint: $(VENV)/installed
@@ -31,5 +31,5 @@ $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("benchtwin needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Name another:  make PYTHON=python3.12 ...") if sys.version_info < (3, 11) else 0'
 	@$(PYTHON) -m venv $(VENV) || { echo "Python cannot make a virtual environment here. On Debian or Ubuntu:  sudo apt-get install python3-venv"; exit 1; }
 	@echo "Installing benchtwin and what it needs into $(VENV) (once; about a minute) ..."
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev]'
 	@touch $@

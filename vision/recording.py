@@ -5,108 +5,18 @@
     my-bench/drop-01/frames/…         exactly one kind of evidence, looked for in the order of EVIDENCE
 """
 
-import difflib
-import math
-import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from vision.evidence.keys import Air, Camera, Drop, Pile, Roll, Seed, Slide, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.measurement import MeasurementError
 
 RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 EVIDENCE = ("track.csv", "impacts.csv", "readings.csv", "frames", "video", "photos")
-
-# Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
-_Number = Annotated[float, Field(allow_inf_nan=False)]
-_SeedSize = Annotated[float, Field(gt=0.05, lt=200, allow_inf_nan=False)]
-_Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
-_Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
-_Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-_NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Seed(_Section):
-    length_mm: _SeedSize | None = None
-    width_mm: _SeedSize | None = None
-    thickness_mm: _SeedSize | None = None
-    mass_g: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
-    density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
-    count: Annotated[int, Field(ge=1)] | None = None
-
-
-class Camera(_Section):
-    fps: Annotated[float, Field(gt=0, le=5e6, allow_inf_nan=False)] | None = None
-    mm_per_px: Annotated[float, Field(gt=1e-5, lt=1000, allow_inf_nan=False)] | None = None
-    mm_per_px_sd: _NotNegative | None = None
-    plumb_deg: _Angle | None = None
-    plumb_sd_deg: _NotNegative | None = None
-    exposure_s: Annotated[float, Field(gt=0, lt=10, allow_inf_nan=False)] | None = None
-
-    @property
-    def scale_sd(self) -> float:
-        """Relative sd of mm_per_px; a scale without a stated sd is not trusted beyond 1 %."""
-        if self.mm_per_px is None or self.mm_per_px_sd is None:
-            return 0.01
-        return self.mm_per_px_sd / self.mm_per_px
-
-    @property
-    def plumb_sd(self) -> float:
-        """sd of plumb_deg; a plumb line without a stated sd is not known better than 0.5°."""
-        return 0.5 if self.plumb_sd_deg is None else self.plumb_sd_deg
-
-
-class Air(_Section):
-    density_kg_m3: Annotated[float, Field(ge=0, lt=2000, allow_inf_nan=False)] = 1.20
-    viscosity_pa_s: Annotated[float, Field(ge=0, lt=10, allow_inf_nan=False)] = 1.81e-5
-
-
-class Drop(_Section):
-    height_mm: _Length | None = None
-
-
-class Slide(_Section):
-    tilt_rate_deg_s: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
-    travel_mm: _Length | None = None
-
-
-class Roll(_Section):
-    incline_deg: Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)] | None = None
-    incline_length_mm: _Length | None = None
-    direction: Literal["+x", "-x"] | None = None
-
-
-class Pile(_Section):
-    box_mm: tuple[_Length, _Length, _Length] | None = None
-    gate_mm: tuple[_Length, _Length] | None = None
-    plate_mm: tuple[_Length, _Length] | None = None
-    fill_height_mm: _Length | None = None
-    gate_speed_mm_s: _Positive | None = None
-
-
-class _File(_Section):
-    """All keys of recording.toml; in bench.toml the same."""
-
-    rig: Literal["drop", "slide", "roll", "pile"] | None = None
-    id: str | None = None
-    session: str | None = None
-    provenance: Literal["measured", "simulated", "published"] | None = None
-    seed: Seed = Seed()
-    camera: Camera = Camera()
-    air: Air = Air()
-    drop: Drop = Drop()
-    slide: Slide = Slide()
-    roll: Roll = Roll()
-    pile: Pile = Pile()
 
 
 @dataclass(frozen=True)
@@ -159,9 +69,9 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
     if not path.is_dir():
         raise MeasurementError(f"{path}: no such file or folder")
     if defaults is None:
-        defaults = _read_toml(path.parent / "bench.toml") if (path.parent / "bench.toml").is_file() else {}
-    known = _read_toml(path / "recording.toml") if (path / "recording.toml").is_file() else {}
-    fields = _validate(_merge(defaults, known), path / "recording.toml")
+        defaults = read_toml(path.parent / "bench.toml") if (path.parent / "bench.toml").is_file() else {}
+    known = read_toml(path / "recording.toml") if (path / "recording.toml").is_file() else {}
+    fields = validate(merge(defaults, known), path / "recording.toml")
     evidence, files = _find_evidence(path)
     return Recording(
         id=fields.id or path.resolve().name,
@@ -186,7 +96,7 @@ def find_recordings(path: Path) -> list[Recording | MeasurementError]:
     defaults: dict = {}
     if (path / "bench.toml").is_file():
         try:
-            defaults = _read_toml(path / "bench.toml")
+            defaults = read_toml(path / "bench.toml")
         except MeasurementError as error:
             return [error]
     folders = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and _is_candidate(p))
@@ -294,46 +204,3 @@ def _find_evidence(folder: Path) -> tuple[str, tuple[Path, ...]]:
     if photos := _photos(folder):
         return "photos", tuple(photos)
     raise MeasurementError(f"{folder}: no evidence (track.csv, impacts.csv, readings.csv, frames/, a video or photos)")
-
-
-def _read_toml(path: Path) -> dict:
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf8"))
-    except tomllib.TOMLDecodeError as error:
-        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
-    except UnicodeDecodeError as error:
-        raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
-    _validate(content, path)  # so that the error names this file, not the one it is merged into
-    return content
-
-
-def _merge(base: dict, over: dict) -> dict:
-    """`over` wins, section by section and key by key."""
-    merged = dict(base)
-    for key, value in over.items():
-        merged[key] = {**base[key], **value} if isinstance(value, dict) and isinstance(base.get(key), dict) else value
-    return merged
-
-
-def _validate(content: dict, path: Path) -> _File:
-    try:
-        return _File.model_validate(content)
-    except ValidationError as error:
-        raise MeasurementError("\n".join(_explain(e, path) for e in error.errors()[:10])) from error
-
-
-def _explain(error: dict, path: Path) -> str:
-    """One pydantic complaint in a bench worker's words: file, field, what it should hold."""
-    *section, key = [str(part) for part in error["loc"] if not isinstance(part, int)] or [""]
-    place = f"[{section[0]}] {key}" if section else key
-    if error["type"] == "extra_forbidden":
-        owner = _File.model_fields[section[0]].annotation if section else _File
-        if owner in (Seed, Camera, Air, Drop, Slide, Roll, Pile) or owner is _File:
-            known = list(owner.model_fields)
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-            return f"{path}: unknown key {place}; {hint}"
-    given = error.get("input")
-    if isinstance(given, float | int) and not isinstance(given, bool) and key.endswith("_mm") and math.isfinite(given):
-        return f"{path}: {place} = {given} means {given / 1000:g} m: {error['msg'].lower()}; is it in millimetres?"
-    return f"{path}: {place} = {given!r}: {error['msg'][0].lower()}{error['msg'][1:]}"

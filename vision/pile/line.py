@@ -16,6 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
+EDGE_FLOOR_PX = 0.01  # an edge is not believed better than this, however smooth it is
+
 
 @dataclass(frozen=True)
 class Line:

@@ -10,16 +10,12 @@ from itertools import pairwise
 import numpy as np
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
+from vision.pile.base import BASES, find_base_line, find_horizontal, scaled
 from vision.pile.boundary import Ground, Silhouette, edge, find_ground, silhouettes
-from vision.pile.heap import TOE, BaseLine, Flank, Heap, find_heap, level_line
-from vision.pile.level import plate_edge
-from vision.pile.line import Line, fit_line
+from vision.pile.heap import TOE, BaseLine, Heap, find_heap
+from vision.pile.slope import Slope, fit_slope
 from vision.recording import Camera
 
-EDGE_FLOOR_PX = 0.01  # an edge is not believed better than this, however smooth the surface
-UNKNOWN_PLUMB_SD_DEG = 0.5
-BENT_DEG = 8.0  # local slopes that differ by more than this inside the window: one line is the wrong model
-BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
 NO_SLOPE = "no slope to measure: "
 
 
@@ -30,17 +26,6 @@ class PileOptions:
     window: tuple[float, float] = (0.2, 0.8)
     roi: tuple[int, int, int, int] | None = None
     baseline: tuple[float, float, float, float] | None = None
-
-
-@dataclass(frozen=True)
-class Slope:
-    """One measured flank: its line in the picture (px, y down), its angle against the horizontal."""
-
-    side: str
-    line: Line
-    angle_deg: float
-    angle_sd_deg: float
-    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -97,19 +82,19 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
 def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: PileOptions, roi) -> Repose | str:
     """Measure one candidate silhouette; the reason in words when it holds no measurable pile."""
     surface = edge(cut, ground, silhouette.top, silhouette.threshold)
-    base = _base_line(cut, ground, silhouette, surface, options, camera, roi)
+    base = find_base_line(cut, ground, silhouette, surface, options, camera, roi)
     small = _shrink_profile(surface, ground)
     factor = ground.factor
-    heap = find_heap(small, _scaled(base, factor), options.window)
+    heap = find_heap(small, scaled(base, factor), options.window)
     if heap.problem:
         return heap.problem
-    horizontal, horizontal_sd, doubts = _horizontal(base, camera)
+    horizontal, horizontal_sd, doubts = find_horizontal(base, camera)
     if base.source == "toe" and np.nanmax(surface) > 0.985 * cut.shape[0]:
         doubts = (*doubts, "the pile is cut by the picture's bottom border: the window is of the height that shows")
     slopes = []
     for flank in heap.flanks:
         if not flank.problem:
-            slope = _slope(surface, base, heap, flank, factor, options.window, horizontal, horizontal_sd)
+            slope = fit_slope(surface, base, heap, flank, factor, options.window, horizontal, horizontal_sd)
             if slope:
                 slopes.append(slope)
     if not slopes:
@@ -131,131 +116,9 @@ def _shrink_profile(surface: np.ndarray, ground: Ground) -> np.ndarray:
     return out
 
 
-def _scaled(base: BaseLine, factor: float) -> BaseLine:
-    """The base line in the small picture's px: (y + ½)/f − ½ over (x + ½)/f − ½."""
-    intercept = (base.at(0.5 * factor - 0.5) + 0.5) / factor - 0.5
-    return BaseLine(float(intercept), base.slope, base.slope_sd, base.source)
 
 
-def _base_line(cut, ground, silhouette, surface, options, camera, roi) -> BaseLine:
-    """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
-    edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
-    if options.baseline is not None:
-        x1, y1, x2, y2 = options.baseline
-        if x1 == x2:
-            raise MeasurementError("--baseline: the two points must differ in x")
-        slope = (y2 - y1) / (x2 - x1)
-        return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
-    if (plate := _line_through(surface, ground.factor, share=0.08 * surface.size)) is not None:
-        return BaseLine(*plate, "plate")
-    if (line := plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)) is not None:
-        return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
-    height = ground.small.shape[0]
-    lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
-    if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
-        foot = edge(cut, ground, lower, silhouette.threshold, upward=True)
-        enough = 0.4 * np.isfinite(foot).sum()
-        if (line := _line_through(foot, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*line, "foot")
-        if (line := _line_through((surface + foot) / 2, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*line, "mirror")
-    slope = np.tan(np.radians(camera.plumb_deg or 0.0))
-    x = np.arange(surface.size)
-    return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
 
-
-def _line_through(profile: np.ndarray, factor: float, share: float, below: float = 0.15) -> tuple[float, float, float] | None:
-    """A nearly level line most of the profile's points lie on: intercept, slope, sd of the slope."""
-    tolerance = 1.0 + 0.5 * factor
-    step = max(1, int(factor))
-    found = level_line(profile[::step], tolerance, share / profile.size, below)
-    if found is None:
-        return None
-    intercept, slope = found
-    x = np.arange(profile.size)
-    slope /= step
-    on = np.abs(profile - intercept - slope * x) <= tolerance
-    for _ in range(4):  # what leans on the plate is drawn in by the first, wide tolerance
-        line = fit_line(x[on], profile[on], floor=EDGE_FLOOR_PX)
-        off = np.abs(profile - line.at(x))
-        on = off <= min(tolerance, max(4 * 1.4826 * float(np.median(off[on])), 0.3))
-        if on.sum() < max(8, share / 2):
-            return None
-    if line.bent > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
-        return None  # a slope running out, not a plate
-    return line.intercept, line.slope, line.slope_sd
-
-
-def _horizontal(base: BaseLine, camera: Camera) -> tuple[float, float, tuple[str, ...]]:
-    """Inclination of the true horizontal in the picture (deg, clockwise), its sd, and what is to be doubted about it."""
-    if camera.plumb_deg is not None:
-        return camera.plumb_deg, camera.plumb_sd, ()
-    if base.source == "toe":
-        return 0.0, UNKNOWN_PLUMB_SD_DEG, ("no plate line and no plumb_deg: the picture's rows are taken as level, ± 0.5°",)
-    angle = np.arctan(base.slope)
-    return float(np.degrees(angle)), float(np.degrees(base.slope_sd * np.cos(angle) ** 2)), ()
-
-
-def _slope(surface, base: BaseLine, heap: Heap, flank: Flank, factor, window, horizontal, horizontal_sd) -> Slope | None:
-    """The line through the flank's surface between the window's heights."""
-    x = np.arange(surface.size)
-    height = (base.at(x) - surface) / factor
-    crest, toe = (heap.crest + 0.5) * factor - 0.5, (flank.toe + 0.5) * factor - 0.5
-    side = (x <= crest) & (x >= toe) if flank.side == "left" else (x >= crest) & (x <= toe)
-    side &= np.isfinite(height)
-    inside = _window(x, height, side, heap.height_px, window)
-    if inside is None:
-        return None
-    line = fit_line(x[inside], surface[inside], floor=EDGE_FLOOR_PX)
-    doubts = list(_slope_doubts(line, abs(line.slope) * (line.x_high - line.x_low)))
-    margin = 0.01 * surface.size
-    if base.source == "toe" and not margin < toe < surface.size - 1 - margin:
-        doubts.append(f"the pile is cut by the picture's {flank.side} border: the window is of the height that shows")
-    sign = 1 if flank.side == "right" else -1
-    angle = sign * (line.angle_deg - horizontal)
-    rise = abs(line.slope) * (line.x_high - line.x_low)
-    if angle < 3 or line.rms > 0.25 * rise:
-        return None
-    return Slope(flank.side, line, angle, float(np.hypot(line.angle_sd_deg, horizontal_sd)), tuple(doubts))
-
-
-def _window(x, height, side, top, window) -> np.ndarray | None:
-    """Columns whose *fitted* height lies in the window: a cubic through the flank, refitted until it picks the same columns.
-
-    Points are not picked by their own height: that would cut the bumps off at both ends and flatten the line.
-    """
-    low, high = window[0] * top, window[1] * top
-    inside = side & (height > low) & (height < high)
-    wider = side & (height > low - 0.1 * top) & (height < high + 0.1 * top)
-    for _ in range(5):
-        if inside.sum() < 12 or wider.sum() < 12:
-            return None
-        cubic = np.polynomial.Polynomial.fit(x[wider], height[wider], 3)
-        columns = np.flatnonzero(side & (x >= x[wider].min()) & (x <= x[wider].max()))
-        fitted = cubic(columns)
-        chosen = columns[(fitted > low) & (fitted < high)]
-        if chosen.size < 12:
-            return None
-        again = side & (x >= chosen.min()) & (x <= chosen.max())
-        margin = 0.17 * (chosen.max() - chosen.min())
-        wider = side & (x >= chosen.min() - margin) & (x <= chosen.max() + margin)
-        if (again == inside).all():
-            break
-        inside = again
-    return inside
-
-
-def _slope_doubts(line: Line, rise: float):
-    bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
-    if bend > BENT_DEG and line.bent > 0.6:
-        low, high = sorted(abs(np.degrees(np.arctan([line.slope_low, line.slope_high]))))
-        yield f"the surface is bent ({low:.0f}° to {high:.0f}° inside the window): one line is the wrong model"
-    elif line.lengths < 6 and line.rms > 0.01 * rise:
-        yield f"the line is only {line.lengths:.0f} correlation lengths of the surface's roughness long"
-    if line.left_out > 0.1:
-        yield f"{100 * line.left_out:.0f} % of the surface lies off the line and was left out"
-    if line.rms > 0.08 * rise:
-        yield "the surface is rough for its length"
 
 
 def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, factor, options, roi) -> Repose:

@@ -1,0 +1,140 @@
+"""What recording.toml and bench.toml may hold: every key with its unit and range, and errors in a bench worker's words."""
+
+import difflib
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from vision.measurement import MeasurementError
+
+# Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+_SeedSize = Annotated[float, Field(gt=0.05, lt=200, allow_inf_nan=False)]
+_Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
+_Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
+_Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+_NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Seed(_Section):
+    length_mm: _SeedSize | None = None
+    width_mm: _SeedSize | None = None
+    thickness_mm: _SeedSize | None = None
+    mass_g: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
+    density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
+    count: Annotated[int, Field(ge=1)] | None = None
+
+
+class Camera(_Section):
+    fps: Annotated[float, Field(gt=0, le=5e6, allow_inf_nan=False)] | None = None
+    mm_per_px: Annotated[float, Field(gt=1e-5, lt=1000, allow_inf_nan=False)] | None = None
+    mm_per_px_sd: _NotNegative | None = None
+    plumb_deg: _Angle | None = None
+    plumb_sd_deg: _NotNegative | None = None
+    exposure_s: Annotated[float, Field(gt=0, lt=10, allow_inf_nan=False)] | None = None
+
+    @property
+    def scale_sd(self) -> float:
+        """Relative sd of mm_per_px; a scale without a stated sd is not trusted beyond 1 %."""
+        if self.mm_per_px is None or self.mm_per_px_sd is None:
+            return 0.01
+        return self.mm_per_px_sd / self.mm_per_px
+
+    @property
+    def plumb_sd(self) -> float:
+        """sd of plumb_deg; a plumb line without a stated sd is not known better than 0.5°."""
+        return 0.5 if self.plumb_sd_deg is None else self.plumb_sd_deg
+
+
+class Air(_Section):
+    density_kg_m3: Annotated[float, Field(ge=0, lt=2000, allow_inf_nan=False)] = 1.20
+    viscosity_pa_s: Annotated[float, Field(ge=0, lt=10, allow_inf_nan=False)] = 1.81e-5
+
+
+class Drop(_Section):
+    height_mm: _Length | None = None
+
+
+class Slide(_Section):
+    tilt_rate_deg_s: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
+    travel_mm: _Length | None = None
+
+
+class Roll(_Section):
+    incline_deg: Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)] | None = None
+    incline_length_mm: _Length | None = None
+    direction: Literal["+x", "-x"] | None = None
+
+
+class Pile(_Section):
+    box_mm: tuple[_Length, _Length, _Length] | None = None
+    gate_mm: tuple[_Length, _Length] | None = None
+    plate_mm: tuple[_Length, _Length] | None = None
+    fill_height_mm: _Length | None = None
+    gate_speed_mm_s: _Positive | None = None
+
+
+class Keys(_Section):
+    """All keys of recording.toml; in bench.toml the same."""
+
+    rig: Literal["drop", "slide", "roll", "pile"] | None = None
+    id: str | None = None
+    session: str | None = None
+    provenance: Literal["measured", "simulated", "published"] | None = None
+    seed: Seed = Seed()
+    camera: Camera = Camera()
+    air: Air = Air()
+    drop: Drop = Drop()
+    slide: Slide = Slide()
+    roll: Roll = Roll()
+    pile: Pile = Pile()
+
+
+def read_toml(path: Path) -> dict:
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf8"))
+    except tomllib.TOMLDecodeError as error:
+        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
+    except UnicodeDecodeError as error:
+        raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
+    validate(content, path)  # so that the error names this file, not the one it is merged into
+    return content
+
+
+def merge(base: dict, over: dict) -> dict:
+    """`over` wins, section by section and key by key."""
+    merged = dict(base)
+    for key, value in over.items():
+        merged[key] = {**base[key], **value} if isinstance(value, dict) and isinstance(base.get(key), dict) else value
+    return merged
+
+
+def validate(content: dict, path: Path) -> Keys:
+    try:
+        return Keys.modelvalidate(content)
+    except ValidationError as error:
+        raise MeasurementError("\n".join(_explain(e, path) for e in error.errors()[:10])) from error
+
+
+def _explain(error: dict, path: Path) -> str:
+    """One pydantic complaint in a bench worker's words: file, field, what it should hold."""
+    *section, key = [str(part) for part in error["loc"] if not isinstance(part, int)] or [""]
+    place = f"[{section[0]}] {key}" if section else key
+    if error["type"] == "extra_forbidden":
+        owner = Keys.model_fields[section[0]].annotation if section else Keys
+        if owner in (Seed, Camera, Air, Drop, Slide, Roll, Pile) or owner is Keys:
+            known = list(owner.model_fields)
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
+            return f"{path}: unknown key {place}; {hint}"
+    given = error.get("input")
+    if isinstance(given, float | int) and not isinstance(given, bool) and key.endswith("_mm") and math.isfinite(given):
+        return f"{path}: {place} = {given} means {given / 1000:g} m: {error['msg'].lower()}; is it in millimetres?"
+    return f"{path}: {place} = {given!r}: {error['msg'][0].lower()}{error['msg'][1:]}"

@@ -1,0 +1,78 @@
+"""The pile's foot and the true horizontal: what angles and heights count from."""
+
+import numpy as np
+
+from vision.measurement import MeasurementError
+from vision.pile.boundary import edge
+from vision.pile.heap import BaseLine, level_line
+from vision.pile.level import plate_edge
+from vision.pile.line import EDGE_FLOOR_PX, fit_line
+from vision.recording import Camera
+
+UNKNOWN_PLUMB_SD_DEG = 0.5
+BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
+
+
+def find_base_line(cut, ground, silhouette, surface, options, camera, roi) -> BaseLine:
+    """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
+    edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
+    if options.baseline is not None:
+        x1, y1, x2, y2 = options.baseline
+        if x1 == x2:
+            raise MeasurementError("--baseline: the two points must differ in x")
+        slope = (y2 - y1) / (x2 - x1)
+        return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
+    if (plate := _line_through(surface, ground.factor, share=0.08 * surface.size)) is not None:
+        return BaseLine(*plate, "plate")
+    if (line := plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)) is not None:
+        return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
+    height = ground.small.shape[0]
+    lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
+    if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
+        foot = edge(cut, ground, lower, silhouette.threshold, upward=True)
+        enough = 0.4 * np.isfinite(foot).sum()
+        if (line := _line_through(foot, ground.factor, share=enough, below=1.0)) is not None:
+            return BaseLine(*line, "foot")
+        if (line := _line_through((surface + foot) / 2, ground.factor, share=enough, below=1.0)) is not None:
+            return BaseLine(*line, "mirror")
+    slope = np.tan(np.radians(camera.plumb_deg or 0.0))
+    x = np.arange(surface.size)
+    return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+
+
+def _line_through(profile: np.ndarray, factor: float, share: float, below: float = 0.15) -> tuple[float, float, float] | None:
+    """A nearly level line most of the profile's points lie on: intercept, slope, sd of the slope."""
+    tolerance = 1.0 + 0.5 * factor
+    step = max(1, int(factor))
+    found = level_line(profile[::step], tolerance, share / profile.size, below)
+    if found is None:
+        return None
+    intercept, slope = found
+    x = np.arange(profile.size)
+    slope /= step
+    on = np.abs(profile - intercept - slope * x) <= tolerance
+    for _ in range(4):  # what leans on the plate is drawn in by the first, wide tolerance
+        line = fit_line(x[on], profile[on], floor=EDGE_FLOOR_PX)
+        off = np.abs(profile - line.at(x))
+        on = off <= min(tolerance, max(4 * 1.4826 * float(np.median(off[on])), 0.3))
+        if on.sum() < max(8, share / 2):
+            return None
+    if line.bent > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
+        return None  # a slope running out, not a plate
+    return line.intercept, line.slope, line.slope_sd
+
+
+def scaled(base: BaseLine, factor: float) -> BaseLine:
+    """The base line in the small picture's px: (y + ½)/f − ½ over (x + ½)/f − ½."""
+    intercept = (base.at(0.5 * factor - 0.5) + 0.5) / factor - 0.5
+    return BaseLine(float(intercept), base.slope, base.slope_sd, base.source)
+
+
+def find_horizontal(base: BaseLine, camera: Camera) -> tuple[float, float, tuple[str, ...]]:
+    """Inclination of the true horizontal in the picture (deg, clockwise), its sd, and what is to be doubted about it."""
+    if camera.plumb_deg is not None:
+        return camera.plumb_deg, camera.plumb_sd, ()
+    if base.source == "toe":
+        return 0.0, UNKNOWN_PLUMB_SD_DEG, ("no plate line and no plumb_deg: the picture's rows are taken as level, ± 0.5°",)
+    angle = np.arctan(base.slope)
+    return float(np.degrees(angle)), float(np.degrees(base.slope_sd * np.cos(angle) ** 2)), ()

@@ -1,0 +1,83 @@
+"""One flank of the pile: the least-squares line through its surface between two heights, and what to doubt about it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.pile.heap import BaseLine, Flank, Heap
+from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
+
+BENT_DEG = 8.0  # local slopes that differ by more than this inside the window: one line is the wrong model
+
+
+@dataclass(frozen=True)
+class Slope:
+    """One measured flank: its line in the picture (px, y down), its angle against the horizontal."""
+
+    side: str
+    line: Line
+    angle_deg: float
+    angle_sd_deg: float
+    doubts: tuple[str, ...] = ()
+
+
+def fit_slope(surface, base: BaseLine, heap: Heap, flank: Flank, factor, window, horizontal, horizontal_sd) -> Slope | None:
+    """The line through the flank's surface between the window's heights."""
+    x = np.arange(surface.size)
+    height = (base.at(x) - surface) / factor
+    crest, toe = (heap.crest + 0.5) * factor - 0.5, (flank.toe + 0.5) * factor - 0.5
+    side = (x <= crest) & (x >= toe) if flank.side == "left" else (x >= crest) & (x <= toe)
+    side &= np.isfinite(height)
+    inside = _window(x, height, side, heap.height_px, window)
+    if inside is None:
+        return None
+    line = fit_line(x[inside], surface[inside], floor=EDGE_FLOOR_PX)
+    doubts = list(_slope_doubts(line, abs(line.slope) * (line.x_high - line.x_low)))
+    margin = 0.01 * surface.size
+    if base.source == "toe" and not margin < toe < surface.size - 1 - margin:
+        doubts.append(f"the pile is cut by the picture's {flank.side} border: the window is of the height that shows")
+    sign = 1 if flank.side == "right" else -1
+    angle = sign * (line.angle_deg - horizontal)
+    rise = abs(line.slope) * (line.x_high - line.x_low)
+    if angle < 3 or line.rms > 0.25 * rise:
+        return None
+    return Slope(flank.side, line, angle, float(np.hypot(line.angle_sd_deg, horizontal_sd)), tuple(doubts))
+
+
+def _window(x, height, side, top, window) -> np.ndarray | None:
+    """Columns whose *fitted* height lies in the window: a cubic through the flank, refitted until it picks the same columns.
+
+    Points are not picked by their own height: that would cut the bumps off at both ends and flatten the line.
+    """
+    low, high = window[0] * top, window[1] * top
+    inside = side & (height > low) & (height < high)
+    wider = side & (height > low - 0.1 * top) & (height < high + 0.1 * top)
+    for _ in range(5):
+        if inside.sum() < 12 or wider.sum() < 12:
+            return None
+        cubic = np.polynomial.Polynomial.fit(x[wider], height[wider], 3)
+        columns = np.flatnonzero(side & (x >= x[wider].min()) & (x <= x[wider].max()))
+        fitted = cubic(columns)
+        chosen = columns[(fitted > low) & (fitted < high)]
+        if chosen.size < 12:
+            return None
+        again = side & (x >= chosen.min()) & (x <= chosen.max())
+        margin = 0.17 * (chosen.max() - chosen.min())
+        wider = side & (x >= chosen.min() - margin) & (x <= chosen.max() + margin)
+        if (again == inside).all():
+            break
+        inside = again
+    return inside
+
+
+def _slope_doubts(line: Line, rise: float):
+    bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
+    if bend > BENT_DEG and line.bent > 0.6:
+        low, high = sorted(abs(np.degrees(np.arctan([line.slope_low, line.slope_high]))))
+        yield f"the surface is bent ({low:.0f}° to {high:.0f}° inside the window): one line is the wrong model"
+    elif line.lengths < 6 and line.rms > 0.01 * rise:
+        yield f"the line is only {line.lengths:.0f} correlation lengths of the surface's roughness long"
+    if line.left_out > 0.1:
+        yield f"{100 * line.left_out:.0f} % of the surface lies off the line and was left out"
+    if line.rms > 0.08 * rise:
+        yield "the surface is rough for its length"
