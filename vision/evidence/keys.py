@@ -11,7 +11,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from vision.measurement import MeasurementError
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
-_Number = Annotated[float, Field(allow_inf_nan=False)]
 _SeedSize = Annotated[float, Field(gt=0.05, lt=200, allow_inf_nan=False)]
 _Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
 _Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
@@ -118,7 +117,7 @@ def merge(base: dict, over: dict) -> dict:
 
 def validate(content: dict, path: Path) -> Keys:
     try:
-        return Keys.modelvalidate(content)
+        return Keys.model_validate(content)
     except ValidationError as error:
         raise MeasurementError("\n".join(_explain(e, path) for e in error.errors()[:10])) from error
 
