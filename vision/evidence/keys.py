@@ -98,7 +98,7 @@ class Keys(_Section):
 
 def read_toml(path: Path) -> dict:
     try:
-        content = tomllib.loads(path.read_text(encoding="utf8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except tomllib.TOMLDecodeError as error:
         raise MeasurementError(f"{path}: not valid TOML: {error}") from error
     except UnicodeDecodeError as error:
