@@ -41,18 +41,28 @@ def find_ground(image: np.ndarray) -> Ground:
     """
     small, factor = shrink(image)
     small = denoise(small, 3 if factor > 1 else 5)
-    height, width = small.shape[:2]
-    y, x = np.mgrid[0:height, 0:width]
-    start = np.median(small[: max(1, height // 20)].reshape(-1, small.shape[2]), axis=0)
+    start = np.median(small[: max(1, small.shape[0] // 20)].reshape(-1, small.shape[2]), axis=0)
     light = start[None].astype(float)
-    for share, order in ((0.25, 1), (0.5, 1), (0.75, 2), (1.0, 2), (1.0, 2)):
-        rows = max(4, round(share * height))
-        distance = np.linalg.norm(small[:rows] - light_at(light, x[:rows], y[:rows], (height, width)), axis=2)
-        where = np.zeros((height, width), dtype=bool)
-        where[:rows] = distance <= _thresholds(distance)[-1]
-        light = fit_light(small, where, order if where[:rows].mean() > 0.05 else 0)
-    distance = np.linalg.norm(small - light_at(light, x, y, (height, width)), axis=2)
-    return Ground(small, factor, light, distance)
+    coarse = np.ascontiguousarray(small[::2, ::2])  # three quarters of the pixels are needed only once
+    for share, order in ((0.25, 1), (0.5, 1), (0.75, 2), (1.0, 2)):
+        light = _refit(coarse, light, max(4, round(share * coarse.shape[0])), order)
+    light = _refit(small, light, small.shape[0], 2)
+    return Ground(small, factor, light, _distance(small, light, small.shape[0]))
+
+
+def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.ndarray:
+    """The light fitted anew through those pixels of the upper `rows` that are near the present fit."""
+    distance = _distance(small, light, rows)
+    where = np.zeros(small.shape[:2], dtype=bool)
+    where[:rows] = distance <= _thresholds(distance)[-1]
+    return fit_light(small, where, order if where[:rows].mean() > 0.05 else 0)
+
+
+def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
+    """How far the colours of the upper `rows` are from the light on the ground."""
+    y, x = np.mgrid[0:rows, 0 : small.shape[1]].astype(np.float32)
+    off = small[:rows] - light_at(light, x, y, small.shape[:2])
+    return np.sqrt(np.einsum("yxc,yxc->yx", off, off))
 
 
 def silhouettes(ground: Ground) -> list[Silhouette]:

@@ -64,8 +64,9 @@ def fit_light(image: np.ndarray, where: np.ndarray, order: int = 2) -> np.ndarra
 def light_at(coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """The fitted light (…, channels) at pixels x, y of a picture of `shape` (height, width)."""
     order = {1: 0, 3: 1, 6: 2}[coefficients.shape[0]]
-    flat = _terms(np.ravel(x) / shape[1], np.ravel(y) / shape[0], order) @ coefficients
-    return flat.reshape(*np.shape(x), coefficients.shape[1]).astype(np.float32)
+    x, y = np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32)
+    flat = _terms(np.ravel(x) / shape[1], np.ravel(y) / shape[0], order) @ coefficients.astype(np.float32)
+    return flat.reshape(*x.shape, coefficients.shape[1])
 
 
 def binarise(grey: np.ndarray) -> tuple[float, float]:
@@ -89,6 +90,6 @@ def binarise(grey: np.ndarray) -> tuple[float, float]:
 
 
 def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
-    one = np.ones_like(x, dtype=float)
+    one = np.ones_like(x)
     columns = [one] if order == 0 else [one, x, y] if order == 1 else [one, x, y, x * x, x * y, y * y]
     return np.stack(columns, axis=1)

@@ -58,7 +58,11 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
     if min(cut.shape[:2]) < 24:
         raise MeasurementError(f"the picture is {cut.shape[1]} × {cut.shape[0]} px; a pile needs at least 24 px each way")
     ground = find_ground(cut)
-    tried = [_try(cut, ground, s, camera, options, roi) for s in silhouettes(ground)]
+    tried: list[Repose | str] = []
+    for silhouette in silhouettes(ground):
+        tried.append(_try(cut, ground, silhouette, camera, options, roi))
+        if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
+            break  # no better base line is to be had
     found = [r for r in tried if isinstance(r, Repose)]
     if not found:
         raise MeasurementError(tried[0] if tried else "no pile in the picture: nothing stands out from the background")
