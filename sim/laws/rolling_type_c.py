@@ -17,7 +17,7 @@ def rolling_type_c(mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, 
 
     >>> [round(m, 9) for m in rolling_type_c(0, 0, 0, 1e-3, 0, 0, 1e-6, 1e4, 2.0, 0.003, 1e-9, 0.01, 0.0)]
     [-2e-08, 0.0, 0.0, -2e-08, 0.0, 0.0]
-    >>> rolling_type_c(0, 0, 0, 1.0, 0, 0, 1e-6, 1e4, 2.0, 0.003, 1e-9, 0.01, 0.3)[0]  # at the limit, μ_r F_n R*
+    >>> rolling_type_c(0, 0, 0, 9.0, 0, 0, 1e-6, 1e4, 2.0, 0.003, 1e-9, 0.01, 0.3)[0]  # at the limit, μ_r F_n R*
     -6e-05
     """
     k_r = 2.25 * stiffness * mu_r * mu_r * radius * radius
