@@ -79,3 +79,8 @@ def kernel(template: Callable, mark: str, **names: object) -> Callable:
         return numba.njit(cache=True, **OPTIONS)(made)
     finally:
         numba.config.CACHE_DIR = before
+
+
+def is_kept(name: str, mark: str) -> bool:
+    """Whether a kernel of that template and mark has been compiled and kept before."""
+    return any(cache_folder().rglob(f"*{name}_{mark}*.nbi"))

@@ -1,0 +1,200 @@
+"""The compiled step loop for one set of laws: `build` gives `advance`, which every thread of a run executes."""
+
+import math
+import sys
+from collections import namedtuple
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from numba import njit, types
+
+from sim.engine import assemble, bodies, contacts, surfaces, tiles
+from sim.engine.compiled import OPTIONS, cache_folder, fingerprint, inner, kernel
+from sim.engine.contacts import S_OVERLAP
+from sim.engine.parallel import barrier, take
+from sim.laws import hertz_mindlin
+from sim.laws.law import Chosen
+
+# What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
+View = namedtuple(
+    "View",
+    "motion turn spin load shape_of material ball owner ref ball_start shape shape_start shape_ball "
+    "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
+    "block_body block_pair block_wall block_window window sums totals "
+    "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
+    "wall_way table materials gravity body_numbers clumps most",
+)
+
+# Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
+T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
+ARRIVED, PASSED, NEXT_PREDICT, NEXT_CONTACT, NEXT_CORRECT = range(5)
+DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
+# Accounts of the ledger: what the run has turned into what, since it began [J].
+LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_laws")
+
+
+def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, counters, status, ledger, impulse):
+    """Up to `steps` steps from step number `start`, by thread `me` of `threads`; every thread calls this with the same arguments.
+
+    Stops early when the neighbour lists may no longer hold everything near (STALE: positions are predicted, forces are still to
+    come), when an overlap exceeds `most_overlap` of a radius (SQUEEZED) or a speed `most_speed` (RUNAWAY; NaN too).
+    status: [why, steps done, block of the worst overlap or speed]. ledger adds up the dissipated energies, impulse (walls, 3) the
+    walls' pushes on the seeds.
+    """
+    P = np.zeros((tiles.FIXED_ROWS + s.table.shape[1] - tiles.COLUMNS) * tiles.LANES)
+    active = np.empty(s.most, np.int64)
+    meet = np.empty((s.most + 1, 6))
+    share = np.empty(s.most + 1)
+    fresh = np.empty((np.max(s.block_body[1:] - s.block_body[:-1]), 6))
+    blocks = len(s.block_body) - 1
+    resume = status[0] == STALE
+    done = 0
+    while done < steps:
+        if not resume:
+            if me == 0:
+                counters[NEXT_CONTACT] = 0
+            b = take(counters, NEXT_PREDICT, threads, 0)
+            while b < blocks:
+                s.totals[b, T_WAY] = bodies.predict(
+                    s.block_body[b], s.block_body[b + 1], dt, s.motion, s.turn, s.spin, s.load, s.shape_of, s.shape,
+                    s.shape_start, s.shape_ball, s.ball_start, s.ball, s.ref,
+                )  # fmt: skip
+                b = take(counters, NEXT_PREDICT, threads, b + 1)
+            if me == 0:
+                place_walls(
+                    (start + done + 1) * dt, s.moves, s.move_numbers, s.prim_rest, s.prim_ref, s.prim_kind, s.prim_wall, s.prim,
+                    s.twist, s.wall_way,
+                )  # fmt: skip
+            barrier(counters, threads)
+            if stale(s, skin):
+                if me == 0:
+                    status[0], status[1] = STALE, done
+                return
+        resume = False
+        if me == 0:
+            counters[NEXT_CORRECT] = 0
+        b = take(counters, NEXT_CONTACT, threads, 0)
+        while b < blocks:
+            block_forces(b, dt, s, P, active, meet, share)
+            b = take(counters, NEXT_CONTACT, threads, b + 1)
+        barrier(counters, threads)
+        if me == 0:
+            counters[NEXT_PREDICT] = 0
+        b = take(counters, NEXT_CORRECT, threads, 0)
+        while b < blocks:
+            gather_forces(b, s.block_body, s.block_window, s.window, fresh)
+            s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
+                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.motion, s.turn, s.spin, s.load,
+                s.shape_of, s.shape,
+            )  # fmt: skip
+            b = take(counters, NEXT_CORRECT, threads, b + 1)
+        barrier(counters, threads)
+        done += 1
+        if me == 0:
+            add_walls(s, dt, impulse)
+            if LEDGER:
+                add_ledger(s, dt, ledger)
+        why = watch(s, most_overlap, most_speed)
+        if why != DONE:
+            if me == 0:
+                status[0], status[1] = why, done
+            return
+    if me == 0:
+        status[0], status[1] = DONE, done
+
+
+@njit(**OPTIONS)
+def stale(s, skin):
+    """Whether a ball, or a ball and a wall together, may have come nearer than the lists know."""
+    way = 0.0
+    for b in range(len(s.totals)):
+        way = max(way, s.totals[b, T_WAY])
+    way = math.sqrt(way)
+    return not (2.0 * way < skin and way + s.wall_way[0] < skin)
+
+
+@njit(**OPTIONS)
+def watch(s, most_overlap, most_speed):
+    overlap, fastest = 0.0, 0.0
+    for b in range(len(s.totals)):
+        overlap = max(overlap, s.sums[b, S_OVERLAP])
+        if not s.totals[b, T_FASTEST] <= most_speed * most_speed:
+            return RUNAWAY
+    if overlap > most_overlap:
+        return SQUEEZED
+    return DONE
+
+
+@njit(**OPTIONS)
+def add_walls(s, dt, impulse):
+    """Total push of the seeds on each wall, block by block, and its time integral."""
+    for w in range(len(s.wall_load)):
+        for k in range(3):
+            total = 0.0
+            for b in range(len(s.totals)):
+                total += s.wall_push[b, w, k]
+            s.wall_load[w, k] = total
+            impulse[w, k] += total * dt
+
+
+@njit(**OPTIONS)
+def add_ledger(s, dt, ledger):
+    for b in range(len(s.totals)):
+        ledger[0] += dt * s.sums[b, contacts.S_DAMPED]
+        ledger[1] += dt * s.sums[b, contacts.S_SLIPPED]
+        ledger[2] += dt * s.sums[b, contacts.S_ROLLED]
+        ledger[3] += dt * s.sums[b, contacts.S_EXTRA]
+        ledger[4] += dt * s.sums[b, contacts.S_WALLS]
+        ledger[5] += dt * s.totals[b, T_POWER]
+
+
+LEDGER = False
+block_forces = contacts.block_forces
+gather_forces = contacts.gather_forces
+correct = bodies.correct
+place_walls = surfaces.place_walls
+
+
+def _inner_parts(bound: dict, ledger: bool, clip: bool, shared: bool, reach) -> dict:
+    """The compiled parts of `advance`: contacts with the chosen laws in them."""
+    force_laws = {n: inner(getattr(hertz_mindlin, n)) for n in ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")}
+    names = ("gather_side", "gather_common", "gather_wall", "keep", "push", "push_back", "_each_feature_once", "_forget_or_hand_over")
+    parts = {n: inner(getattr(contacts, n)) for n in names}
+    of_reach = {"REACH": True, "reach": reach} if reach else {}
+    parts["touching_pairs"] = inner(contacts.touching_pairs, **of_reach)
+    parts["touching_walls"] = inner(contacts.touching_walls, **parts, **of_reach)
+    parts["shares_of_pairs"] = inner(contacts.shares_of_pairs, SHARED=shared)
+    parts["shares_of_walls"] = inner(contacts.shares_of_walls, SHARED=shared)
+    parts["add_up"] = inner(contacts.add_up, LEDGER=ledger)
+    parts["pair_geometry"] = inner(tiles.pair_geometry)
+    parts["laws"] = inner(tiles.laws, LEDGER=ledger, CLIP=clip, **force_laws, **bound)
+    return parts
+
+
+def memory_columns(laws: tuple[Chosen, ...]) -> int:
+    """How many numbers a contact must remember under these laws."""
+    kinds = {c.law.kind for c in laws}
+    return 7 if "rolling_spring" in kinds else 4 if "restitution" in kinds else 3
+
+
+@lru_cache(maxsize=32)
+def build(laws: tuple[Chosen, ...], moves: tuple[Chosen, ...], *, ledger: bool, clip: bool, shared: bool) -> tuple[Callable, str]:
+    """`advance` for these laws and wall motions; only which laws there are counts, their numbers are read from tables.
+    Also its mark, by which it is kept on disk."""
+    contact = assemble.extra_columns(laws)
+    bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
+    body, motion = assemble.body_laws(tuple(c for c in laws if c.law.kind == "body")), assemble.motions(moves)
+    used = [c.law.function for c in (*laws, *moves)] + [c.law.reach for c in laws if c.law.reach]
+    mark = fingerprint(*used, [c.law.kind for c in laws], ledger, clip, shared)
+    of_body = {"HAS_BODY": True, "body_law": body} if body else {}
+    loop = kernel(
+        advance,
+        mark,
+        LEDGER=ledger,
+        block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, clip, shared, reach)),
+        gather_forces=inner(contacts.gather_forces),
+        correct=inner(bodies.correct, **of_body),
+        place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion)),
+    )
+    return loop, mark
