@@ -41,7 +41,25 @@ nothing.
 `LAWS` is the registry, by name. A law from elsewhere needs no entry: make a `Law` and choose it with `.use(…)`.
 """
 
-from sim.laws import rolling_edem, rolling_type_a, rolling_type_c
+from sim.laws import (
+    cohesion_jkr,
+    cohesion_linear,
+    drag,
+    film_adhesion,
+    friction_kinetic,
+    friction_stribeck,
+    friction_viscous,
+    magnus,
+    motion_steady,
+    motion_vibration,
+    restitution_film,
+    restitution_plastic,
+    restitution_viscoelastic,
+    rolling_edem,
+    rolling_type_a,
+    rolling_type_c,
+    rolling_viscous,
+)
 from sim.laws.law import KINDS, Chosen, Law, Parameter
 
 __all__ = ["KINDS", "LAWS", "Chosen", "Law", "Parameter"]
@@ -53,5 +71,19 @@ LAWS: dict[str, Law] = {
         rolling_edem.LAW,
         rolling_type_a.LAW,
         rolling_type_c.LAW,
+        rolling_viscous.LAW,
+        drag.LAW,
+        magnus.LAW,
+        restitution_viscoelastic.LAW,
+        restitution_plastic.LAW,
+        restitution_film.LAW,
+        film_adhesion.LAW,
+        cohesion_linear.LAW,
+        cohesion_jkr.LAW,
+        friction_kinetic.LAW,
+        friction_stribeck.LAW,
+        friction_viscous.LAW,
+        motion_steady.LAW,
+        motion_vibration.LAW,
     )
 }
