@@ -16,9 +16,11 @@ from pathlib import Path
 
 import numba
 
-# No fastmath: a force must not depend on how a loop was cut into vectors. "contract" alone would be safe only if every
-# contact took the vector path; error_model numpy drops the division checks, which keep loops from becoming vectors.
-OPTIONS = {"error_model": "numpy", "nogil": True, "boundscheck": False}
+# No fastmath: a force must not depend on how a loop was cut into vectors. error_model numpy drops the division checks, which keep
+# loops from becoming vectors. Without _nrt numba counts references to every array that it slices or hands on, by locked
+# instructions: 90 % of a one-seed run was spent on that. The price is that a kernel cannot allocate: scratch is handed in.
+OPTIONS = {"error_model": "numpy", "nogil": True, "boundscheck": False, "_nrt": False}
+ALLOCATING = {**OPTIONS, "_nrt": True}
 
 
 @cache
@@ -41,10 +43,10 @@ def cache_folder() -> Path:
 
 @cache
 def fingerprint_of_sources() -> str:
-    """Of every file of the engine and its laws, and of numba's version."""
+    """Of every file of the engine, of the contact law that is always there, and of numba's version."""
     digest = hashlib.sha256(numba.__version__.encode())
     here = Path(__file__).parent
-    for file in sorted([*here.glob("*.py"), *here.parent.joinpath("laws").glob("*.py")]):
+    for file in (*sorted(here.glob("*.py")), here.parent / "laws" / "hertz_mindlin.py"):
         digest.update(file.name.encode() + file.read_bytes())
     return digest.hexdigest()
 
@@ -66,17 +68,17 @@ def bind(template: Callable, **names: object) -> Callable:
 
 def inner(template: Callable, **names: object) -> Callable:
     """`template` with `names` bound, compiled as a part of a kernel (kept on disk only inside that kernel)."""
-    return numba.njit(**OPTIONS)(bind(template, **names))
+    return numba.njit(forceinline=True, **OPTIONS)(bind(template, **names))
 
 
-def kernel(template: Callable, mark: str, **names: object) -> Callable:
+def kernel(template: Callable, mark: str, options: dict = OPTIONS, **names: object) -> Callable:
     """`template` with `names` bound, compiled and kept on disk under its name and `mark` (see `fingerprint`)."""
     made = bind(template, **names)
     made.__qualname__ = f"{template.__name__}_{mark}"
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())  # read once, while the dispatcher is made
     try:
-        return numba.njit(cache=True, **OPTIONS)(made)
+        return numba.njit(cache=True, **options)(made)
     finally:
         numba.config.CACHE_DIR = before
 

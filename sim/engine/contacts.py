@@ -7,8 +7,11 @@ order of every sum is fixed, however many threads share the blocks.
 
 import math
 
+from numba import njit
+
 from sim.engine import tiles
 from sim.engine.bodies import MASS, V, W, X
+from sim.engine.compiled import OPTIONS
 from sim.engine.surfaces import nearest, shares_feature
 from sim.engine.tiles import LANES
 
@@ -85,6 +88,12 @@ def touching_walls(first, last, ball, owner, material, materials, table, wall_i,
     return count
 
 
+@njit(**OPTIONS)
+def copy(into, row):
+    for k in range(len(row)):
+        into[k] = row[k]
+
+
 def _each_feature_once(start, count, active, meet, wall_p, corners):
     kept = start
     for a in range(start, count):
@@ -102,7 +111,7 @@ def _each_feature_once(start, count, active, meet, wall_p, corners):
     for a in range(start, count):
         if meet[a, 5] > 0.0:
             active[kept] = active[a]
-            meet[kept, :] = meet[a, :]
+            copy(meet[kept], meet[a])
             kept += 1
     return kept
 
@@ -116,7 +125,7 @@ def _forget_or_hand_over(k, end, start, count, active, memory, touch):
             for a in range(start, count):
                 if not touch[active[a]]:
                     touch[active[a]] = 1
-                    memory[active[a], :] = memory[c, :]
+                    copy(memory[active[a]], memory[c])
                     break
             touch[c] = 0
             memory[c, :] = 0.0

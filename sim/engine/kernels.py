@@ -23,10 +23,12 @@ View = namedtuple(
     "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
-    "wall_way table materials gravity body_numbers clumps most",
+    "wall_way table materials gravity body_numbers clumps",
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
+Scratch = namedtuple("Scratch", "tile active meet share fresh")  # each thread's own
+
 T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
 ARRIVED, PASSED, NEXT_PREDICT, NEXT_CONTACT, NEXT_CORRECT = range(5)
 DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
@@ -34,7 +36,7 @@ DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
 LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_laws")
 
 
-def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, counters, status, ledger, impulse):
+def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, scratch, counters, status, ledger, impulse):
     """Up to `steps` steps from step number `start`, by thread `me` of `threads`; every thread calls this with the same arguments.
 
     Stops early when the neighbour lists may no longer hold everything near (STALE: positions are predicted, forces are still to
@@ -42,11 +44,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, co
     status: [why, steps done, block of the worst overlap or speed]. ledger adds up the dissipated energies, impulse (walls, 3) the
     walls' pushes on the seeds.
     """
-    P = np.zeros((tiles.FIXED_ROWS + s.table.shape[1] - tiles.COLUMNS) * tiles.LANES)
-    active = np.empty(s.most, np.int64)
-    meet = np.empty((s.most + 1, 6))
-    share = np.empty(s.most + 1)
-    fresh = np.empty((np.max(s.block_body[1:] - s.block_body[:-1]), 6))
+    P, active, meet, share, fresh = scratch
     blocks = len(s.block_body) - 1
     resume = status[0] == STALE
     done = 0
@@ -67,7 +65,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, co
                     s.twist, s.wall_way,
                 )  # fmt: skip
             barrier(counters, threads)
-            if stale(s, skin):
+            if stale(s.totals, s.wall_way, skin):
                 if me == 0:
                     status[0], status[1] = STALE, done
                 return
@@ -92,10 +90,10 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, co
         barrier(counters, threads)
         done += 1
         if me == 0:
-            add_walls(s, dt, impulse)
+            add_walls(s.wall_push, s.wall_load, dt, impulse)
             if LEDGER:
-                add_ledger(s, dt, ledger)
-        why = watch(s, most_overlap, most_speed)
+                add_ledger(s.sums, s.totals, dt, ledger)
+        why = watch(s.totals, s.sums, most_overlap, most_speed)
         if why != DONE:
             if me == 0:
                 status[0], status[1] = why, done
@@ -105,48 +103,46 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, co
 
 
 @njit(**OPTIONS)
-def stale(s, skin):
+def stale(totals, wall_way, skin):
     """Whether a ball, or a ball and a wall together, may have come nearer than the lists know."""
     way = 0.0
-    for b in range(len(s.totals)):
-        way = max(way, s.totals[b, T_WAY])
+    for b in range(len(totals)):
+        way = max(way, totals[b, T_WAY])
     way = math.sqrt(way)
-    return not (2.0 * way < skin and way + s.wall_way[0] < skin)
+    return not (2.0 * way < skin and way + wall_way[0] < skin)
 
 
 @njit(**OPTIONS)
-def watch(s, most_overlap, most_speed):
-    overlap, fastest = 0.0, 0.0
-    for b in range(len(s.totals)):
-        overlap = max(overlap, s.sums[b, S_OVERLAP])
-        if not s.totals[b, T_FASTEST] <= most_speed * most_speed:
+def watch(totals, sums, most_overlap, most_speed):
+    overlap = 0.0
+    for b in range(len(totals)):
+        overlap = max(overlap, sums[b, S_OVERLAP])
+        if not totals[b, T_FASTEST] <= most_speed * most_speed:  # NaN too
             return RUNAWAY
-    if overlap > most_overlap:
-        return SQUEEZED
-    return DONE
+    return SQUEEZED if overlap > most_overlap else DONE
 
 
 @njit(**OPTIONS)
-def add_walls(s, dt, impulse):
+def add_walls(wall_push, wall_load, dt, impulse):
     """Total push of the seeds on each wall, block by block, and its time integral."""
-    for w in range(len(s.wall_load)):
+    for w in range(len(wall_load)):
         for k in range(3):
             total = 0.0
-            for b in range(len(s.totals)):
-                total += s.wall_push[b, w, k]
-            s.wall_load[w, k] = total
+            for b in range(len(wall_push)):
+                total += wall_push[b, w, k]
+            wall_load[w, k] = total
             impulse[w, k] += total * dt
 
 
 @njit(**OPTIONS)
-def add_ledger(s, dt, ledger):
-    for b in range(len(s.totals)):
-        ledger[0] += dt * s.sums[b, contacts.S_DAMPED]
-        ledger[1] += dt * s.sums[b, contacts.S_SLIPPED]
-        ledger[2] += dt * s.sums[b, contacts.S_ROLLED]
-        ledger[3] += dt * s.sums[b, contacts.S_EXTRA]
-        ledger[4] += dt * s.sums[b, contacts.S_WALLS]
-        ledger[5] += dt * s.totals[b, T_POWER]
+def add_ledger(sums, totals, dt, ledger):
+    for b in range(len(totals)):
+        ledger[0] += dt * sums[b, contacts.S_DAMPED]
+        ledger[1] += dt * sums[b, contacts.S_SLIPPED]
+        ledger[2] += dt * sums[b, contacts.S_ROLLED]
+        ledger[3] += dt * sums[b, contacts.S_EXTRA]
+        ledger[4] += dt * sums[b, contacts.S_WALLS]
+        ledger[5] += dt * totals[b, T_POWER]
 
 
 LEDGER = False
@@ -176,6 +172,16 @@ def memory_columns(laws: tuple[Chosen, ...]) -> int:
     """How many numbers a contact must remember under these laws."""
     kinds = {c.law.kind for c in laws}
     return 7 if "rolling_spring" in kinds else 4 if "restitution" in kinds else 3
+
+
+def scratch_for(view: View) -> Scratch:
+    """Room for one thread to work in."""
+    most = int(np.max(np.diff(view.block_pair) + np.diff(view.block_wall))) + 1
+    rows = tiles.FIXED_ROWS + view.table.shape[1] - tiles.COLUMNS
+    bodies_a_block = int(np.max(np.diff(view.block_body)))
+    return Scratch(
+        np.zeros(rows * tiles.LANES), np.zeros(most, np.int64), np.zeros((most, 6)), np.zeros(most), np.zeros((bodies_a_block, 6))
+    )
 
 
 @lru_cache(maxsize=32)

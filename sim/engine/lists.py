@@ -4,10 +4,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from numba import njit
 
 from sim.engine import neighbours, surfaces
 from sim.engine.bodies import X
-from sim.engine.compiled import fingerprint, inner, kernel
+from sim.engine.compiled import ALLOCATING, fingerprint, inner, kernel
 from sim.engine.state import State
 from sim.engine.world import Tables
 
@@ -22,12 +23,11 @@ def _kernels():
     mark = fingerprint("lists")
     nearest = surfaces.nearest
     extent = inner(neighbours.extent)
-    stencil = inner(neighbours.stencil)
     return {
-        "cells": kernel(neighbours.cells, mark),
-        "sort": kernel(neighbours.sort_into_cells, mark),
-        "pairs": kernel(neighbours.find_pairs, mark, stencil=stencil),
-        "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
+        "cells": kernel(neighbours.cells, mark, ALLOCATING),
+        "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
+        "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=njit(**ALLOCATING)(neighbours.stencil)),
+        "walls": kernel(neighbours.find_walls, mark, ALLOCATING, nearest=nearest, extent=extent),
         "hand_over": kernel(neighbours.hand_over, mark),
     }
 

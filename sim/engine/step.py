@@ -105,10 +105,11 @@ def _check_inside(world: World, x: np.ndarray) -> None:
 
 def _first_forces(world: World, tables: Tables, state: State) -> State:
     """Forces at t = 0, for the first prediction: a step of next to no length, which moves nothing."""
-    view, _ = _view(world, tables, state)
+    view = _view(world, tables, state)
     status = np.array([STALE, 0, 0])  # as if the positions had just been predicted
     run = _kernel_of(world, tables)
-    run(0, 1, 1, 0, 1e-30, np.inf, np.inf, np.inf, view, np.zeros(8, np.int64), status, state.ledger, state.wall_push_ns)
+    run(0, 1, 1, 0, 1e-30, np.inf, np.inf, np.inf, view, kernels.scratch_for(view), np.zeros(8, np.int64), status, state.ledger,
+        state.wall_push_ns)  # fmt: skip
     return state
 
 
@@ -118,11 +119,10 @@ def _check_apart(state: State) -> None:
         raise ValueError(f"seeds: they overlap each other or a wall by up to {100 * worst:.2g} % of a radius at the start; 0.1 % is allowed")
 
 
-def _view(world: World, tables: Tables, s: State) -> tuple[View, int]:
-    """What the kernels see; the arrays of `s` themselves, and scratch. Also the number of bytes of scratch."""
+def _view(world: World, tables: Tables, s: State) -> View:
+    """What the kernels see: the arrays of `s` themselves, of its world, and scratch."""
     w = tables.walls
     blocks = len(s.block_body) - 1
-    most = int(np.max(np.diff(s.block_pair) + np.diff(s.block_wall))) + 1
     window = np.zeros((int(s.block_window[-1]), 6))
     view = View(
         s.motion, s.turn, s.spin, s.load, s.shape_of, s.material, s.ball, s.owner, s.ref, s.ball_start, tables.shape,
@@ -130,9 +130,9 @@ def _view(world: World, tables: Tables, s: State) -> tuple[View, int]:
         s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim, s.prim_ref,
         w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,
         w.move_numbers, np.zeros(1), tables.pairs, len(tables.materials), np.asarray(world.gravity, float), tables.body_numbers,
-        bool(len(s.ball) > len(s.motion)), most,
+        bool(len(s.ball) > len(s.motion)),
     )  # fmt: skip
-    return view, window.nbytes + blocks * len(world.walls) * 48 + most * 64
+    return view
 
 
 def _kernel_of(world: World, tables: Tables):
@@ -208,32 +208,34 @@ def _advance(world: World, state: State, steps: int, threads: int) -> State:
     """The same state `steps` steps later (its arrays are used up)."""
     tables = tables_of(world)
     loop = _kernel_of(world, tables)
+    view, scratch = _room(world, tables, state, threads)
+    status = np.array([DONE, 0, 0])
     while steps > 0:
-        view, _ = _view(world, tables, state)
-        status = np.array([DONE, 0, 0])
-        while steps > 0:
-            chunk = min(steps, MOST_STEPS_A_CALL)
-            _in_threads(loop, threads, chunk, state, world, view, status)
-            steps -= int(status[1])
-            state = replace(state, step=state.step + int(status[1]))
-            if status[0] in (SQUEEZED, RUNAWAY):
-                raise Stopped(_why(world, state, int(status[0])), state)
-            if status[0] == STALE:
-                state = relist(tables, state, world.domain)
-                view, _ = _view(world, tables, state)
+        _in_threads(loop, scratch, min(steps, MOST_STEPS_A_CALL), state, world, view, status)
+        steps -= int(status[1])
+        state = replace(state, step=state.step + int(status[1]))
+        if status[0] in (SQUEEZED, RUNAWAY):
+            raise Stopped(_why(world, state, int(status[0])), state)
+        if status[0] == STALE:
+            state = relist(tables, state, world.domain)
+            view, scratch = _room(world, tables, state, threads)
     return state
 
 
-def _in_threads(loop, threads: int, steps: int, state: State, world: World, view: View, status: np.ndarray) -> None:
-    threads = min(threads, len(state.block_body) - 1)
+def _room(world: World, tables: Tables, state: State, threads: int) -> tuple[View, list[kernels.Scratch]]:
+    view = _view(world, tables, state)
+    return view, [kernels.scratch_for(view) for _ in range(min(threads, len(state.block_body) - 1))]
+
+
+def _in_threads(loop, scratch: list[kernels.Scratch], steps: int, state: State, world: World, view: View, status: np.ndarray) -> None:
+    threads = len(scratch)
     counters = np.zeros(8, np.int64)
-    numbers = (threads, steps, state.step, state.dt, state.skin, world.most_overlap, world.most_speed_m_s, view, counters, status)
-    others = [
-        threading.Thread(target=loop, args=(me, *numbers, state.ledger, state.wall_push_ns)) for me in range(1, threads)
-    ]
+    before = (threads, steps, state.step, state.dt, state.skin, world.most_overlap, world.most_speed_m_s, view)
+    after = (counters, status, state.ledger, state.wall_push_ns)
+    others = [threading.Thread(target=loop, args=(me, *before, scratch[me], *after)) for me in range(1, threads)]
     for other in others:
         other.start()
-    loop(0, *numbers, state.ledger, state.wall_push_ns)
+    loop(0, *before, scratch[0], *after)
     for other in others:
         other.join()
 

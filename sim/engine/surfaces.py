@@ -124,7 +124,8 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
     for w in range(len(twist)):
         twist[w, :] = 0.0
     for k in range(len(prim)):
-        prim[k, :] = rest[k, :]
+        for c in range(ROW):
+            prim[k, c] = rest[k, c]
     for m in range(len(moves)):
         wall = int(moves[m, 0])
         value, rate = motion(m, t, move_numbers[m])
