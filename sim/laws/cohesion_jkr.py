@@ -20,12 +20,14 @@ def cohesion_jkr(overlap, closing_speed, radius, modulus, work):
     """
     if work <= 0.0:
         return 0.0
-    # b = √a solves b⁴/R* − s b = δ. The left side is convex and the start lies above the largest root: Newton descends to it.
+    # b = √a solves b⁴/R* − s b = δ. The left side is convex and the start lies above the largest root: Newton descends to it,
+    # no farther than where the neck snaps, (R* s/4)^⅓, at which the slope vanishes.
     s = math.sqrt(6.283185307179586 * work / modulus)
-    b = (radius * max(overlap, 0.0)) ** 0.25 + (radius * s) ** 0.3333333333333333
-    for _ in range(16):
+    neck = (radius * s) ** 0.3333333333333333
+    b = (radius * max(overlap, 0.0)) ** 0.25 + neck
+    for _ in range(20):
         slope = 4.0 * b * b * b / radius - s
-        b = b - (b * b * b * b / radius - s * b - overlap) / max(slope, 0.1 * s)
+        b = max(b - (b * b * b * b / radius - s * b - overlap) / max(slope, 1e-3 * s), 0.6299605249474366 * neck)
     a3 = b * b * b * b * b * b
     hertz = math.sqrt(radius * max(overlap, 0.0)) * max(overlap, 0.0)
     return 4.0 / 3.0 * modulus * (a3 / radius - hertz) - math.sqrt(25.132741228718345 * work * modulus * a3)

@@ -11,7 +11,8 @@ def restitution_viscoelastic(impact_speed, e, viscosity, anchor_speed):
     impact_speed v [m/s] ≥ 0; e [-] the restitution entered, which holds at anchor_speed v_a [m/s]; v_a = 0: at vanishing speed,
     where P = 1. With e = 1 and v_a = 0 this is the exact law of viscoelastic spheres, P = 1 − 1.15345 k² v^⅕ + 0.79827 k⁴ v^⅖ ∓
     … viscosity k [(s/m)^0.1] = √β, β = (3/2) A (4 E* √R*/3 m*)^⅖, A [s] the material's dissipative time: k falls with size as
-    d^-0.2 (`viscosity_for` finds it from one measured e). Valid for k v^0.1 < 1.5, impacts that flatten little and do not
+    d^-0.2 (`viscosity_for` finds it from one measured e). Within 0.006 of the
+    equation of motion for k v^0.1 < 1.1; valid for impacts that flatten little and do not
     yield.
 
     Sources: 1. Schwager, Pöschel (2008), Phys. Rev. E 78, 051304. 2. Müller, Pöschel (2011), Phys. Rev. E 84, 021302 (Padé form).
