@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit, types
 
-from sim.engine import assemble, bodies, contacts, surfaces, tiles
+from sim.engine import assemble, bodies, contacts, quadrature, surfaces, tiles
 from sim.engine.compiled import OPTIONS, cache_folder, fingerprint, inner, kernel
 from sim.engine.contacts import S_OVERLAP
 from sim.engine.parallel import barrier, take
@@ -164,7 +164,8 @@ def _inner_parts(bound: dict, ledger: bool, clip: bool, shared: bool, reach) -> 
     parts["shares_of_walls"] = inner(contacts.shares_of_walls, SHARED=shared)
     parts["add_up"] = inner(contacts.add_up, LEDGER=ledger)
     parts["pair_geometry"] = inner(tiles.pair_geometry)
-    parts["laws"] = inner(tiles.laws, LEDGER=ledger, CLIP=clip, **force_laws, **bound)
+    corrections = {"edge_weight": inner(quadrature.edge_weight), "speed_now": inner(quadrature.speed_now)}
+    parts["laws"] = inner(tiles.laws, LEDGER=ledger, CLIP=clip, **corrections, **force_laws, **bound)
     return parts
 
 

@@ -7,6 +7,7 @@ overlap and turns the lane loop into vector instructions, the laws in it include
 
 import math
 
+from sim.engine import quadrature
 from sim.laws import hertz_mindlin
 
 LANES = 64
@@ -92,6 +93,8 @@ def rolling_spring(mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, 
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
+edge_weight = quadrature.edge_weight
+speed_now = quadrature.speed_now
 damping_factor = hertz_mindlin.damping_factor
 normal_stiffness = hertz_mindlin.normal_stiffness
 normal_force = hertz_mindlin.normal_force
@@ -141,7 +144,10 @@ def laws(P, count, dt):
                 P[MEMORY + 3 * LANES + t] = impact
             damping = damping_factor(restitution(impact, P[E_IN + t], P, t))
         stiffness = normal_stiffness(overlap, radius, P[MODULUS + t])
-        elastic, damped = normal_force(stiffness, overlap, closing, mass, damping)
+        damping = damping * edge_weight(overlap, closing, dt)
+        elastic = normal_force(stiffness, overlap, 0.0, mass, 0.0)[0]
+        speed = speed_now(closing, elastic, stiffness, damping * math.sqrt(stiffness * mass), mass, dt)
+        elastic, damped = normal_force(stiffness, overlap, speed, mass, damping)
         if CLIP:
             damped = max(damped, -elastic)
         carried = max(elastic + damped, 0.0)
