@@ -153,7 +153,7 @@ def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, l
     kinetic, fastest, power = 0.0, 0.0, 0.0
     h = 0.5 * dt
     for n in range(first, last):
-        m, f, new, spun = motion[n], load[n], fresh[n], spin[n]
+        m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
         s = shape[shape_of[n]]
         gx, gy, gz, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if HAS_BODY:
