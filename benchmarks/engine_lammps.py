@@ -11,7 +11,7 @@ LAMMPS's own speed on one and two ranks. `benchmarks/engine.py` imports it, hand
     bed = Bed(centres_m, radii_m, seed, mass_kg, box_m, velocity_m_s)     # settled, from wherever
     law = ContactLaw(young_pa=…, poisson=…, restitution=…, friction=…, rolling=…, step_s=…)
     timing = run(bed, law, steps=500, ranks=1)
-    timing.particle_steps_per_s, timing.contacts_per_ball
+    timing.particle_steps_per_s, timing.per_cpu_s, timing.contacts_per_ball
 
 Contacts are counted here from positions (`contacts_per_ball`), by one rule for both programs, before and after the timed steps.
 
@@ -74,9 +74,14 @@ class ContactLaw:
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """What a run gave: ball-steps a second of the timed loop, contacts a ball before and after it, and the bed it left."""
+    """What a run gave: ball-steps a second of the timed loop, contacts a ball before and after it, and the bed it left.
+
+    per_cpu_s is per second of processor time of each rank: on a machine shared with others it repeats within a few per cent where
+    the wall clock does not by a factor of two. Compare it with the engine's `time.process_time`, a thread's share.
+    """
 
     particle_steps_per_s: float
+    per_cpu_s: float
     loop_s: float
     contacts_before: float
     contacts_per_ball: float
@@ -129,13 +134,15 @@ def run(
         done = subprocess.run(command, cwd=here, env=environment, capture_output=True, text=True)
         log = (here / "log.lammps").read_text() if (here / "log.lammps").exists() else ""
         loops = re.findall(r"Loop time of (\S+) on \d+ procs for (\d+) steps", log)
-        if done.returncode or len(loops) < 2 or not (here / "end.txt").exists():
+        shares = re.findall(r"([\d.]+)% CPU use", log)
+        if done.returncode or len(loops) < 2 or not shares or not (here / "end.txt").exists():
             raise RuntimeError("LAMMPS stopped: " + " / ".join((log + done.stdout + done.stderr).strip().splitlines()[-6:]))
         end = np.loadtxt(here / "end.txt", skiprows=9)
     end = end[np.argsort(end[:, 0])]
     left = replace(bed, centres_m=end[:, 1:4], velocity_m_s=end[:, 4:7])
     loop = float(loops[-1][0])
-    return Timing(len(bed.radii_m) * steps / loop, loop, before, contacts_per_ball(left), left)
+    speed = len(bed.radii_m) * steps / loop
+    return Timing(speed, speed / (float(shares[-1]) / 100.0), loop, before, contacts_per_ball(left), left)
 
 
 def data_file(bed: Bed) -> str:
@@ -262,14 +269,14 @@ def main() -> None:
     share = 10 if arguments.small else 1
     rng = np.random.default_rng(2026)
     loose = {"spheres": loose_spheres(rng, 20_000 // share), "clumps": loose_clumps(rng, 4_000 // share)}
-    print(f"{'bed':24}{'ranks':>6}{'M ball-steps/s':>16}{'contacts/ball':>22}")
+    print(f"{'bed':24}{'ranks':>6}{'M ball-steps/s':>16}{'/ CPU s':>10}{'contacts/ball':>22}")
     for name, start in loose.items():
         bed = settled(name, start, SOFT_SOYBEAN)
         for ranks in (1, 2):
             timing = run(bed, SOFT_SOYBEAN, arguments.steps, ranks=ranks)
             what = f"{len(bed.mass_kg)} {name}"
             contacts = f"{timing.contacts_before:.3f} → {timing.contacts_per_ball:.3f}"
-            print(f"{what:24}{ranks:6}{timing.particle_steps_per_s / 1e6:16.2f}{contacts:>22}")
+            print(f"{what:24}{ranks:6}{timing.particle_steps_per_s / 1e6:16.2f}{timing.per_cpu_s / 1e6:10.2f}{contacts:>22}")
 
 
 if __name__ == "__main__":
