@@ -8,7 +8,7 @@ from numba import njit
 
 from sim.engine import tiles
 from sim.engine.compiled import OPTIONS, inner
-from sim.laws.law import CONTACT_KINDS, Chosen
+from sim.laws.law import CONTACT_KINDS, Chosen, Law
 
 
 def _numbers_from(first: int, count: int, lanes: bool):
@@ -155,11 +155,11 @@ def _array_numbers(first: int, count: int):
     return njit(**OPTIONS)(lambda row: (*before(row), row[at]))
 
 
-def motions(moves: tuple[Chosen, ...]):
-    """(value, rate) of move number `number` at time t with its row of numbers, or None without moves."""
+def motions(laws: tuple[Law, ...]):
+    """(value, rate) by the motion law of that number, at time t with its row of numbers; None without laws."""
     whole = None
-    for number, c in reversed(list(enumerate(moves))):
-        whole = _with_motion(inner(c.law.function), _array_numbers(0, len(c.numbers)), number, whole)
+    for number, law in reversed(list(enumerate(laws))):
+        whole = _with_motion(inner(law.function), _array_numbers(0, len(law.parameters)), number, whole)
     return whole
 
 

@@ -21,7 +21,6 @@ S_OVERLAP, S_NORMAL, S_TANGENTIAL, S_DAMPED, S_SLIPPED, S_ROLLED, S_EXTRA, S_WAL
 SUMS = 9
 LEDGER = False
 REACH = False
-SHARED = True
 
 
 def reach(radius, modulus, row, table):
@@ -144,7 +143,7 @@ def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
         end = a + 1
         while end < count and owner[pair_i[active[end]]] == owner[i] and owner[pair_j[active[end]]] == owner[j]:
             end += 1
-        if end == a + 1 or not SHARED:
+        if end == a + 1:
             share[a:end] = 1.0
         else:
             total = 0.0
@@ -167,7 +166,7 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
         end = a + 1
         while end < count and owner[wall_i[active[end]]] == body and prim_wall[wall_p[active[end]]] == wall:
             end += 1
-        if end == a + 1 or not SHARED:
+        if end == a + 1:
             share[a:end] = 1.0
         else:
             total = 0.0
@@ -279,14 +278,14 @@ def block_forces(b, dt, s, P, active, meet, share):
     pairs = touching_pairs(
         first, last, s.ball, s.owner, s.material, materials, s.table, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, active
     )
-    if s.clumps:
+    if s.shared:
         shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
     walls = touching_walls(
         first, last, s.ball, s.owner, s.material, materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
         s.prim_kind, s.prim_wall, s.wall_material, s.corners, active[pairs:], meet,
     )  # fmt: skip
-    if s.clumps:
+    if s.shared:
         shares_of_walls(walls, active[pairs:], meet, s.ball, s.owner, s.wall_i, s.wall_p, s.prim_wall, share[pairs:])
 
     tiles_of_pairs = (pairs + LANES - 1) // LANES
@@ -302,7 +301,7 @@ def block_forces(b, dt, s, P, active, meet, share):
                 gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball[i], s.motion[a])
                 gather_side(P, t, (tiles.BJX, tiles.CJX, tiles.VJX), s.ball[j], s.motion[c])
                 numbers = s.table[s.material[a] * materials + s.material[c]]
-                part = share[at + t] if s.clumps else 1.0
+                part = share[at + t] if s.shared else 1.0
                 gather_common(P, t, part, numbers, s.pair_memory[k], s.pair_touch[k] == 0)
             pair_geometry(P, (count + 7) // 8 * 8)
         else:
@@ -315,9 +314,9 @@ def block_forces(b, dt, s, P, active, meet, share):
                 gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball[i], s.motion[a])
                 gather_wall(P, t, meet[at - pairs + t], s.ball[i], s.motion[a], s.prim[p], s.twist[w])
                 numbers = s.table[s.material[a] * materials + s.wall_material[w]]
-                part = share[at + t] if s.clumps else 1.0
+                part = share[at + t] if s.shared else 1.0
                 gather_common(P, t, part, numbers, s.wall_memory[k], s.wall_touch[k] == 0)
-        laws(P, (count + 7) // 8 * 8, dt)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        laws(P, (count + 7) // 8 * 8, dt, s.pull)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
         if tile < tiles_of_pairs:
             for t in range(count):
                 k = active[at + t]

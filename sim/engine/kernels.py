@@ -14,7 +14,7 @@ from sim.engine.compiled import OPTIONS, cache_folder, fingerprint, inner, kerne
 from sim.engine.contacts import S_OVERLAP
 from sim.engine.parallel import barrier, take
 from sim.laws import hertz_mindlin
-from sim.laws.law import Chosen
+from sim.laws.law import Chosen, Law
 
 # What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
 View = namedtuple(
@@ -23,7 +23,7 @@ View = namedtuple(
     "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
-    "wall_way table materials gravity body_numbers clumps",
+    "wall_way table materials gravity body_numbers shared pull",
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
@@ -152,7 +152,7 @@ correct = bodies.correct
 place_walls = surfaces.place_walls
 
 
-def _inner_parts(bound: dict, ledger: bool, clip: bool, shared: bool, reach) -> dict:
+def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     """The compiled parts of `advance`: contacts with the chosen laws in them."""
     force_laws = {n: inner(getattr(hertz_mindlin, n)) for n in ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")}
     names = ("gather_side", "gather_common", "gather_wall", "keep", "push", "push_back", "_each_feature_once", "_forget_or_hand_over")
@@ -160,12 +160,12 @@ def _inner_parts(bound: dict, ledger: bool, clip: bool, shared: bool, reach) -> 
     of_reach = {"REACH": True, "reach": reach} if reach else {}
     parts["touching_pairs"] = inner(contacts.touching_pairs, **of_reach)
     parts["touching_walls"] = inner(contacts.touching_walls, **parts, **of_reach)
-    parts["shares_of_pairs"] = inner(contacts.shares_of_pairs, SHARED=shared)
-    parts["shares_of_walls"] = inner(contacts.shares_of_walls, SHARED=shared)
+    parts["shares_of_pairs"] = inner(contacts.shares_of_pairs)
+    parts["shares_of_walls"] = inner(contacts.shares_of_walls)
     parts["add_up"] = inner(contacts.add_up, LEDGER=ledger)
     parts["pair_geometry"] = inner(tiles.pair_geometry)
     corrections = {"edge_weight": inner(quadrature.edge_weight), "speed_now": inner(quadrature.speed_now)}
-    parts["laws"] = inner(tiles.laws, LEDGER=ledger, CLIP=clip, **corrections, **force_laws, **bound)
+    parts["laws"] = inner(tiles.laws, LEDGER=ledger, **corrections, **force_laws, **bound)
     return parts
 
 
@@ -186,20 +186,20 @@ def scratch_for(view: View) -> Scratch:
 
 
 @lru_cache(maxsize=32)
-def build(laws: tuple[Chosen, ...], moves: tuple[Chosen, ...], *, ledger: bool, clip: bool, shared: bool) -> tuple[Callable, str]:
+def build(laws: tuple[Chosen, ...], motion_laws: tuple[Law, ...], *, ledger: bool) -> tuple[Callable, str]:
     """`advance` for these laws and wall motions; only which laws there are counts, their numbers are read from tables.
     Also its mark, by which it is kept on disk."""
     contact = assemble.extra_columns(laws)
     bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
-    body, motion = assemble.body_laws(tuple(c for c in laws if c.law.kind == "body")), assemble.motions(moves)
-    used = [c.law.function for c in (*laws, *moves)] + [c.law.reach for c in laws if c.law.reach]
-    mark = fingerprint(*used, [c.law.kind for c in laws], ledger, clip, shared)
+    body, motion = assemble.body_laws(tuple(c for c in laws if c.law.kind == "body")), assemble.motions(motion_laws)
+    used = [c.law.function for c in laws] + [law.function for law in motion_laws] + [c.law.reach for c in laws if c.law.reach]
+    mark = fingerprint(*used, [c.law.kind for c in laws], ledger)
     of_body = {"HAS_BODY": True, "body_law": body} if body else {}
     loop = kernel(
         advance,
         mark,
         LEDGER=ledger,
-        block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, clip, shared, reach)),
+        block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, reach)),
         gather_forces=inner(contacts.gather_forces),
         correct=inner(bodies.correct, **of_body),
         place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion)),

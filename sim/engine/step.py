@@ -130,15 +130,13 @@ def _view(world: World, tables: Tables, s: State) -> View:
         s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim, s.prim_ref,
         w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,
         w.move_numbers, np.zeros(1), tables.pairs, len(tables.materials), np.asarray(world.gravity, float), tables.body_numbers,
-        bool(len(s.ball) > len(s.motion)),
+        world.share_damping and bool(len(s.ball) > len(s.motion)), np.inf if world.pull_at_end else 0.0,
     )  # fmt: skip
     return view
 
 
 def _kernel_of(world: World, tables: Tables):
-    run, mark = kernels.build(
-        world.active_laws, tables.walls.move_laws, ledger=world.ledger, clip=not world.pull_at_end, shared=world.share_damping
-    )
+    run, mark = kernels.build(world.active_laws, tables.walls.motion_laws, ledger=world.ledger)
     if mark not in _ANNOUNCED and not is_kept("advance", mark):
         print("benchtwin: compiling the step loop for this set of laws (once; about 20 s) …", file=sys.stderr, flush=True)
     _ANNOUNCED.add(mark)

@@ -117,7 +117,7 @@ def motion(number, t, numbers):
 
 def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, way):
     """Put every moving wall where it is at time t: rows of `prim` from those of `rest`, and its `twist` (velocity at the world's
-    origin, angular velocity). moves: wall, SLIDE or TURN, direction (3), pivot (3); a wall's moves apply one after the other.
+    origin, angular velocity). moves: wall, SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's moves apply one after the other.
     way[0] becomes the farthest that a point of a wall has moved from `ref`, where it was when the neighbour lists were made."""
     if len(moves) == 0:
         return
@@ -128,7 +128,7 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
             prim[k, c] = rest[k, c]
     for m in range(len(moves)):
         wall = int(moves[m, 0])
-        value, rate = motion(m, t, move_numbers[m])
+        value, rate = motion(int(moves[m, 8]), t, move_numbers[m])
         ux, uy, uz = moves[m, 2], moves[m, 3], moves[m, 4]
         tw = twist[wall]
         if moves[m, 1] == SLIDE:

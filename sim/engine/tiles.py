@@ -106,11 +106,13 @@ HAS_SPIN = False
 HAS_RELATIVE = False
 HAS_SPRING = False
 LEDGER = False
-CLIP = False
 
 
-def laws(P, count, dt):
-    """Force and torques of `count` contacts, from geometry, velocities, material pair and memory; the memory is brought up to date."""
+def laws(P, count, dt, pull):
+    """Force and torques of `count` contacts, from geometry, velocities, material pair and memory; the memory is brought up to date.
+
+    pull: the most by which damping may exceed the elastic force [N], so that a contact pulls at its end: without limit, or 0.
+    """
     for t in range(count):
         nx = P[NX + t]
         ny = P[NY + t]
@@ -148,9 +150,8 @@ def laws(P, count, dt):
         elastic = normal_force(stiffness, overlap, 0.0, mass, 0.0)[0]
         speed = speed_now(closing, elastic, stiffness, damping * math.sqrt(stiffness * mass), mass, dt)
         elastic, damped = normal_force(stiffness, overlap, speed, mass, damping)
-        if CLIP:
-            damped = max(damped, -elastic)
-        carried = max(elastic + damped, 0.0)
+        damped = max(damped, -elastic - pull)
+        carried = elastic  # EDEM's F_n: its impulse is exactly m (1 + e) v, damping's over a whole contact being 0
 
         mu = P[MU + t]
         if HAS_FRICTION:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sim.engine.surfaces import CYLINDER, PARALLELOGRAM, PLANE, ROW, SLIDE, TRIANGLE, TURN
-from sim.laws.law import Chosen
+from sim.laws.law import Chosen, Law
 from sim.material import Material
 
 Vector = tuple[float, float, float]
@@ -163,7 +163,7 @@ class WallTables:
     corners: np.ndarray
     moves: np.ndarray
     move_numbers: np.ndarray
-    move_laws: tuple[Chosen, ...]
+    motion_laws: tuple[Law, ...]  # each once; the last column of `moves` says which
     moving: np.ndarray
 
 
@@ -184,9 +184,12 @@ def tabulate(walls: tuple[Wall, ...]) -> WallTables:
                 raise ValueError(f"wall {wall.name!r}: law {move.law.law.name!r} is of kind {move.law.law.kind!r}, not 'motion'")
             slides = isinstance(move, Slide)
             direction = unit(f"wall {wall.name!r}: direction", move.direction if slides else move.axis)
-            moves.append([w, SLIDE if slides else TURN, *direction, *((0.0,) * 3 if slides else move.pivot)])
+            law = move.law.law
+            if law not in laws:
+                laws.append(law)
+            pivot = (0.0, 0.0, 0.0) if slides else move.pivot
+            moves.append([w, SLIDE if slides else TURN, *direction, *pivot, laws.index(law)])
             numbers.append(move.law.numbers)
-            laws.append(move.law)
     width = max([len(row) for row in numbers], default=0)
     moving = {int(row[0]) for row in moves}
     return WallTables(
@@ -194,8 +197,8 @@ def tabulate(walls: tuple[Wall, ...]) -> WallTables:
         kind=np.array(kind, np.int64),
         wall=np.array(owner, np.int64),
         corners=np.concatenate(corners).astype(np.int64),
-        moves=np.array(moves, float).reshape(len(moves), 8),
+        moves=np.array(moves, float).reshape(len(moves), 9),
         move_numbers=np.array([[*row, *[0.0] * (width - len(row))] for row in numbers], float).reshape(len(moves), width),
-        move_laws=tuple(laws),
+        motion_laws=tuple(laws),
         moving=np.array([w in moving for w in owner], bool),
     )

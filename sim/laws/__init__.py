@@ -27,7 +27,7 @@ kind's fixed arguments first, in this order, and then its own parameters by posi
   while approaching.
 - normal: `overlap` is negative while the surfaces are apart. A law without `reach` is called while they overlap. One with
   `reach(radius, modulus, …)` → [m] is called, for a pair that has touched, until −overlap exceeds the reach (a film or neck
-  that then breaks). This force does not enter the Coulomb cap, which is μ × (Hertz force + damping): what the solids carry.
+  that then breaks). This force does not enter the Coulomb cap, which is μ × the Hertz force (EDEM's F_n): what the solids carry.
 - rolling_relative: rolling is the part of ω_i − ω_j across the normal (twist excluded); equal and opposite on the two bodies.
   rolling_spin: along each body's own −ω, as EDEM's standard model has it (not equal and opposite).
 - motion: one scalar along a wall's direction or about its axis; the engine turns it into pose and velocity.

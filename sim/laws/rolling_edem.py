@@ -6,7 +6,7 @@ from sim.laws.law import Law
 def rolling_edem(normal_force, spin_speed, arm, mu_r):
     """Torque τ_i = μ_r F_n R_i, which the engine applies along −ω̂_i.
 
-    normal_force [N] (Hertz + damping, ≥ 0), spin_speed [rad/s] (> 0; unused, the torque does not depend on it), arm [m] the
+    normal_force [N] (Hertz's, ≥ 0), spin_speed [rad/s] (> 0; unused, the torque does not depend on it), arm [m] the
     distance R_i from the body's centre to the contact, mu_r [-]. Valid for dry rolling at any speed; between two bodies it is not
     an equal and opposite pair, and a body at rest on a slope below atan μ_r trembles by one step's worth of spin.
 
