@@ -18,7 +18,7 @@ Contacts are counted here from positions (`contacts_per_ball`), by one rule for 
 What is the same: Hertz–Mindlin with the tangential history and Coulomb's cap, damping from the restitution, elastic–plastic
 rolling (LAMMPS's `sds`, our type C), five walls of the seeds' own material, gravity, step, bed, mass of each seed. What is not:
 LAMMPS scales tangential damping with the normal one; it takes a seed's inertia from its balls one by one (their densities are set
-so that the masses add up to the seed's); `sds` acts with R* (so the factor 2 below) and a constant spring.
+so that the masses add up to the seed's); `sds` acts with R* (so the factor 2 between balls) and a constant spring.
 There is no `granular/omp`: two cores are two ranks, side by side along x.
 """
 
@@ -137,7 +137,7 @@ def run(
         shares = re.findall(r"([\d.]+)% CPU use", log)
         if done.returncode or len(loops) < 2 or not shares or not (here / "end.txt").exists():
             raise RuntimeError("LAMMPS stopped: " + " / ".join((log + done.stdout + done.stderr).strip().splitlines()[-6:]))
-        end = np.loadtxt(here / "end.txt", skiprows=9)
+        end = np.loadtxt(here / "end.txt", skiprows=9, ndmin=2)
     end = end[np.argsort(end[:, 0])]
     left = replace(bed, centres_m=end[:, 1:4], velocity_m_s=end[:, 4:7])
     loop = float(loops[-1][0])
@@ -169,18 +169,9 @@ def data_file(bed: Bed) -> str:
 
 def input_file(bed: Bed, law: ContactLaw, steps: int, ranks: int, warm_up: int, skin: float, damp: float | None) -> str:
     """LAMMPS's commands: warm up, run, dump positions and velocities."""
-    radius, mass = bed.radii_m.mean(), bed.mass_kg.mean()
-    rolling = 2.0 * law.rolling  # sds rolls with R*: between equal balls twice the coefficient makes the same torque
-    # sds wants one spring constant: type C's 2.25 k_n μ_r² at the overlap of a ball under ten others' weight.
-    modulus = law.young_pa / (2.0 * (1.0 - law.poisson**2))
-    overlap = (10.0 * mass * GRAVITY * 3.0 / (4.0 * modulus * np.sqrt(radius / 2.0))) ** (2.0 / 3.0)
-    spring = 2.25 * 2.0 * modulus * np.sqrt(radius / 2.0 * overlap) * rolling**2
-    dashpot = 0.3 * 2.0 * np.sqrt(0.4 * mass * spring)
-    contact = (
-        f"hertz/material {law.young_pa:.8g} {law.restitution:.8g} {law.poisson:.8g} "
-        f"tangential mindlin NULL 1.0 {law.friction:.8g} rolling sds {spring:.8g} {dashpot:.8g} {rolling:.8g} "
-        "damping coeff_restitution"
-    )
+    radius = bed.radii_m.mean()
+    # sds rolls with R*: between equal balls twice the coefficient makes the same torque as with R_i, at a wall the same one.
+    contact, at_wall = (contact_text(bed, law, k * law.rolling) for k in (2.0, 1.0))
     walls = [("x", 0.0, bed.box_m[0]), ("y", 0.0, bed.box_m[1]), ("z", 0.0, None)]
     lines = [
         "units si",
@@ -198,7 +189,7 @@ def input_file(bed: Bed, law: ContactLaw, steps: int, ranks: int, warm_up: int, 
     ]
     for axis, low, high in walls:
         ends = f"{low:.12g} {'NULL' if high is None else format(high, '.12g')}"
-        lines.append(f"fix wall{axis} all wall/gran granular {contact} {axis}plane {ends}")
+        lines.append(f"fix wall{axis} all wall/gran granular {at_wall} {axis}plane {ends}")
     if damp is not None:
         lines.append(f"fix drag all viscous {damp * bed.mass_kg.sum() / len(bed.radii_m):.8g}")
     # `thermo` at the ends only: its sums are no part of the loop.
@@ -209,6 +200,21 @@ def input_file(bed: Bed, law: ContactLaw, steps: int, ranks: int, warm_up: int, 
         'write_dump all custom end.txt id x y z vx vy vz modify sort id format float "%.12g"',
     ]
     return "\n".join(lines) + "\n"
+
+
+def contact_text(bed: Bed, law: ContactLaw, rolling: float) -> str:
+    """The contact as LAMMPS's `granular` styles take it, with this coefficient of rolling friction (R* convention)."""
+    radius, mass = bed.radii_m.mean(), bed.mass_kg.mean()
+    # sds wants one spring constant: type C's 2.25 k_n μ_r² at the overlap of a ball under ten others' weight.
+    modulus = law.young_pa / (2.0 * (1.0 - law.poisson**2))
+    overlap = (10.0 * mass * GRAVITY * 3.0 / (4.0 * modulus * np.sqrt(radius / 2.0))) ** (2.0 / 3.0)
+    spring = 2.25 * 2.0 * modulus * np.sqrt(radius / 2.0 * overlap) * rolling**2
+    dashpot = 0.3 * 2.0 * np.sqrt(0.4 * mass * spring)
+    return (
+        f"hertz/material {law.young_pa:.8g} {law.restitution:.8g} {law.poisson:.8g} "
+        f"tangential mindlin NULL 1.0 {law.friction:.8g} rolling sds {spring:.8g} {dashpot:.8g} {rolling:.8g} "
+        "damping coeff_restitution"
+    )
 
 
 SOFT_SOYBEAN = ContactLaw(young_pa=1.0e7, poisson=0.4, restitution=0.65, friction=0.55, rolling=0.04, step_s=2.0e-5)
