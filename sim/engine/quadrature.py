@@ -31,14 +31,15 @@ def edge_weight(overlap, speed, dt):
     return weight if u < 2.0 else 1.0
 
 
-def speed_now(closing_speed, elastic, stiffness, dashpot, mass, dt):
+def speed_now(closing_speed, stiffness, mass, dt):
     """The closing speed [m/s] at the end of the step, from the predicted one, which was made with the force at its beginning.
 
-    The prediction lacks ½ dt² times the rate of acceleration, −(S v + c a)/m with a = −(F + c v)/m: taken from this contact alone, to second
-    order. elastic F [N], stiffness S = dF/dδ [N/m], dashpot c [N s/m], mass m* [kg], dt [s].
+    The prediction lacks ½ dt² times the rate of acceleration, −(S/m) v where the contact's own spring makes it: v / (1 + ½ dt² S/m).
+    stiffness S = dF/dδ [N/m], mass m* [kg], dt [s]. (The dashpot's part of that rate, (c/m) times the acceleration, is left out:
+    known only for a contact that nothing else presses on, it would leave resting contacts pushing on nothing, and cost sliding
+    ones 3e-4 of their friction.)
 
-    >>> speed_now(1.0, 0.0, 1e4, 0.0, 1e-4, 1e-5)
-    0.995
+    >>> round(speed_now(1.0, 1e4, 1e-4, 1e-5), 6), speed_now(0.0, 1e4, 1e-4, 1e-5)
+    (0.995025, 0.0)
     """
-    lag = 0.5 * dt * dt / mass
-    return closing_speed - lag * (stiffness * closing_speed - dashpot * (elastic + dashpot * closing_speed) / mass)
+    return closing_speed / (1.0 + 0.5 * dt * dt * stiffness / mass)

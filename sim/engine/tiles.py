@@ -147,9 +147,7 @@ def laws(P, count, dt, pull):
             damping = damping_factor(restitution(impact, P[E_IN + t], P, t))
         stiffness = normal_stiffness(overlap, radius, P[MODULUS + t])
         damping = damping * edge_weight(overlap, closing, dt)
-        elastic = normal_force(stiffness, overlap, 0.0, mass, 0.0)[0]
-        speed = speed_now(closing, elastic, stiffness, damping * math.sqrt(stiffness * mass), mass, dt)
-        elastic, damped = normal_force(stiffness, overlap, speed, mass, damping)
+        elastic, damped = normal_force(stiffness, overlap, speed_now(closing, stiffness, mass, dt), mass, damping)
         damped = max(damped, -elastic - pull)
         carried = elastic  # EDEM's F_n: its impulse is exactly m (1 + e) v, damping's over a whole contact being 0
 

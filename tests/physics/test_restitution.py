@@ -33,10 +33,10 @@ def test_restitution_is_what_was_entered(material, speed, e):
     assert rebounds(ball(3e-3, material.density_kg_m3), material, e, speed, 0.05) == pytest.approx(e, rel=5e-3)
 
 
-@pytest.mark.parametrize(("speed", "e", "error"), [(0.1, 0.1, 5e-3), (0.1, 0.54, 5e-3), (2.5, 0.54, 5e-3), (2.5, 0.95, 5e-3), (2.5, 0.3, 2e-2)])
+@pytest.mark.parametrize(("speed", "e", "error"), [(0.1, 0.1, 1.5e-2), (0.1, 0.54, 5e-3), (2.5, 0.54, 5e-3), (2.5, 0.95, 5e-3), (2.5, 0.3, 6e-3)])
 def test_at_a_fifth_of_the_rayleigh_time(speed, e, error):
-    """The usual step: ± 0.5 % but for strongly damped fast impacts, which then last a dozen steps (e = 0.3 at 2.5 m/s: 1.4 %,
-    e = 0.1: 2.7 %). Without the corrections of `quadrature` the worst phases were 9, 6, 3 and 0.4 % off for e = .1, .3, .54, .95."""
+    """The usual step: ± 0.5 % but for e < 0.3 (e = 0.1: 1.1 % at 0.1 m/s, 3.0 % at 2.5 m/s, where contact lasts a dozen steps).
+    Without the corrections of `quadrature` the worst phases at 2.5 m/s were 9, 6, 3 and 0.4 % off for e = .1, .3, .54, .95."""
     assert rebounds(ball(3e-3, 1250.0), SOYBEAN, e, speed, 0.2) == pytest.approx(e, rel=error)
 
 
