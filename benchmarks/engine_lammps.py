@@ -142,7 +142,7 @@ def run(
     left = replace(bed, centres_m=end[:, 1:4], velocity_m_s=end[:, 4:7])
     loop = float(loops[-1][0])
     speed = len(bed.radii_m) * steps / loop
-    return Timing(speed, speed / (float(shares[-1]) / 100.0), loop, before, contacts_per_ball(left), left)
+    return Timing(speed, speed / max(float(shares[-1]) / 100.0, 0.01), loop, before, contacts_per_ball(left), left)
 
 
 def data_file(bed: Bed) -> str:
