@@ -30,6 +30,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -252,7 +253,8 @@ def loose_clumps(rng: np.random.Generator, count: int) -> Bed:
 def settled(name: str, loose: Bed, law: ContactLaw, *, ranks: int = 2, fall_s: float = 0.3) -> Bed:
     """The bed at rest, from LAMMPS itself (`fall_s` seconds, the last third in treacle), kept in the user's cache folder."""
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "benchtwin" / "beds"
-    kept = folder / f"{name}-{len(loose.mass_kg)}-{law.step_s:g}-{law.young_pa:g}.npz"
+    what = sha256(loose.centres_m.tobytes() + loose.radii_m.tobytes() + repr(law).encode()).hexdigest()[:12]
+    kept = folder / f"{name}-{len(loose.mass_kg)}-{what}.npz"
     if kept.exists():
         stored = np.load(kept)
         return replace(loose, centres_m=stored["centres_m"], velocity_m_s=stored["velocity_m_s"])

@@ -15,11 +15,11 @@ def axial(length_m: float, width_m: float, thickness_m: float, spheres: int) -> 
 
     Spheroid of half axes a = length/2, b = √(width·thickness)/2: a row of balls is a body of revolution, so width and
     thickness both become their geometric mean, which keeps the cross-section's area. The end balls have the radius of
-    curvature of the tips, b²/a, at ±(a - b²/a), so the length is exact; the others stand evenly between them with
-    r = b √(1 - x²/(a² - b²)). One ball: the sphere of the ellipsoid's volume.
+    curvature of the tips, b²/a, so the length is exact. Balls stand at x = f sin θ with f² = a² - b² and θ in equal steps
+    (closer where they are smaller), r = b √(1 - x²/f²). One ball: the sphere of the ellipsoid's volume.
     For 8.72 × 6.84 × 5.98 mm and 5 balls the surface is 0.13 mm (rms) from the ellipsoid, 0.12 mm at best for any row of 5.
 
-    Raises ValueError for more than one ball when length < 1.02 √(width·thickness).
+    Raises ValueError for more than one ball when length < 1.02 √(width·thickness), and where so few balls would not touch.
     Arrangement: Fig. 1 of the soybean calibration paper (five balls of different radii along the long axis).
     """
     if spheres == 1:
@@ -30,11 +30,14 @@ def axial(length_m: float, width_m: float, thickness_m: float, spheres: int) -> 
             f"length_m = {length_m:g} is {a / b:.3f} × √(width·thickness); a row of {spheres} balls needs at least "
             f"{ROUNDEST_AXIAL}: take spheres=1 for a seed this round"
         )
-    reach = a - b**2 / a
-    x = np.linspace(-reach, reach, spheres)
+    focus = np.sqrt(a**2 - b**2)
+    x = focus * np.sin(np.linspace(-1.0, 1.0, spheres) * np.arcsin(focus / a))
     centres = np.zeros((spheres, 3))
     centres[:, 0] = x
-    return centres, b * np.sqrt(1.0 - x**2 / (a**2 - b**2))
+    radii = b * np.sqrt(1.0 - (x / focus) ** 2)
+    if np.any(np.diff(x) > radii[1:] + radii[:-1]):
+        raise ValueError(f"spheres = {spheres}: too few to touch in a seed {a / b:.1f} times as long as thick")
+    return centres, radii
 
 
 PLANAR_MARGIN = 1.02  # so much must length exceed width, and width thickness: else balls all but coincide
