@@ -77,8 +77,9 @@ class ContactLaw:
 class Timing:
     """What a run gave: ball-steps a second of the timed loop, contacts a ball before and after it, and the bed it left.
 
-    per_cpu_s is per second of processor time of each rank: on a machine shared with others it repeats within a few per cent where
-    the wall clock does not by a factor of two. Compare it with the engine's `time.process_time`, a thread's share.
+    per_cpu_s, for one rank only (nan for two), is per second of processor time: on a machine shared with others it repeats within
+    a few per cent where the wall clock does not by a factor of two. Compare it with the engine's `time.process_time`. With two ranks
+    LAMMPS reports the processor time of the first alone, which says nothing while ranks wait for each other.
     """
 
     particle_steps_per_s: float
@@ -143,7 +144,8 @@ def run(
     left = replace(bed, centres_m=end[:, 1:4], velocity_m_s=end[:, 4:7])
     loop = float(loops[-1][0])
     speed = len(bed.radii_m) * steps / loop
-    return Timing(speed, speed / max(float(shares[-1]) / 100.0, 0.01), loop, before, contacts_per_ball(left), left)
+    per_cpu = speed / max(float(shares[-1]) / 100.0, 0.01) if ranks == 1 else np.nan
+    return Timing(speed, per_cpu, loop, before, contacts_per_ball(left), left)
 
 
 def data_file(bed: Bed) -> str:
