@@ -78,8 +78,8 @@ class Timing:
     """What a run gave: ball-steps a second of the timed loop, contacts a ball before and after it, and the bed it left.
 
     per_cpu_s, for one rank only (nan for two), is per second of processor time: on a machine shared with others it repeats within
-    a few per cent where the wall clock does not by a factor of two. Compare it with the engine's `time.process_time`. With two ranks
-    LAMMPS reports the processor time of the first alone, which says nothing while ranks wait for each other.
+    a few per cent where the wall clock is off by a factor of two. Compare it with the engine's `time.process_time`. Of two ranks
+    LAMMPS reports the first one's processor time alone, which says nothing while they wait for each other.
     """
 
     particle_steps_per_s: float
