@@ -16,8 +16,9 @@ from sim.engine.compiled import OPTIONS
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
-# Columns of `shape`: principal moments, mass, diameter of the sphere of equal volume, bounding radius, whether all moments agree.
-I1, I2, I3, SHAPE_MASS, DIAMETER, BOUND, ROUND = range(7)
+# Columns of `shape`: principal moments inverted, mass, diameter of the sphere of equal volume, bounding radius, whether all moments
+# agree, whether it is one ball about the centre of mass, mass inverted.
+J1, J2, J3, SHAPE_MASS, DIAMETER, BOUND, ROUND, SINGLE, INVERSE_MASS = range(9)
 
 
 @njit(**OPTIONS)
@@ -35,11 +36,11 @@ def matrix(q):
 def spin_of(q, shape, lx, ly, lz):
     """Angular velocity R I⁻¹ Rᵀ L in world axes."""
     if shape[ROUND] > 0.0:
-        return lx / shape[I1], ly / shape[I1], lz / shape[I1]
+        return lx * shape[J1], ly * shape[J1], lz * shape[J1]
     a, b, c, d, e, f, g, h, i = matrix(q)
-    p = (a * lx + d * ly + g * lz) / shape[I1]
-    r = (b * lx + e * ly + h * lz) / shape[I2]
-    s = (c * lx + f * ly + i * lz) / shape[I3]
+    p = (a * lx + d * ly + g * lz) * shape[J1]
+    r = (b * lx + e * ly + h * lz) * shape[J2]
+    s = (c * lx + f * ly + i * lz) * shape[J3]
     return a * p + b * r + c * s, d * p + e * r + f * s, g * p + h * r + i * s
 
 
@@ -71,27 +72,27 @@ def turn_free(q, shape, lx, ly, lz, dt):
     p1, p2, p3 = a * lx + d * ly + g * lz, b * lx + e * ly + h * lz, c * lx + f * ly + i * lz
     w, x, y, z = q[0], q[1], q[2], q[3]
 
-    t = _half_tangent(0.5 * dt * p1 / shape[I1])
+    t = _half_tangent(0.5 * dt * p1 * shape[J1])
     w, x, y, z = w - t * x, x + t * w, y + t * z, z - t * y
     k = 1.0 / (1.0 + t * t)
     p2, p3 = ((1.0 - t * t) * p2 + 2.0 * t * p3) * k, ((1.0 - t * t) * p3 - 2.0 * t * p2) * k
 
-    t = _half_tangent(0.5 * dt * p2 / shape[I2])
+    t = _half_tangent(0.5 * dt * p2 * shape[J2])
     w, x, y, z = w - t * y, x - t * z, y + t * w, z + t * x
     k = 1.0 / (1.0 + t * t)
     p3, p1 = ((1.0 - t * t) * p3 + 2.0 * t * p1) * k, ((1.0 - t * t) * p1 - 2.0 * t * p3) * k
 
-    t = _half_tangent(dt * p3 / shape[I3])
+    t = _half_tangent(dt * p3 * shape[J3])
     w, x, y, z = w - t * z, x + t * y, y - t * x, z + t * w
     k = 1.0 / (1.0 + t * t)
     p1, p2 = ((1.0 - t * t) * p1 + 2.0 * t * p2) * k, ((1.0 - t * t) * p2 - 2.0 * t * p1) * k
 
-    t = _half_tangent(0.5 * dt * p2 / shape[I2])
+    t = _half_tangent(0.5 * dt * p2 * shape[J2])
     w, x, y, z = w - t * y, x - t * z, y + t * w, z + t * x
     k = 1.0 / (1.0 + t * t)
     p3, p1 = ((1.0 - t * t) * p3 + 2.0 * t * p1) * k, ((1.0 - t * t) * p1 - 2.0 * t * p3) * k
 
-    t = _half_tangent(0.5 * dt * p1 / shape[I1])
+    t = _half_tangent(0.5 * dt * p1 * shape[J1])
     w, x, y, z = w - t * x, x + t * w, y + t * z, z - t * y
     s = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     q[0], q[1], q[2], q[3] = s * w, s * x, s * y, s * z
@@ -104,7 +105,7 @@ def predict(first, last, dt, motion, turn, spin, load, shape_of, shape, shape_st
     for n in range(first, last):
         m, f, q, spun = motion[n], load[n], turn[n], spin[n]
         s = shape[shape_of[n]]
-        half = 0.5 * dt / m[MASS]
+        half = 0.5 * dt * s[INVERSE_MASS]
         for k in range(3):
             v = m[V + k] + half * f[k]
             m[X + k] += dt * v
@@ -112,28 +113,35 @@ def predict(first, last, dt, motion, turn, spin, load, shape_of, shape, shape_st
         h = 0.5 * dt
         lx, ly, lz = spun[0] + h * f[3], spun[1] + h * f[4], spun[2] + h * f[5]
         if s[ROUND] > 0.0:
-            turn_round(q, lx / s[I1], ly / s[I1], lz / s[I1], dt)
+            turn_round(q, lx * s[J1], ly * s[J1], lz * s[J1], dt)
         else:
             turn_free(q, s, lx, ly, lz, dt)
         lx, ly, lz = lx + h * f[3], ly + h * f[4], lz + h * f[5]
         spun[0], spun[1], spun[2] = lx, ly, lz
         m[W], m[W + 1], m[W + 2] = spin_of(q, s, lx, ly, lz)
-        farthest = max(farthest, place_balls(n, m, q, shape_of[n], shape_start, shape_ball, ball_start, ball, ref))
+        way = place_balls(n, m[X], m[X + 1], m[X + 2], q, s, shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
+        farthest = max(farthest, way)
     return farthest
 
 
 @njit(**OPTIONS)
-def place_balls(n, m, q, kind, shape_start, shape_ball, ball_start, ball, ref):
-    """Put the balls of body n where its centre and orientation have them; largest squared distance of one from `ref`."""
+def place_balls(n, cx, cy, cz, q, s, kind, shape_start, shape_ball, ball_start, ball, ref):
+    """Put the balls of body n where its centre and orientation have them; largest squared distance of one from `ref`.
+
+    ball and ref are flat, 4 and 3 numbers a ball.
+    """
+    at = ball_start[n]
+    if s[SINGLE] > 0.0:
+        ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = cx, cy, cz
+        dx, dy, dz = cx - ref[3 * at], cy - ref[3 * at + 1], cz - ref[3 * at + 2]
+        return dx * dx + dy * dy + dz * dz
     farthest = 0.0
     a, b, c, d, e, f, g, h, i = matrix(q)
-    at = ball_start[n]
     for k in range(shape_start[kind], shape_start[kind + 1]):
-        x, y, z = shape_ball[k, 0], shape_ball[k, 1], shape_ball[k, 2]
-        ball[at, 0] = m[X] + a * x + b * y + c * z
-        ball[at, 1] = m[X + 1] + d * x + e * y + f * z
-        ball[at, 2] = m[X + 2] + g * x + h * y + i * z
-        dx, dy, dz = ball[at, 0] - ref[at, 0], ball[at, 1] - ref[at, 1], ball[at, 2] - ref[at, 2]
+        u, v, w = shape_ball[k, 0], shape_ball[k, 1], shape_ball[k, 2]
+        x, y, z = cx + a * u + b * v + c * w, cy + d * u + e * v + f * w, cz + g * u + h * v + i * w
+        ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = x, y, z
+        dx, dy, dz = x - ref[3 * at], y - ref[3 * at + 1], z - ref[3 * at + 2]
         farthest = max(farthest, dx * dx + dy * dy + dz * dz)
         at += 1
     return farthest
@@ -164,7 +172,7 @@ def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, l
         fx = new[0] + m[MASS] * gravity[0] + gx
         fy = new[1] + m[MASS] * gravity[1] + gy
         fz = new[2] + m[MASS] * gravity[2] + gz
-        half = h / m[MASS]
+        half = h * s[INVERSE_MASS]
         m[V] += half * (fx - f[0])
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])

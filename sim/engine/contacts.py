@@ -21,6 +21,8 @@ S_OVERLAP, S_NORMAL, S_TANGENTIAL, S_DAMPED, S_SLIPPED, S_ROLLED, S_EXTRA, S_WAL
 SUMS = 9
 LEDGER = False
 REACH = False
+HAS_RESTITUTION = False
+HAS_SPRING = False
 
 
 def reach(radius, modulus, row, table):
@@ -29,23 +31,26 @@ def reach(radius, modulus, row, table):
 
 
 def touching_pairs(first, last, ball, owner, material, materials, table, pair_i, pair_j, memory, touch, active):
-    """Listed ball pairs first … last−1 that touch (or still act), into `active`; forgets those that have parted. Returns how many."""
+    """Listed ball pairs first … last−1 that touch (or still act), into `active`; forgets those that have parted. Returns how many.
+
+    `ball` is flat, four numbers a ball.
+    """
     count = 0
     for k in range(first, last):
-        i, j = pair_i[k], pair_j[k]
-        dx = ball[i, 0] - ball[j, 0]
-        dy = ball[i, 1] - ball[j, 1]
-        dz = ball[i, 2] - ball[j, 2]
-        both = ball[i, 3] + ball[j, 3]
+        i, j = pair_i[k] * 4, pair_j[k] * 4
+        dx = ball[i] - ball[j]
+        dy = ball[i + 1] - ball[j + 1]
+        dz = ball[i + 2] - ball[j + 2]
+        both = ball[i + 3] + ball[j + 3]
         gap2 = dx * dx + dy * dy + dz * dz
         hit = gap2 < both * both
         if REACH and not hit and touch[k]:
-            row = material[owner[i]] * materials + material[owner[j]]
-            both += reach(ball[i, 3] * ball[j, 3] / both, table[row, 0], row, table)
+            row = material[owner[pair_i[k]]] * materials + material[owner[pair_j[k]]]
+            both += reach(ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table)
             hit = gap2 < both * both
         active[count] = k
         count += hit
-        if touch[k] and not hit:
+        if touch[k] > hit:
             touch[k] = 0
             memory[k, :] = 0.0
     return count
@@ -67,7 +72,7 @@ def touching_walls(first, last, ball, owner, material, materials, table, wall_i,
             end += 1
         start = count
         i = wall_i[k]
-        x, y, z, r = ball[i, 0], ball[i, 1], ball[i, 2], ball[i, 3]
+        x, y, z, r = ball[4 * i], ball[4 * i + 1], ball[4 * i + 2], ball[4 * i + 3]
         for c in range(k, end):
             p = wall_p[c]
             nx, ny, nz, distance, feature = nearest(prim_kind[p], prim[p], x, y, z)
@@ -148,10 +153,10 @@ def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
         else:
             total = 0.0
             for c in range(a, end):
-                i, j = pair_i[active[c]], pair_j[active[c]]
-                dx, dy, dz = ball[i, 0] - ball[j, 0], ball[i, 1] - ball[j, 1], ball[i, 2] - ball[j, 2]
-                overlap = ball[i, 3] + ball[j, 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
-                share[c] = math.sqrt(max(overlap, 0.0) * ball[i, 3] * ball[j, 3] / (ball[i, 3] + ball[j, 3]))
+                i, j = 4 * pair_i[active[c]], 4 * pair_j[active[c]]
+                dx, dy, dz = ball[i] - ball[j], ball[i + 1] - ball[j + 1], ball[i + 2] - ball[j + 2]
+                overlap = ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
+                share[c] = math.sqrt(max(overlap, 0.0) * ball[i + 3] * ball[j + 3] / (ball[i + 3] + ball[j + 3]))
                 total += share[c]
             for c in range(a, end):
                 share[c] /= max(total, 1e-300)
@@ -171,59 +176,75 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
         else:
             total = 0.0
             for c in range(a, end):
-                share[c] = math.sqrt(max(meet[c, 3], 0.0) * ball[wall_i[active[c]], 3])
+                share[c] = math.sqrt(max(meet[c, 3], 0.0) * ball[4 * wall_i[active[c]] + 3])
                 total += share[c]
             for c in range(a, end):
                 share[c] /= max(total, 1e-300)
         a = end
 
 
-def gather_side(P, t, at, ball_row, body_row):
-    """Ball, body centre, velocity, spin and mass into tile rows that start at `at` = (ball, centre, velocity)."""
+def gather_side(P, t, at, ball, i, motion, a):
+    """Ball i, centre, velocity, spin and mass of body a into tile rows that start at `at` = (ball, centre, velocity).
+
+    ball and motion are flat, 4 and 10 numbers a row: constant strides spare a multiplication for each number.
+    """
     b, c, v = at
-    P[b + t] = ball_row[0]
-    P[b + LANES + t] = ball_row[1]
-    P[b + 2 * LANES + t] = ball_row[2]
-    P[b + 3 * LANES + t] = ball_row[3]
-    P[c + t] = body_row[X]
-    P[c + LANES + t] = body_row[X + 1]
-    P[c + 2 * LANES + t] = body_row[X + 2]
-    P[v + t] = body_row[V]
-    P[v + LANES + t] = body_row[V + 1]
-    P[v + 2 * LANES + t] = body_row[V + 2]
-    P[v + 3 * LANES + t] = body_row[W]
-    P[v + 4 * LANES + t] = body_row[W + 1]
-    P[v + 5 * LANES + t] = body_row[W + 2]
-    P[v + 6 * LANES + t] = body_row[MASS]
+    i *= 4
+    P[b + t] = ball[i]
+    P[b + LANES + t] = ball[i + 1]
+    P[b + 2 * LANES + t] = ball[i + 2]
+    P[b + 3 * LANES + t] = ball[i + 3]
+    a *= 10
+    P[c + t] = motion[a + X]
+    P[c + LANES + t] = motion[a + X + 1]
+    P[c + 2 * LANES + t] = motion[a + X + 2]
+    P[v + t] = motion[a + V]
+    P[v + LANES + t] = motion[a + V + 1]
+    P[v + 2 * LANES + t] = motion[a + V + 2]
+    P[v + 3 * LANES + t] = motion[a + W]
+    P[v + 4 * LANES + t] = motion[a + W + 1]
+    P[v + 5 * LANES + t] = motion[a + W + 2]
+    P[v + 6 * LANES + t] = motion[a + MASS]
 
 
-def gather_common(P, t, share, numbers, memory, fresh):
-    """Share, the material pair's numbers, the chosen laws' parameters and the contact's memory."""
-    P[tiles.SHARE + t] = share
+def gather_numbers(P, t, row, rows, table):
+    """The material pair's numbers and the chosen laws' parameters, unless lane t still holds those of the same pair."""
+    if rows[t] == row:
+        return
+    rows[t] = row
     for c in range(tiles.COLUMNS):
-        P[tiles.MODULUS + c * LANES + t] = numbers[c]
-    for c in range(tiles.COLUMNS, len(numbers)):
-        P[tiles.EXTRA + (c - tiles.COLUMNS) * LANES + t] = numbers[c]
-    for c in range(len(memory)):
+        P[tiles.MODULUS + c * LANES + t] = table[row, c]
+    for c in range(tiles.COLUMNS, table.shape[1]):
+        P[tiles.EXTRA + (c - tiles.COLUMNS) * LANES + t] = table[row, c]
+
+
+def recall(P, t, memory, fresh):
+    """What the contact remembers; a new one's impact speed is asked for by −1."""
+    for c in range(3):
         P[tiles.MEMORY + c * LANES + t] = memory[c]
-    if fresh and len(memory) > 3:
-        P[tiles.MEMORY + 3 * LANES + t] = -1.0
+    if HAS_RESTITUTION:
+        P[tiles.MEMORY + 3 * LANES + t] = -1.0 if fresh else memory[3]
+    if HAS_SPRING:
+        for c in range(4, 7):
+            P[tiles.MEMORY + c * LANES + t] = memory[c]
 
 
-def gather_wall(P, t, meet, ball_row, body_row, prim_row, twist):
+def gather_wall(P, t, meet, twist):
     """A ball on a wall: geometry, and the wall as the other body, its "centre" at the contact, with the velocity it has there.
 
     The contact lies in the middle of the overlap; the spin of a turning wall enters as its own (it rolls under the ball).
     """
     nx, ny, nz, overlap = meet[0], meet[1], meet[2], meet[3]
-    to_i = ball_row[3] - 0.5 * overlap
-    cx, cy, cz = ball_row[0] - nx * to_i, ball_row[1] - ny * to_i, ball_row[2] - nz * to_i
+    radius = P[tiles.BIR + t]
+    to_i = radius - 0.5 * overlap
+    cx, cy, cz = P[tiles.BIX + t] - nx * to_i, P[tiles.BIY + t] - ny * to_i, P[tiles.BIZ + t] - nz * to_i
     P[tiles.NX + t], P[tiles.NY + t], P[tiles.NZ + t] = nx, ny, nz
     P[tiles.OVERLAP + t] = overlap
-    P[tiles.RADIUS + t] = ball_row[3]
-    P[tiles.AIX + t] = cx - body_row[X]
-    P[tiles.AIY + t] = cy - body_row[X + 1]
-    P[tiles.AIZ + t] = cz - body_row[X + 2]
+    P[tiles.RADIUS + t] = radius
+    P[tiles.SQUEEZE + t] = overlap / radius
+    P[tiles.AIX + t] = cx - P[tiles.CIX + t]
+    P[tiles.AIY + t] = cy - P[tiles.CIY + t]
+    P[tiles.AIZ + t] = cz - P[tiles.CIZ + t]
     P[tiles.AJX + t], P[tiles.AJY + t], P[tiles.AJZ + t] = 0.0, 0.0, 0.0
     P[tiles.VJX + t] = twist[0] + twist[4] * cz - twist[5] * cy
     P[tiles.VJY + t] = twist[1] + twist[5] * cx - twist[3] * cz
@@ -234,14 +255,19 @@ def gather_wall(P, t, meet, ball_row, body_row, prim_row, twist):
 
 
 def keep(P, t, memory):
-    for c in range(len(memory)):
+    """Back from the tile: see `recall`."""
+    for c in range(3):
         memory[c] = P[tiles.MEMORY + c * LANES + t]
+    if HAS_RESTITUTION:
+        memory[3] = P[tiles.MEMORY + 3 * LANES + t]
+    if HAS_SPRING:
+        for c in range(4, 7):
+            memory[c] = P[tiles.MEMORY + c * LANES + t]
 
 
-def add_up(P, t, sums, smaller_radius, is_wall):
+def add_up(P, t, sums, is_wall):
     """A contact's entries in its block's sums."""
-    sums[S_OVERLAP] = max(sums[S_OVERLAP], P[tiles.OVERLAP + t] / smaller_radius)
-    sums[S_CONTACTS] += 1.0
+    sums[S_OVERLAP] = max(sums[S_OVERLAP], P[tiles.SQUEEZE + t])
     if LEDGER:
         sums[S_NORMAL] += P[tiles.E_NORMAL + t]
         sums[S_TANGENTIAL] += P[tiles.E_TANGENTIAL + t]
@@ -253,40 +279,45 @@ def add_up(P, t, sums, smaller_radius, is_wall):
             sums[S_WALLS] += P[tiles.P_WALL + t]
 
 
-def push(P, t, row):
+def push(P, t, window, row):
     """Force and torque on side i."""
     for c in range(6):
-        row[c] += P[tiles.FX + c * LANES + t]
+        window[row + c] += P[tiles.FX + c * LANES + t]
 
 
-def push_back(P, t, row):
+def push_back(P, t, window, row):
     """The opposite force and its own torque on side j."""
     for c in range(3):
-        row[c] -= P[tiles.FX + c * LANES + t]
-        row[3 + c] += P[tiles.TJX + c * LANES + t]
+        window[row + c] -= P[tiles.FX + c * LANES + t]
+        window[row + 3 + c] += P[tiles.TJX + c * LANES + t]
 
 
-def block_forces(b, dt, s, P, active, meet, share):
+def push_wall(P, t, load):
+    for c in range(3):
+        load[c] -= P[tiles.FX + c * LANES + t]
+
+
+def block_forces(b, dt, s, P, active, meet, share, rows):
     """Forces of all contacts of block b, into its window; `s` is the kernel's view of the state (`kernels.View`)."""
     base = s.block_window[b] - s.block_body[b]
-    s.window[s.block_window[b] : s.block_window[b + 1], :] = 0.0
+    s.window[s.block_window[b] * 6 : s.block_window[b + 1] * 6] = 0.0
     s.wall_push[b, :, :] = 0.0
     sums = s.sums[b]
     sums[:] = 0.0
-    materials = s.materials
     first, last = s.block_pair[b], s.block_pair[b + 1]
     pairs = touching_pairs(
-        first, last, s.ball, s.owner, s.material, materials, s.table, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, active
+        first, last, s.ball, s.owner, s.material, s.materials, s.table, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, active
     )
     if s.shared:
         shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
     walls = touching_walls(
-        first, last, s.ball, s.owner, s.material, materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
+        first, last, s.ball, s.owner, s.material, s.materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
         s.prim_kind, s.prim_wall, s.wall_material, s.corners, active[pairs:], meet,
     )  # fmt: skip
     if s.shared:
         shares_of_walls(walls, active[pairs:], meet, s.ball, s.owner, s.wall_i, s.wall_p, s.prim_wall, share[pairs:])
+    sums[S_CONTACTS] = pairs + walls
 
     tiles_of_pairs = (pairs + LANES - 1) // LANES
     tiles_of_walls = (walls + LANES - 1) // LANES
@@ -294,47 +325,61 @@ def block_forces(b, dt, s, P, active, meet, share):
         if tile < tiles_of_pairs:
             at = tile * LANES
             count = min(LANES, pairs - at)
-            for t in range(count):
-                k = active[at + t]
-                i, j = s.pair_i[k], s.pair_j[k]
-                a, c = s.owner[i], s.owner[j]
-                gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball[i], s.motion[a])
-                gather_side(P, t, (tiles.BJX, tiles.CJX, tiles.VJX), s.ball[j], s.motion[c])
-                numbers = s.table[s.material[a] * materials + s.material[c]]
-                part = share[at + t] if s.shared else 1.0
-                gather_common(P, t, part, numbers, s.pair_memory[k], s.pair_touch[k] == 0)
+            gather_pairs(P, s, active[at : at + count], share[at : at + count], rows)
             pair_geometry(P, (count + 7) // 8 * 8)
         else:
             at = pairs + (tile - tiles_of_pairs) * LANES
             count = min(LANES, pairs + walls - at)
-            for t in range(count):
-                k = active[at + t]
-                i, p = s.wall_i[k], s.wall_p[k]
-                a, w = s.owner[i], s.prim_wall[p]
-                gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball[i], s.motion[a])
-                gather_wall(P, t, meet[at - pairs + t], s.ball[i], s.motion[a], s.prim[p], s.twist[w])
-                numbers = s.table[s.material[a] * materials + s.wall_material[w]]
-                part = share[at + t] if s.shared else 1.0
-                gather_common(P, t, part, numbers, s.wall_memory[k], s.wall_touch[k] == 0)
+            gather_walls(P, s, active[at : at + count], share[at : at + count], meet[at - pairs :], rows)
         laws(P, (count + 7) // 8 * 8, dt, s.pull)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
         if tile < tiles_of_pairs:
-            for t in range(count):
-                k = active[at + t]
-                i, j = s.pair_i[k], s.pair_j[k]
-                push(P, t, s.window[base + s.owner[i]])
-                push_back(P, t, s.window[base + s.owner[j]])
-                keep(P, t, s.pair_memory[k])
-                s.pair_touch[k] = 1
-                add_up(P, t, sums, min(s.ball[i, 3], s.ball[j, 3]), False)
+            scatter_pairs(P, s, active[at : at + count], base, sums)
         else:
-            for t in range(count):
-                k = active[at + t]
-                i, w = s.wall_i[k], s.prim_wall[s.wall_p[k]]
-                push(P, t, s.window[base + s.owner[i]])
-                push_back(P, t, s.wall_push[b, w])
-                keep(P, t, s.wall_memory[k])
-                s.wall_touch[k] = 1
-                add_up(P, t, sums, s.ball[i, 3], True)
+            scatter_walls(P, s, active[at : at + count], base, s.wall_push[b], sums)
+
+
+def gather_pairs(P, s, active, share, rows):
+    for t in range(len(active)):
+        k = active[t]
+        i, j = s.pair_i[k], s.pair_j[k]
+        a, c = s.owner[i], s.owner[j]
+        gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball, i, s.motion, a)
+        gather_side(P, t, (tiles.BJX, tiles.CJX, tiles.VJX), s.ball, j, s.motion, c)
+        P[tiles.SHARE + t] = share[t] if s.shared else 1.0
+        gather_numbers(P, t, s.material[a] * s.materials + s.material[c], rows, s.table)
+        recall(P, t, s.pair_memory[k], s.pair_touch[k] == 0)
+
+
+def gather_walls(P, s, active, share, meet, rows):
+    for t in range(len(active)):
+        k = active[t]
+        i, p = s.wall_i[k], s.wall_p[k]
+        a, w = s.owner[i], s.prim_wall[p]
+        gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball, i, s.motion, a)
+        gather_wall(P, t, meet[t], s.twist[w])
+        P[tiles.SHARE + t] = share[t] if s.shared else 1.0
+        gather_numbers(P, t, s.material[a] * s.materials + s.wall_material[w], rows, s.table)
+        recall(P, t, s.wall_memory[k], s.wall_touch[k] == 0)
+
+
+def scatter_pairs(P, s, active, base, sums):
+    for t in range(len(active)):
+        k = active[t]
+        push(P, t, s.window, (base + s.owner[s.pair_i[k]]) * 6)
+        push_back(P, t, s.window, (base + s.owner[s.pair_j[k]]) * 6)
+        keep(P, t, s.pair_memory[k])
+        s.pair_touch[k] = 1
+        add_up(P, t, sums, False)
+
+
+def scatter_walls(P, s, active, base, wall_push, sums):
+    for t in range(len(active)):
+        k = active[t]
+        push(P, t, s.window, (base + s.owner[s.wall_i[k]]) * 6)
+        push_wall(P, t, wall_push[s.prim_wall[s.wall_p[k]]])
+        keep(P, t, s.wall_memory[k])
+        s.wall_touch[k] = 1
+        add_up(P, t, sums, True)
 
 
 pair_geometry = tiles.pair_geometry
@@ -352,4 +397,4 @@ def gather_forces(c, block_body, block_window, window, fresh):
         end = min(last, block_body[b] + block_window[b + 1] - block_window[b])
         for n in range(first, end):
             for k in range(6):
-                fresh[n - first, k] += window[shift + n, k]
+                fresh[n - first, k] += window[6 * (shift + n) + k]

@@ -19,7 +19,7 @@ from sim.laws.law import Chosen, Law
 # What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
 View = namedtuple(
     "View",
-    "motion turn spin load shape_of material ball owner ref ball_start shape shape_start shape_ball "
+    "motion body turn spin load shape_of material ball owner ref ball_start shape shape_start shape_ball "
     "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
@@ -27,7 +27,7 @@ View = namedtuple(
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
-Scratch = namedtuple("Scratch", "tile active meet share fresh")  # each thread's own
+Scratch = namedtuple("Scratch", "tile active meet share fresh rows")  # each thread's own
 
 T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
 ARRIVED, PASSED, NEXT_PREDICT, NEXT_CONTACT, NEXT_CORRECT = range(5)
@@ -44,7 +44,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
     status: [why, steps done, block of the worst overlap or speed]. ledger adds up the dissipated energies, impulse (walls, 3) the
     walls' pushes on the seeds.
     """
-    P, active, meet, share, fresh = scratch
+    P, active, meet, share, fresh, rows = scratch
     blocks = len(s.block_body) - 1
     resume = status[0] == STALE
     done = 0
@@ -55,8 +55,8 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
             b = take(counters, NEXT_PREDICT, threads, 0)
             while b < blocks:
                 s.totals[b, T_WAY] = bodies.predict(
-                    s.block_body[b], s.block_body[b + 1], dt, s.motion, s.turn, s.spin, s.load, s.shape_of, s.shape,
-                    s.shape_start, s.shape_ball, s.ball_start, s.ball, s.ref,
+                    s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.shape_of, s.shape, s.shape_start,
+                    s.shape_ball, s.ball_start, s.ball, s.ref,
                 )  # fmt: skip
                 b = take(counters, NEXT_PREDICT, threads, b + 1)
             if me == 0:
@@ -74,7 +74,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
             counters[NEXT_CORRECT] = 0
         b = take(counters, NEXT_CONTACT, threads, 0)
         while b < blocks:
-            block_forces(b, dt, s, P, active, meet, share)
+            block_forces(b, dt, s, P, active, meet, share, rows)
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
         if me == 0:
@@ -83,7 +83,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
         while b < blocks:
             gather_forces(b, s.block_body, s.block_window, s.window, fresh)
             s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
-                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.motion, s.turn, s.spin, s.load,
+                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.body, s.turn, s.spin, s.load,
                 s.shape_of, s.shape,
             )  # fmt: skip
             b = take(counters, NEXT_CORRECT, threads, b + 1)
@@ -155,14 +155,17 @@ place_walls = surfaces.place_walls
 def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     """The compiled parts of `advance`: contacts with the chosen laws in them."""
     force_laws = {n: inner(getattr(hertz_mindlin, n)) for n in ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")}
-    names = ("gather_side", "gather_common", "gather_wall", "keep", "push", "push_back", "_each_feature_once", "_forget_or_hand_over")
-    parts = {n: inner(getattr(contacts, n)) for n in names}
+    plain = ("gather_side", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
+    parts = {n: inner(getattr(contacts, n)) for n in (*plain, "_each_feature_once", "_forget_or_hand_over")}
+    remembered = {n: bound.get(n, False) for n in ("HAS_RESTITUTION", "HAS_SPRING")}
+    parts |= {n: inner(getattr(contacts, n), **remembered) for n in ("recall", "keep")}
     of_reach = {"REACH": True, "reach": reach} if reach else {}
     parts["touching_pairs"] = inner(contacts.touching_pairs, **of_reach)
     parts["touching_walls"] = inner(contacts.touching_walls, **parts, **of_reach)
     parts["shares_of_pairs"] = inner(contacts.shares_of_pairs)
     parts["shares_of_walls"] = inner(contacts.shares_of_walls)
     parts["add_up"] = inner(contacts.add_up, LEDGER=ledger)
+    parts |= {n: inner(getattr(contacts, n), **parts) for n in ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")}
     parts["pair_geometry"] = inner(tiles.pair_geometry)
     corrections = {"edge_weight": inner(quadrature.edge_weight), "speed_now": inner(quadrature.speed_now)}
     parts["laws"] = inner(tiles.laws, LEDGER=ledger, **corrections, **force_laws, **bound)
@@ -181,8 +184,9 @@ def scratch_for(view: View) -> Scratch:
     rows = tiles.FIXED_ROWS + view.table.shape[1] - tiles.COLUMNS
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
-        np.zeros(rows * tiles.LANES), np.zeros(most, np.int64), np.zeros((most, 6)), np.zeros(most), np.zeros((bodies_a_block, 6))
-    )
+        np.zeros(rows * tiles.LANES), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most), np.zeros((bodies_a_block, 6)),
+        np.full(tiles.LANES, -1),
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=32)

@@ -66,8 +66,8 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
     state = State(
         step=0, dt=time_step(world), skin=lists.choose_skin(ball[:, 3], len(walls.kind)), ids=np.arange(n), motion=motion, turn=q,
-        spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.int32), material=tables.shape_material[kind], ball=ball,
-        owner=np.repeat(np.arange(n, dtype=np.int32), counts), ball_id=np.arange(m, dtype=np.uint32), ball_start=ball_start,
+        spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind], ball=ball,
+        owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32), ball_start=ball_start,
         ref=np.zeros((m, 3)), pair_i=np.zeros(0, np.uint32), pair_j=np.zeros(0, np.uint32), pair_memory=np.zeros((0, columns)),
         pair_touch=np.zeros(0, np.uint8), wall_i=np.zeros(0, np.uint32), wall_p=np.zeros(0, np.uint32),
         wall_memory=np.zeros((0, columns)), wall_touch=np.zeros(0, np.uint8), block_body=np.array([0, n]),
@@ -77,7 +77,7 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
         removed=np.zeros(0, np.int64),
     )  # fmt: skip
     _starter()(state.motion, state.turn, state.spin, state.shape_of, tables.shape, tables.shape_start, tables.shape_ball,
-               state.ball_start, state.ball, state.ref)  # fmt: skip
+               state.ball_start, state.ball.ravel(), state.ref.ravel())  # fmt: skip
     state = relist(tables, state)
     state = _first_forces(world, tables, state)
     _check_apart(state, allowed_overlap)
@@ -90,9 +90,9 @@ def start_bodies(motion, turn, spin, shape_of, shape, shape_start, shape_ball, b
         m, s = motion[n], shape[shape_of[n]]
         a, b, c, d, e, f, g, h, i = bodies.matrix(turn[n])
         x, y, z = m[6], m[7], m[8]
-        p, q, r = s[0] * (a * x + d * y + g * z), s[1] * (b * x + e * y + h * z), s[2] * (c * x + f * y + i * z)
+        p, q, r = (a * x + d * y + g * z) / s[0], (b * x + e * y + h * z) / s[1], (c * x + f * y + i * z) / s[2]
         spin[n, 0], spin[n, 1], spin[n, 2] = a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r
-        bodies.place_balls(n, m, turn[n], shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
+        bodies.place_balls(n, m[0], m[1], m[2], turn[n], s, shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
 
 
 @lru_cache(maxsize=1)
@@ -129,9 +129,10 @@ def _view(world: World, tables: Tables, s: State) -> View:
     """What the kernels see: the arrays of `s` themselves, of its world, and scratch."""
     w = tables.walls
     blocks = len(s.block_body) - 1
-    window = np.zeros((int(s.block_window[-1]), 6))
+    window = np.zeros(6 * int(s.block_window[-1]))
     view = View(
-        s.motion, s.turn, s.spin, s.load, s.shape_of, s.material, s.ball, s.owner, s.ref, s.ball_start, tables.shape,
+        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, s.shape_of, s.material, s.ball.ravel(), s.owner, s.ref.ravel(), s.ball_start,
+        tables.shape,
         tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, s.wall_i, s.wall_p, s.wall_memory,
         s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim, s.prim_ref,
         w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,

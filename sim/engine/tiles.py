@@ -34,8 +34,9 @@ ACCOUNTS = _rows(55, 7)
 E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
 MEMORY = 62 * LANES  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
 MEMORY_COLUMNS = 7
-EXTRA = 69 * LANES  # the chosen laws' parameters, a row each
-FIXED_ROWS = 69
+SQUEEZE = 69 * LANES  # overlap over the smaller ball's radius
+EXTRA = 70 * LANES  # the chosen laws' parameters, a row each
+FIXED_ROWS = 70
 
 COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
 
@@ -59,6 +60,7 @@ def pair_geometry(P, count):
         P[NY + t] = ny
         P[NZ + t] = nz
         P[OVERLAP + t] = overlap
+        P[SQUEEZE + t] = overlap / min(ri, rj)
         P[RADIUS + t] = ri * rj / (ri + rj)
         P[AIX + t] = P[BIX + t] - nx * to_i - P[CIX + t]
         P[AIY + t] = P[BIY + t] - ny * to_i - P[CIY + t]

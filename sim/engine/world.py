@@ -132,7 +132,7 @@ class Tables:
     wall_material: np.ndarray
     walls: WallTables
     body_numbers: np.ndarray
-    shape: np.ndarray  # (shapes, 7): see `bodies`
+    shape: np.ndarray  # (shapes, 9): see `bodies`
     shape_start: np.ndarray
     shape_ball: np.ndarray  # (balls, 4): centre in the principal frame, radius
     shape_material: np.ndarray
@@ -199,11 +199,12 @@ def _shape_tables(world: World, names: tuple[str, ...]):
             bound = float(np.max(np.linalg.norm(centres, axis=1) + radii))
             diameter = (6.0 * seed.volume_m3 / math.pi) ** (1.0 / 3.0)
             same = float(np.ptp(inertia) <= 1e-9 * inertia.max())
-            rows.append([*inertia, seed.mass_kg, diameter, bound, same])
+            single = float(len(radii) == 1 and not centres.any())
+            rows.append([*(1.0 / inertia), seed.mass_kg, diameter, bound, same, single, 1.0 / seed.mass_kg])
             balls.append(np.column_stack([centres, radii]))
             starts.append(starts[-1] + len(radii))
             materials.append(names.index(group.material.name))
-    return np.array(rows), np.array(starts, np.int64), np.concatenate(balls), np.array(materials, np.int32)
+    return np.array(rows), np.array(starts, np.int64), np.concatenate(balls), np.array(materials, np.uint32)
 
 
 def tabulate_world(world: World) -> Tables:
@@ -214,7 +215,7 @@ def tabulate_world(world: World) -> Tables:
     return Tables(
         pairs=_pair_table(world, names),
         materials=names,
-        wall_material=np.array([names.index(w.material.name) for w in world.walls], np.int32),
+        wall_material=np.array([names.index(w.material.name) for w in world.walls], np.uint32),
         walls=tabulate(world.walls),
         body_numbers=np.array([v for row in body for v in row], float),
         shape=shape,
