@@ -39,37 +39,29 @@ LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_law
 def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, scratch, counters, status, ledger, impulse):
     """Up to `steps` steps from step number `start`, by thread `me` of `threads`; every thread calls this with the same arguments.
 
-    Stops early when the neighbour lists may no longer hold everything near (STALE: positions are predicted, forces are still to
-    come), when an overlap exceeds `most_overlap` of a radius (SQUEEZED) or a speed `most_speed` (RUNAWAY; NaN too).
-    status: [why, steps done, block of the worst overlap or speed]. ledger adds up the dissipated energies, impulse (walls, 3) the
-    walls' pushes on the seeds.
+    A step is: predict, forces, correct; a block's correction is followed at once by its next prediction while its bodies are at
+    hand, and two barriers a step do. Stops early when the neighbour lists may no longer hold everything near (STALE: positions
+    are predicted, forces are still to come), when an overlap exceeds `most_overlap` of a radius (SQUEEZED) or a speed
+    `most_speed` (RUNAWAY; NaN too): a state to look at then, its positions a step ahead.
+    status: [why, steps done]. ledger adds up the dissipated energies, impulse (walls, 3) the seeds' push on the walls.
     """
     P, active, meet, share, fresh, rows = scratch
     blocks = len(s.block_body) - 1
-    resume = status[0] == STALE
     done = 0
-    while done < steps:
-        if not resume:
+    if status[0] != STALE:
+        b = take(counters, NEXT_PREDICT, threads, 0)
+        while b < blocks:
+            s.totals[b, T_WAY] = predict_block(b, dt, s)
+            b = take(counters, NEXT_PREDICT, threads, b + 1)
+        if me == 0:
+            walls_at((start + 1) * dt, s)
+        barrier(counters, threads)
+    while True:
+        if (done > 0 or status[0] != STALE) and stale(s.totals, s.wall_way, skin):
+            barrier(counters, threads)  # nobody may change `status` before all have read it
             if me == 0:
-                counters[NEXT_CONTACT] = 0
-            b = take(counters, NEXT_PREDICT, threads, 0)
-            while b < blocks:
-                s.totals[b, T_WAY] = bodies.predict(
-                    s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.shape_of, s.shape, s.shape_start,
-                    s.shape_ball, s.ball_start, s.ball, s.ref,
-                )  # fmt: skip
-                b = take(counters, NEXT_PREDICT, threads, b + 1)
-            if me == 0:
-                place_walls(
-                    (start + done + 1) * dt, s.moves, s.move_numbers, s.prim_rest, s.prim_ref, s.prim_kind, s.prim_wall, s.prim,
-                    s.twist, s.wall_way,
-                )  # fmt: skip
-            barrier(counters, threads)
-            if stale(s.totals, s.wall_way, skin):
-                if me == 0:
-                    status[0], status[1] = STALE, done
-                return
-        resume = False
+                status[0], status[1] = STALE, done
+            return
         if me == 0:
             counters[NEXT_CORRECT] = 0
         b = take(counters, NEXT_CONTACT, threads, 0)
@@ -77,8 +69,8 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
             block_forces(b, dt, s, P, active, meet, share, rows)
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
-        if me == 0:
-            counters[NEXT_PREDICT] = 0
+        more = done + 1 < steps
+        overlap = squeeze(s.sums)
         b = take(counters, NEXT_CORRECT, threads, 0)
         while b < blocks:
             gather_forces(b, s.block_body, s.block_window, s.window, fresh)
@@ -86,20 +78,38 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
                 s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.body, s.turn, s.spin, s.load,
                 s.shape_of, s.shape,
             )  # fmt: skip
+            if more:
+                s.totals[b, T_WAY] = predict_block(b, dt, s)
             b = take(counters, NEXT_CORRECT, threads, b + 1)
-        barrier(counters, threads)
-        done += 1
         if me == 0:
+            counters[NEXT_CONTACT] = 0
             add_walls(s.wall_push, s.wall_load, dt, impulse)
             if LEDGER:
-                add_ledger(s.sums, s.totals, dt, ledger)
-        why = watch(s.totals, s.sums, most_overlap, most_speed)
-        if why != DONE:
+                add_ledger(s.sums, dt, ledger)
+            if more:
+                walls_at((start + done + 2) * dt, s)
+        barrier(counters, threads)
+        done += 1
+        if LEDGER and me == 0:
+            for b in range(blocks):
+                ledger[5] += dt * s.totals[b, T_POWER]
+        why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
+        if why != DONE or not more:
+            barrier(counters, threads)
             if me == 0:
                 status[0], status[1] = why, done
             return
-    if me == 0:
-        status[0], status[1] = DONE, done
+
+
+def predict_block(b, dt, s):
+    return bodies.predict(
+        s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.shape_of, s.shape, s.shape_start,
+        s.shape_ball, s.ball_start, s.ball, s.ref,
+    )  # fmt: skip
+
+
+def walls_at(t, s):
+    place_walls(t, s.moves, s.move_numbers, s.prim_rest, s.prim_ref, s.prim_kind, s.prim_wall, s.prim, s.twist, s.wall_way)
 
 
 @njit(**OPTIONS)
@@ -113,13 +123,20 @@ def stale(totals, wall_way, skin):
 
 
 @njit(**OPTIONS)
-def watch(totals, sums, most_overlap, most_speed):
+def squeeze(sums):
+    """Largest overlap over the smaller ball's radius."""
     overlap = 0.0
-    for b in range(len(totals)):
+    for b in range(len(sums)):
         overlap = max(overlap, sums[b, S_OVERLAP])
+    return overlap
+
+
+@njit(**OPTIONS)
+def runaway(totals, most_speed):
+    for b in range(len(totals)):
         if not totals[b, T_FASTEST] <= most_speed * most_speed:  # NaN too
             return RUNAWAY
-    return SQUEEZED if overlap > most_overlap else DONE
+    return DONE
 
 
 @njit(**OPTIONS)
@@ -135,14 +152,13 @@ def add_walls(wall_push, wall_load, dt, impulse):
 
 
 @njit(**OPTIONS)
-def add_ledger(sums, totals, dt, ledger):
-    for b in range(len(totals)):
+def add_ledger(sums, dt, ledger):
+    for b in range(len(sums)):
         ledger[0] += dt * sums[b, contacts.S_DAMPED]
         ledger[1] += dt * sums[b, contacts.S_SLIPPED]
         ledger[2] += dt * sums[b, contacts.S_ROLLED]
         ledger[3] += dt * sums[b, contacts.S_EXTRA]
         ledger[4] += dt * sums[b, contacts.S_WALLS]
-        ledger[5] += dt * totals[b, T_POWER]
 
 
 LEDGER = False
@@ -206,6 +222,7 @@ def build(laws: tuple[Chosen, ...], motion_laws: tuple[Law, ...], *, ledger: boo
         block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, reach)),
         gather_forces=inner(contacts.gather_forces),
         correct=inner(bodies.correct, **of_body),
-        place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion)),
+        predict_block=inner(predict_block),
+        walls_at=inner(walls_at, place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion))),
     )
     return loop, mark

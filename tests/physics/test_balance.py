@@ -82,7 +82,9 @@ def test_a_bed_presses_on_its_floor_with_its_weight():
     world = World((Scattered((BEAN,), SOFT, 150, (0, 0, 0), (0.05, 0.05, 0.15)),), (Plane("floor", Q235), *sides), contacts)
     state = run(world, init(world, np.random.default_rng(1)), observe.Settled(window_s=0.02, displacement=1e-2, kinetic=1e-5), threads=2)
     assert state.time_s < 2.0
-    assert -state.wall_load[0, 2] == pytest.approx(state.masses.sum() * 9.81, rel=1e-3)
+    later = run(world, state, state.time_s + 0.05)  # the mean over a while: single moments still hum by 2e-3
+    mean = (later.wall_push_ns - state.wall_push_ns)[0, 2] / (later.time_s - state.time_s)
+    assert -mean == pytest.approx(state.masses.sum() * 9.81, rel=1e-3)
 
 
 def test_a_moving_floors_work_is_in_the_account():
