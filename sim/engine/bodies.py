@@ -10,6 +10,7 @@ and of second order, and there are no sines: tan(θ/2) is taken to its cubic ter
 
 import math
 
+import numpy as np
 from numba import njit
 
 from sim.engine.compiled import OPTIONS
@@ -98,43 +99,58 @@ def turn_free(q, shape, lx, ly, lz, dt):
     q[0], q[1], q[2], q[3] = s * w, s * x, s * y, s * z
 
 
+def traits(shape, shape_of):
+    """1/m and, for bodies of one ball about the centre of mass, 1/I, else 0; two numbers a body, flat, in the bodies' order.
+
+    With thousands of sizes the table of shapes is a cache miss a body; this is read in sequence.
+    """
+    simple = (shape[:, ROUND] > 0) & (shape[:, SINGLE] > 0)
+    return np.column_stack([shape[:, INVERSE_MASS], np.where(simple, shape[:, J1], 0.0)])[shape_of].ravel()
+
+
 @njit(**OPTIONS)
-def predict(first, last, dt, motion, turn, spin, load, shape_of, shape, shape_start, shape_ball, ball_start, ball, ref):
+def predict(first, last, dt, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, ref):
     """Advance bodies first … last−1 and their balls by dt; returns the largest squared way of a ball since the lists were made."""
     farthest = 0.0
+    h = 0.5 * dt
     for n in range(first, last):
         m, f, q, spun = motion[n], load[n], turn[n], spin[n]
+        half, j = h * trait[2 * n], trait[2 * n + 1]
+        vx, vy, vz = m[V] + half * f[0], m[V + 1] + half * f[1], m[V + 2] + half * f[2]
+        x, y, z = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
+        m[X], m[X + 1], m[X + 2] = x, y, z
+        m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
+        tx, ty, tz = h * f[3], h * f[4], h * f[5]
+        lx, ly, lz = spun[0] + tx, spun[1] + ty, spun[2] + tz
+        if j > 0.0:
+            turn_round(q, lx * j, ly * j, lz * j, dt)
+            lx, ly, lz = lx + tx, ly + ty, lz + tz
+            spun[0], spun[1], spun[2] = lx, ly, lz
+            m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
+            at = ball_start[n]
+            ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = x, y, z
+            dx, dy, dz = x - ref[3 * at], y - ref[3 * at + 1], z - ref[3 * at + 2]
+            farthest = max(farthest, dx * dx + dy * dy + dz * dz)
+            continue
         s = shape[shape_of[n]]
-        half = 0.5 * dt * s[INVERSE_MASS]
-        for k in range(3):
-            v = m[V + k] + half * f[k]
-            m[X + k] += dt * v
-            m[V + k] = v + half * f[k]
-        h = 0.5 * dt
-        lx, ly, lz = spun[0] + h * f[3], spun[1] + h * f[4], spun[2] + h * f[5]
         if s[ROUND] > 0.0:
             turn_round(q, lx * s[J1], ly * s[J1], lz * s[J1], dt)
         else:
             turn_free(q, s, lx, ly, lz, dt)
-        lx, ly, lz = lx + h * f[3], ly + h * f[4], lz + h * f[5]
+        lx, ly, lz = lx + tx, ly + ty, lz + tz
         spun[0], spun[1], spun[2] = lx, ly, lz
         m[W], m[W + 1], m[W + 2] = spin_of(q, s, lx, ly, lz)
-        way = place_balls(n, m[X], m[X + 1], m[X + 2], q, s, shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
-        farthest = max(farthest, way)
+        farthest = max(farthest, place_balls(n, x, y, z, q, shape_of[n], shape_start, shape_ball, ball_start, ball, ref))
     return farthest
 
 
 @njit(**OPTIONS)
-def place_balls(n, cx, cy, cz, q, s, kind, shape_start, shape_ball, ball_start, ball, ref):
+def place_balls(n, cx, cy, cz, q, kind, shape_start, shape_ball, ball_start, ball, ref):
     """Put the balls of body n where its centre and orientation have them; largest squared distance of one from `ref`.
 
     ball and ref are flat, 4 and 3 numbers a ball.
     """
     at = ball_start[n]
-    if s[SINGLE] > 0.0:
-        ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = cx, cy, cz
-        dx, dy, dz = cx - ref[3 * at], cy - ref[3 * at + 1], cz - ref[3 * at + 2]
-        return dx * dx + dy * dy + dz * dz
     farthest = 0.0
     a, b, c, d, e, f, g, h, i = matrix(q)
     for k in range(shape_start[kind], shape_start[kind + 1]):
@@ -155,24 +171,23 @@ def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, load, shape_of, shape):
+def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, load, trait, shape_of, shape):
     """Bring velocities of bodies first … last−1 up to date with the mean of the old forces `load` and the `fresh` ones (contacts only;
     weight and body laws are added here), which replace them. Returns kinetic energy, largest squared speed, body laws' power."""
     kinetic, fastest, power = 0.0, 0.0, 0.0
     h = 0.5 * dt
     for n in range(first, last):
         m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
-        s = shape[shape_of[n]]
         gx, gy, gz, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if HAS_BODY:
             gx, gy, gz, hx, hy, hz = body_law(
-                m[V], m[V + 1], m[V + 2], m[W], m[W + 1], m[W + 2], s[DIAMETER], body_numbers
+                m[V], m[V + 1], m[V + 2], m[W], m[W + 1], m[W + 2], shape[shape_of[n], DIAMETER], body_numbers
             )
             power += gx * m[V] + gy * m[V + 1] + gz * m[V + 2] + hx * m[W] + hy * m[W + 1] + hz * m[W + 2]
         fx = new[0] + m[MASS] * gravity[0] + gx
         fy = new[1] + m[MASS] * gravity[1] + gy
         fz = new[2] + m[MASS] * gravity[2] + gz
-        half = h * s[INVERSE_MASS]
+        half = h * trait[2 * n]
         m[V] += half * (fx - f[0])
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
@@ -182,7 +197,11 @@ def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, l
         spun[1] += h * (ty - f[4])
         spun[2] += h * (tz - f[5])
         f[3], f[4], f[5] = tx, ty, tz
-        m[W], m[W + 1], m[W + 2] = spin_of(turn[n], s, spun[0], spun[1], spun[2])
+        j = trait[2 * n + 1]
+        if j > 0.0:
+            m[W], m[W + 1], m[W + 2] = spun[0] * j, spun[1] * j, spun[2] * j
+        else:
+            m[W], m[W + 1], m[W + 2] = spin_of(turn[n], shape[shape_of[n]], spun[0], spun[1], spun[2])
         v2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
         kinetic += 0.5 * m[MASS] * v2 + 0.5 * (m[W] * spun[0] + m[W + 1] * spun[1] + m[W + 2] * spun[2])
         fastest = max(fastest, v2)

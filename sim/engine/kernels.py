@@ -19,7 +19,7 @@ from sim.laws.law import Chosen, Law
 # What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
 View = namedtuple(
     "View",
-    "motion body turn spin load shape_of material ball owner ref ball_start shape shape_start shape_ball "
+    "motion body turn spin load trait shape_of material ball owner ref ball_start shape shape_start shape_ball "
     "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
@@ -76,7 +76,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
             gather_forces(b, s.block_body, s.block_window, s.window, fresh)
             s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
                 s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.body, s.turn, s.spin, s.load,
-                s.shape_of, s.shape,
+                s.trait, s.shape_of, s.shape,
             )  # fmt: skip
             if more:
                 s.totals[b, T_WAY] = predict_block(b, dt, s)
@@ -103,7 +103,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
 
 def predict_block(b, dt, s):
     return bodies.predict(
-        s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.shape_of, s.shape, s.shape_start,
+        s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape, s.shape_start,
         s.shape_ball, s.ball_start, s.ball, s.ref,
     )  # fmt: skip
 

@@ -92,7 +92,7 @@ def start_bodies(motion, turn, spin, shape_of, shape, shape_start, shape_ball, b
         x, y, z = m[6], m[7], m[8]
         p, q, r = (a * x + d * y + g * z) / s[0], (b * x + e * y + h * z) / s[1], (c * x + f * y + i * z) / s[2]
         spin[n, 0], spin[n, 1], spin[n, 2] = a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r
-        bodies.place_balls(n, m[0], m[1], m[2], turn[n], s, shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
+        bodies.place_balls(n, m[0], m[1], m[2], turn[n], shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
 
 
 @lru_cache(maxsize=1)
@@ -131,7 +131,7 @@ def _view(world: World, tables: Tables, s: State) -> View:
     blocks = len(s.block_body) - 1
     window = np.zeros(6 * int(s.block_window[-1]))
     view = View(
-        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, s.shape_of, s.material, s.ball.ravel(), s.owner, s.ref.ravel(), s.ball_start,
+        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, bodies.traits(tables.shape, s.shape_of), s.shape_of, s.material, s.ball.ravel(), s.owner, s.ref.ravel(), s.ball_start,
         tables.shape,
         tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, s.wall_i, s.wall_p, s.wall_memory,
         s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim, s.prim_ref,
