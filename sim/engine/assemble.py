@@ -18,7 +18,7 @@ def _numbers_from(first: int, count: int, lanes: bool):
     before = _numbers_from(first, count - 1, lanes)
     at = first + count - 1
     if lanes:
-        where = tiles.EXTRA + at * tiles.LANES
+        where = tiles.EXTRA + at * tiles.STRIDE
         return njit(**OPTIONS)(lambda P, t: (*before(P, t), P[where + t]))
     column = tiles.COLUMNS + at
     return njit(**OPTIONS)(lambda P, t: (*before(P, t), P[t, column]))

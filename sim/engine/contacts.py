@@ -13,7 +13,7 @@ from sim.engine import tiles
 from sim.engine.bodies import MASS, V, W, X
 from sim.engine.compiled import OPTIONS
 from sim.engine.surfaces import nearest, shares_feature
-from sim.engine.tiles import LANES
+from sim.engine.tiles import LANES, STRIDE
 
 LAST_LANE = LANES - 1  # "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check of every index
 WALL_MASS = 1e300  # so that m_i m_j / (m_i + m_j) is the seed's own mass
@@ -192,20 +192,20 @@ def gather_side(P, t, at, ball, i, motion, a):
     b, c, v = at
     i *= 4
     P[b + t] = ball[i]
-    P[b + LANES + t] = ball[i + 1]
-    P[b + 2 * LANES + t] = ball[i + 2]
-    P[b + 3 * LANES + t] = ball[i + 3]
+    P[b + STRIDE + t] = ball[i + 1]
+    P[b + 2 * STRIDE + t] = ball[i + 2]
+    P[b + 3 * STRIDE + t] = ball[i + 3]
     a *= 10
     P[c + t] = motion[a + X]
-    P[c + LANES + t] = motion[a + X + 1]
-    P[c + 2 * LANES + t] = motion[a + X + 2]
+    P[c + STRIDE + t] = motion[a + X + 1]
+    P[c + 2 * STRIDE + t] = motion[a + X + 2]
     P[v + t] = motion[a + V]
-    P[v + LANES + t] = motion[a + V + 1]
-    P[v + 2 * LANES + t] = motion[a + V + 2]
-    P[v + 3 * LANES + t] = motion[a + W]
-    P[v + 4 * LANES + t] = motion[a + W + 1]
-    P[v + 5 * LANES + t] = motion[a + W + 2]
-    P[v + 6 * LANES + t] = motion[a + MASS]
+    P[v + STRIDE + t] = motion[a + V + 1]
+    P[v + 2 * STRIDE + t] = motion[a + V + 2]
+    P[v + 3 * STRIDE + t] = motion[a + W]
+    P[v + 4 * STRIDE + t] = motion[a + W + 1]
+    P[v + 5 * STRIDE + t] = motion[a + W + 2]
+    P[v + 6 * STRIDE + t] = motion[a + MASS]
 
 
 def gather_numbers(P, t, row, rows, table):
@@ -214,20 +214,20 @@ def gather_numbers(P, t, row, rows, table):
         return
     rows[t] = row
     for c in range(tiles.COLUMNS):
-        P[tiles.MODULUS + c * LANES + t] = table[row, c]
+        P[tiles.MODULUS + c * STRIDE + t] = table[row, c]
     for c in range(tiles.COLUMNS, table.shape[1]):
-        P[tiles.EXTRA + (c - tiles.COLUMNS) * LANES + t] = table[row, c]
+        P[tiles.EXTRA + (c - tiles.COLUMNS) * STRIDE + t] = table[row, c]
 
 
 def recall(P, t, memory, fresh):
     """What the contact remembers; a new one's impact speed is asked for by −1."""
     for c in range(3):
-        P[tiles.MEMORY + c * LANES + t] = memory[c]
+        P[tiles.MEMORY + c * STRIDE + t] = memory[c]
     if HAS_RESTITUTION:
-        P[tiles.MEMORY + 3 * LANES + t] = -1.0 if fresh else memory[3]
+        P[tiles.MEMORY + 3 * STRIDE + t] = -1.0 if fresh else memory[3]
     if HAS_SPRING:
         for c in range(4, 7):
-            P[tiles.MEMORY + c * LANES + t] = memory[c]
+            P[tiles.MEMORY + c * STRIDE + t] = memory[c]
 
 
 def gather_wall(P, t, meet, twist):
@@ -258,12 +258,12 @@ def gather_wall(P, t, meet, twist):
 def keep(P, t, memory):
     """Back from the tile: see `recall`."""
     for c in range(3):
-        memory[c] = P[tiles.MEMORY + c * LANES + t]
+        memory[c] = P[tiles.MEMORY + c * STRIDE + t]
     if HAS_RESTITUTION:
-        memory[3] = P[tiles.MEMORY + 3 * LANES + t]
+        memory[3] = P[tiles.MEMORY + 3 * STRIDE + t]
     if HAS_SPRING:
         for c in range(4, 7):
-            memory[c] = P[tiles.MEMORY + c * LANES + t]
+            memory[c] = P[tiles.MEMORY + c * STRIDE + t]
 
 
 def add_up(P, t, sums, is_wall):
@@ -283,19 +283,19 @@ def add_up(P, t, sums, is_wall):
 def push(P, t, window, row):
     """Force and torque on side i."""
     for c in range(6):
-        window[row + c] += P[tiles.FX + c * LANES + t]
+        window[row + c] += P[tiles.FX + c * STRIDE + t]
 
 
 def push_back(P, t, window, row):
     """The opposite force and its own torque on side j."""
     for c in range(3):
-        window[row + c] -= P[tiles.FX + c * LANES + t]
-        window[row + 3 + c] += P[tiles.TJX + c * LANES + t]
+        window[row + c] -= P[tiles.FX + c * STRIDE + t]
+        window[row + 3 + c] += P[tiles.TJX + c * STRIDE + t]
 
 
 def push_wall(P, t, load):
     for c in range(3):
-        load[c] -= P[tiles.FX + c * LANES + t]
+        load[c] -= P[tiles.FX + c * STRIDE + t]
 
 
 def block_forces(b, dt, s, P, active, meet, share, rows):

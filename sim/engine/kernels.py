@@ -200,7 +200,7 @@ def scratch_for(view: View) -> Scratch:
     rows = tiles.FIXED_ROWS + view.table.shape[1] - tiles.COLUMNS
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
-        np.zeros(rows * tiles.LANES), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most), np.zeros((bodies_a_block, 6)),
+        np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most), np.zeros((bodies_a_block, 6)),
         np.full(tiles.LANES, -1),
     )  # fmt: skip
 

@@ -1,6 +1,6 @@
 """The force laws over a tile of contacts, in vector registers.
 
-Contacts are gathered 64 at a time into rows of one small flat array (row r, lane t at [r * LANES + t]), the laws run lane by lane, and
+Contacts are gathered 32 at a time into rows of one small flat array (row r, lane t at [r * STRIDE + t]), the laws run lane by lane, and
 the results are scattered back in order. With one flat array and constant row offsets the compiler can prove that rows do not
 overlap and turns the lane loop into vector instructions, the laws in it included.
 """
@@ -10,11 +10,12 @@ import math
 from sim.engine import quadrature
 from sim.laws import hertz_mindlin
 
-LANES = 64
+LANES = 32
+STRIDE = 40  # from row to row: no power of two, so that the rows spread over the sets of the first-level cache, where all fit
 
 
 def _rows(first: int, count: int) -> list[int]:
-    return [(first + k) * LANES for k in range(count)]
+    return [(first + k) * STRIDE for k in range(count)]
 
 
 # Filled by the gathering: side i is a ball of a seed, side j another ball or a wall.
@@ -22,7 +23,7 @@ BIX, BIY, BIZ, BIR, BJX, BJY, BJZ, BJR = _rows(0, 8)  # ball centres and radii [
 CIX, CIY, CIZ, CJX, CJY, CJZ = _rows(8, 6)  # body centres [m]
 VIX, VIY, VIZ, WIX, WIY, WIZ, MI = _rows(14, 7)  # velocity, spin, mass of body i
 VJX, VJY, VJZ, WJX, WJY, WJZ, MJ = _rows(21, 7)
-SHARE = 28 * LANES  # part of the masses that this contact's damping answers for (see `contacts.shares`)
+SHARE = 28 * STRIDE  # part of the masses that this contact's damping answers for (see `contacts.shares`)
 MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = _rows(29, 6)  # the pair of materials
 # From the geometry.
 NX, NY, NZ, OVERLAP, RADIUS = _rows(35, 5)  # unit normal from j to i, overlap, effective radius
@@ -32,10 +33,10 @@ FX, FY, FZ, TIX, TIY, TIZ, TJX, TJY, TJZ = _rows(46, 9)
 # Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
 ACCOUNTS = _rows(55, 7)
 E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
-MEMORY = 62 * LANES  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
+MEMORY = 62 * STRIDE  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
 MEMORY_COLUMNS = 7
-SQUEEZE = 69 * LANES  # overlap over the smaller ball's radius
-EXTRA = 70 * LANES  # the chosen laws' parameters, a row each
+SQUEEZE = 69 * STRIDE  # overlap over the smaller ball's radius
+EXTRA = 70 * STRIDE  # the chosen laws' parameters, a row each
 FIXED_ROWS = 70
 
 COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
@@ -142,10 +143,10 @@ def laws(P, count, dt, pull):
 
         damping = P[DAMPING + t]
         if HAS_RESTITUTION:
-            impact = P[MEMORY + 3 * LANES + t]
+            impact = P[MEMORY + 3 * STRIDE + t]
             if impact < 0.0:  # set so by the gathering when the contact is new
                 impact = max(closing, 0.0)
-                P[MEMORY + 3 * LANES + t] = impact
+                P[MEMORY + 3 * STRIDE + t] = impact
             damping = damping_factor(restitution(impact, P[E_IN + t], P, t))
         stiffness = normal_stiffness(overlap, radius, P[MODULUS + t])
         damping = damping * edge_weight(overlap, closing, dt)
@@ -158,7 +159,7 @@ def laws(P, count, dt, pull):
             mu = friction(math.sqrt(vx * vx + vy * vy + vz * vz), mu, P, t)
         shear = 8.0 * P[SHEAR + t] * math.sqrt(radius * overlap)
         tx, ty, tz, sx, sy, sz = tangential_force(
-            P[MEMORY + t], P[MEMORY + LANES + t], P[MEMORY + 2 * LANES + t],
+            P[MEMORY + t], P[MEMORY + STRIDE + t], P[MEMORY + 2 * STRIDE + t],
             nx, ny, nz, vx, vy, vz, dt, shear, mass, damping, mu * carried,
         )  # fmt: skip
         if HAS_NORMAL:  # a contact that only a film or neck holds keeps no spring
@@ -167,8 +168,8 @@ def laws(P, count, dt, pull):
             sy = sy * held
             sz = sz * held
         P[MEMORY + t] = sx
-        P[MEMORY + LANES + t] = sy
-        P[MEMORY + 2 * LANES + t] = sz
+        P[MEMORY + STRIDE + t] = sy
+        P[MEMORY + 2 * STRIDE + t] = sz
 
         extra = 0.0
         if HAS_NORMAL:
@@ -205,12 +206,12 @@ def laws(P, count, dt, pull):
                 # A ball's own moment about the contact, 7/5 m r² (exact for spheres), both in series; a wall has 1/m = 0.
                 inertia = 1.0 / (1.0 / (1.4 * mi * ri * ri) + 1.0 / (1.4 * mj * rj * rj))
                 mx, my, mz, qx, qy, qz = rolling_spring(
-                    P[MEMORY + 4 * LANES + t], P[MEMORY + 5 * LANES + t], P[MEMORY + 6 * LANES + t],
+                    P[MEMORY + 4 * STRIDE + t], P[MEMORY + 5 * STRIDE + t], P[MEMORY + 6 * STRIDE + t],
                     ox * dt, oy * dt, oz * dt, dt, stiffness, carried, radius, inertia, P[MU_R + t], P, t,
                 )  # fmt: skip
-                P[MEMORY + 4 * LANES + t] = mx
-                P[MEMORY + 5 * LANES + t] = my
-                P[MEMORY + 6 * LANES + t] = mz
+                P[MEMORY + 4 * STRIDE + t] = mx
+                P[MEMORY + 5 * STRIDE + t] = my
+                P[MEMORY + 6 * STRIDE + t] = mz
                 rix, riy, riz = rix + qx, riy + qy, riz + qz
                 rjx, rjy, rjz = rjx - qx, rjy - qy, rjz - qz
         P[TIX + t] = ay * fz - az * fy + rix
