@@ -25,7 +25,8 @@ def _numbers_from(first: int, count: int, lanes: bool):
 
 
 def extra_columns(chosen: tuple[Chosen, ...]) -> list[tuple[Chosen, int]]:
-    """Contact laws and the extra column where each one's numbers start: first whether it is on for the pair, then its parameters."""
+    """Contact laws and the extra column where each one's numbers start: first whether it is on for the pair, then its
+    parameters."""
     placed, column = [], 0
     for law in chosen:
         if law.law.kind in CONTACT_KINDS:
@@ -35,7 +36,8 @@ def extra_columns(chosen: tuple[Chosen, ...]) -> list[tuple[Chosen, int]]:
 
 
 def _one(function, on, numbers, fixed: int, neutral):
-    """A chosen law as the tile loop calls it: fixed arguments, then P and t; `neutral` where it is off for the pair of materials."""
+    """A chosen law as the tile loop calls it: fixed arguments, then P and t; `neutral` where it is off for the pair of
+    materials."""
     f, is_on, take_numbers = inner(function), _numbers_from(on, 1, True), _numbers_from(on + 1, numbers, True)
     if fixed == 2:
 

@@ -1,11 +1,13 @@
 """Moving rigid clumps: velocity Verlet for the centre of mass, a symplectic splitting for the rotation.
 
-One step is `predict` (positions and orientations by one step; velocities as far as the old forces tell), the forces there, and `correct`
-(velocities with the mean of old and new forces). Forces that depend on velocity thus see it to second order in the step.
+One step is `predict` (positions and orientations by one step; velocities as far as the old forces tell), the forces there, and
+`correct` (velocities with the mean of old and new forces). Forces that depend on velocity thus see it to second order in the
+step.
 
-Free rotation: H = Σ Π_k² / 2 I_k is split into turns about the three principal axes, each solved exactly, in the order ½1 ½2 3 ½2 ½1
-(Dullweber, Leimkuhler, McLachlan 1997, J. Chem. Phys. 107, 5840). Angular momentum is kept to rounding, the energy error is bounded
-and of second order, and there are no sines: tan(θ/2) is taken to its cubic term, and the turn made of it is a turn exactly.
+Free rotation: H = Σ Π_k² / 2 I_k is split into turns about the three principal axes, each solved exactly, in the order ½1 ½2 3
+½2 ½1 (Dullweber, Leimkuhler, McLachlan 1997, J. Chem. Phys. 107, 5840). Angular momentum is kept to rounding, the energy error
+is bounded and of second order, and there are no sines: tan(θ/2) is taken to its cubic term, and the turn made of it is a turn
+exactly.
 """
 
 import math
@@ -17,8 +19,8 @@ from sim.engine.compiled import OPTIONS
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
-# Columns of `shape`: principal moments inverted, mass, diameter of the sphere of equal volume, bounding radius, whether all moments
-# agree, whether it is one ball about the centre of mass, mass inverted.
+# Columns of `shape`: principal moments inverted, mass, diameter of the sphere of equal volume, bounding radius, whether all
+# moments agree, whether it is one ball about the centre of mass, mass inverted.
 J1, J2, J3, SHAPE_MASS, DIAMETER, BOUND, ROUND, SINGLE, INVERSE_MASS = range(9)
 
 
@@ -110,7 +112,8 @@ def traits(shape, shape_of):
 
 @njit(**OPTIONS)
 def predict(first, last, dt, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, ref):
-    """Advance bodies first … last−1 and their balls by dt; returns the largest squared way of a ball since the lists were made."""
+    """Advance bodies first … last−1 and their balls by dt; returns the largest squared way of a ball since the lists were
+    made."""
     farthest = 0.0
     h = 0.5 * dt
     for n in range(first, last):
@@ -172,8 +175,9 @@ def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
 
 
 def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, load, trait, shape_of, shape):
-    """Bring velocities of bodies first … last−1 up to date with the mean of the old forces `load` and the `fresh` ones (contacts only;
-    weight and body laws are added here), which replace them. Returns kinetic energy, largest squared speed, body laws' power."""
+    """Bring velocities of bodies first … last−1 up to date with the mean of the old forces `load` and the `fresh` ones
+    (contacts only; weight and body laws are added here), which replace them. Returns kinetic energy, largest squared speed,
+    body laws' power."""
     kinetic, fastest, power = 0.0, 0.0, 0.0
     h = 0.5 * dt
     for n in range(first, last):

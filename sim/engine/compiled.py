@@ -1,8 +1,8 @@
 """Compiling the engine's kernels for one set of laws, and keeping the machine code where the user can write.
 
-A kernel is a template: an ordinary function whose module names (`friction`, `rolling`, …) stand for laws. `specialise` gives a copy
-its own laws and compiles it. Its name carries a fingerprint of every source that goes into it, so that numba's cache on disk never
-hands out code made from an older law: numba itself looks only at the file of the outermost function.
+A kernel is a template: an ordinary function whose module names (`friction`, `rolling`, …) stand for laws. `specialise` gives a
+copy its own laws and compiles it. Its name carries a fingerprint of every source that goes into it, so that numba's cache on
+disk never hands out code made from an older law: numba itself looks only at the file of the outermost function.
 """
 
 import hashlib
@@ -38,7 +38,9 @@ def cache_folder() -> Path:
                 return folder
         except OSError:
             continue
-    raise RuntimeError(f"no folder to keep compiled kernels in: cannot write to {', '.join(map(str, choices))}; set NUMBA_CACHE_DIR")
+    raise RuntimeError(
+        f"no folder to keep compiled kernels in: cannot write to {', '.join(map(str, choices))}; set NUMBA_CACHE_DIR"
+    )
 
 
 @cache

@@ -20,7 +20,11 @@ def place(world: World, rng: np.random.Generator):
 def _columns(group: Placed, first: int, where: str):
     x = np.asarray(group.positions, float).reshape(-1, 3)
     n = len(x)
-    q = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)) if group.orientations is None else np.array(group.orientations, float).reshape(-1, 4)
+    q = (
+        np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+        if group.orientations is None
+        else np.array(group.orientations, float).reshape(-1, 4)
+    )
     v, w = (np.zeros((n, 3)) if a is None else np.asarray(a, float).reshape(-1, 3) for a in (group.velocities, group.spins))
     kind = np.zeros(n, int) if group.shape_of is None else np.asarray(group.shape_of, int)
     for name, array in (("positions", x), ("orientations", q), ("velocities", v), ("spins", w)):
@@ -30,7 +34,9 @@ def _columns(group: Placed, first: int, where: str):
         raise ValueError(f"{where}.shape_of: {n} numbers of shapes 0 … {len(group.shapes) - 1} are needed, not {kind}")
     length = np.linalg.norm(q, axis=1, keepdims=True)
     if not (np.abs(length - 1.0) < 1e-3).all():
-        raise ValueError(f"{where}.orientations: unit quaternions (w, x, y, z) are needed, not of length {length.min()} … {length.max()}")
+        raise ValueError(
+            f"{where}.orientations: unit quaternions (w, x, y, z) are needed, not of length {length.min()} … {length.max()}"
+        )
     return kind + first, x, q / length, v, w
 
 
@@ -42,7 +48,9 @@ def scatter(group: Scattered, rng: np.random.Generator) -> Placed:
     per_side = np.floor((high - low) / pitch + 1e-9).astype(int)
     if (per_side < 1).any() or group.count < 1 or group.count > per_side.prod():
         room = int(per_side.clip(0).prod())
-        raise ValueError(f"seeds: count = {group.count} do not fit between {group.low} and {group.high}: 1 to {room} do without touching")
+        raise ValueError(
+            f"seeds: count = {group.count} do not fit between {group.low} and {group.high}: 1 to {room} do without touching"
+        )
     grid = np.stack(np.unravel_index(np.arange(group.count), per_side[::-1]), axis=1)[:, ::-1]  # x fastest, z slowest
     spare = (high - low - per_side * pitch) / 2.0
     centres = low + spare + (grid + 0.5) * pitch

@@ -1,17 +1,16 @@
 """The compiled step loop for one set of laws: `build` gives `advance`, which every thread of a run executes."""
 
 import math
-import sys
 from collections import namedtuple
 from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 
-from sim.engine import assemble, bodies, contacts, quadrature, surfaces, tiles
-from sim.engine.compiled import OPTIONS, cache_folder, fingerprint, inner, kernel
-from sim.engine.contacts import S_OVERLAP
+from sim.engine import assemble, bodies, contacts, gathering, quadrature, surfaces, tiles
+from sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
+from sim.engine.gathering import S_OVERLAP
 from sim.engine.parallel import barrier, take
 from sim.laws import hertz_mindlin
 from sim.laws.law import Chosen, Law
@@ -154,11 +153,11 @@ def add_walls(wall_push, wall_load, dt, impulse):
 @njit(**OPTIONS)
 def add_ledger(sums, dt, ledger):
     for b in range(len(sums)):
-        ledger[0] += dt * sums[b, contacts.S_DAMPED]
-        ledger[1] += dt * sums[b, contacts.S_SLIPPED]
-        ledger[2] += dt * sums[b, contacts.S_ROLLED]
-        ledger[3] += dt * sums[b, contacts.S_EXTRA]
-        ledger[4] += dt * sums[b, contacts.S_WALLS]
+        ledger[0] += dt * sums[b, gathering.S_DAMPED]
+        ledger[1] += dt * sums[b, gathering.S_SLIPPED]
+        ledger[2] += dt * sums[b, gathering.S_ROLLED]
+        ledger[3] += dt * sums[b, gathering.S_EXTRA]
+        ledger[4] += dt * sums[b, gathering.S_WALLS]
 
 
 LEDGER = False
@@ -170,21 +169,22 @@ place_walls = surfaces.place_walls
 
 def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     """The compiled parts of `advance`: contacts with the chosen laws in them."""
-    force_laws = {n: inner(getattr(hertz_mindlin, n)) for n in ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")}
-    plain = ("gather_side", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
-    parts = {n: inner(getattr(contacts, n)) for n in (*plain, "_each_feature_once", "_forget_or_hand_over")}
     remembered = {n: bound.get(n, False) for n in ("HAS_RESTITUTION", "HAS_SPRING")}
-    parts |= {n: inner(getattr(contacts, n), **remembered) for n in ("recall", "keep")}
     of_reach = {"REACH": True, "reach": reach} if reach else {}
-    parts["touching_pairs"] = inner(contacts.touching_pairs, **of_reach)
-    parts["touching_walls"] = inner(contacts.touching_walls, **parts, **of_reach)
-    parts["shares_of_pairs"] = inner(contacts.shares_of_pairs)
-    parts["shares_of_walls"] = inner(contacts.shares_of_walls)
-    parts["add_up"] = inner(contacts.add_up, LEDGER=ledger)
-    parts |= {n: inner(getattr(contacts, n), **parts) for n in ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")}
+    plain = ("gather_side", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
+    parts = {n: inner(getattr(gathering, n)) for n in plain}
+    parts |= {n: inner(getattr(gathering, n), **remembered) for n in ("recall", "keep")}
+    parts["add_up"] = inner(gathering.add_up, LEDGER=ledger)
+    whole = ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")
+    parts |= {n: inner(getattr(gathering, n), **parts) for n in whole}
+    parts |= {n: inner(getattr(contacts, n)) for n in ("_each_feature_once", "_forget_or_hand_over")}
+    parts |= {n: inner(getattr(contacts, n), **parts, **of_reach) for n in ("touching_pairs", "touching_walls")}
+    parts |= {n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")}
+    force_laws = ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")
+    numbers = {n: inner(getattr(hertz_mindlin, n)) for n in force_laws}
+    numbers |= {n: inner(getattr(quadrature, n)) for n in ("edge_weight", "speed_now")}
     parts["pair_geometry"] = inner(tiles.pair_geometry)
-    corrections = {"edge_weight": inner(quadrature.edge_weight), "speed_now": inner(quadrature.speed_now)}
-    parts["laws"] = inner(tiles.laws, LEDGER=ledger, **corrections, **force_laws, **bound)
+    parts["laws"] = inner(tiles.laws, LEDGER=ledger, **numbers, **bound)
     return parts
 
 
@@ -200,8 +200,8 @@ def scratch_for(view: View) -> Scratch:
     rows = tiles.FIXED_ROWS + view.table.shape[1] - tiles.COLUMNS
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
-        np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most), np.zeros((bodies_a_block, 6)),
-        np.full(tiles.LANES, -1),
+        np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most),
+        np.zeros((bodies_a_block, 6)), np.full(tiles.LANES, -1),
     )  # fmt: skip
 
 

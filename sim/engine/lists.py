@@ -1,4 +1,5 @@
-"""Making the neighbour lists of a state anew: seeds outside removed, bodies sorted, pairs found, memory carried over, blocks cut."""
+"""Making the neighbour lists of a state anew: seeds outside removed, bodies sorted, pairs found, memory carried over, blocks
+cut."""
 
 from dataclasses import replace
 from functools import cache
@@ -67,8 +68,8 @@ def relist(tables: Tables, state: State, domain=None) -> State:
     return replace(
         state, pair_i=pair_i, pair_j=pair_j, pair_memory=memory, pair_touch=touch, wall_i=wall_i, wall_p=wall_p,
         wall_memory=wall_memory, wall_touch=wall_touch, block_body=blocks, block_pair=first_pair[blocks],
-        block_wall=np.searchsorted(wall_owner, blocks), block_window=window, sums=np.zeros((len(blocks) - 1, state.sums.shape[1])),
-        totals=np.zeros((len(blocks) - 1, state.totals.shape[1])),
+        block_wall=np.searchsorted(wall_owner, blocks), block_window=window,
+        sums=np.zeros((len(blocks) - 1, state.sums.shape[1])), totals=np.zeros((len(blocks) - 1, state.totals.shape[1])),
     )  # fmt: skip
 
 
@@ -97,8 +98,9 @@ def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
     within = np.arange(ball_start[-1]) - np.repeat(ball_start[:-1], counts)
     balls = np.repeat(state.ball_start[keep], counts) + within
     return replace(
-        state, ids=state.ids[keep], motion=state.motion[keep], turn=state.turn[keep], spin=state.spin[keep], load=state.load[keep],
-        shape_of=state.shape_of[keep], material=state.material[keep], ball=state.ball[balls], ball_id=state.ball_id[balls],
+        state, ids=state.ids[keep], motion=state.motion[keep], turn=state.turn[keep], spin=state.spin[keep],
+        load=state.load[keep], shape_of=state.shape_of[keep], material=state.material[keep], ball=state.ball[balls],
+        ball_id=state.ball_id[balls],
         owner=np.repeat(np.arange(len(keep), dtype=np.uint32), counts), ball_start=ball_start,
     )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Which balls are near which: bodies sorted into cells, half lists of ball pairs with a skin, and the memory carried across.
 
-A list stays good until a ball has moved half the skin. Making a new one also puts the bodies into spatial order (cell by cell, the
-longest side of the bed outermost), which keeps partners near each other in memory: measured 1.8–2.7 × on beds of 20,000.
+A list stays good until a ball has moved half the skin. Making a new one also puts the bodies into spatial order (cell by cell,
+the longest side of the bed outermost), which keeps partners near each other in memory: measured 1.8–2.7 × on beds of 20,000.
 """
 
 import math
@@ -15,7 +15,8 @@ MOST_CELLS_PER_BODY = 4
 
 
 def cells(motion, reach, sides, low):
-    """Cell grid over the bodies: fills sides (3) and low (3), returns the cell size, at least `reach`; axes in their own order."""
+    """Cell grid over the bodies: fills sides (3) and low (3), returns the cell size, at least `reach`; axes in their own
+    order."""
     n = len(motion)
     high = np.empty(3)
     for k in range(3):
@@ -33,7 +34,7 @@ def cells(motion, reach, sides, low):
             break
         size *= 1.25  # a few bodies far apart: wider cells rather than many empty ones
     for k in range(3):
-        sides[k] = int(math.floor((high[k] - low[k]) / size)) + 1
+        sides[k] = math.floor((high[k] - low[k]) / size) + 1
     return size
 
 
@@ -60,7 +61,8 @@ def sort_into_cells(motion, size, sides, low, strides, order, starts):
 
 
 def stencil(axes):
-    """The 13 forward neighbours of a cell, as steps along the axes: those that come later in cell order (axes: outermost first)."""
+    """The 13 forward neighbours of a cell, as steps along the axes: those that come later in cell order (axes: outermost
+    first)."""
     outer, middle, inner = axes[0], axes[1], axes[2]
     forward = np.empty((13, 3), np.int64)
     count = 0
@@ -73,7 +75,9 @@ def stencil(axes):
     return forward
 
 
-def find_pairs(motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, axes, starts, pair_i, pair_j, first_pair):
+def find_pairs(
+    motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, axes, starts, pair_i, pair_j, first_pair
+):
     """All ball pairs of different bodies nearer than the skin, bodies being in cell order; first_pair[n] is where body n's begin.
 
     Returns how many there are; only those that fit are written.
@@ -123,8 +127,8 @@ def find_pairs(motion, shape_of, shape, ball_start, ball, skin, size, sides, low
     return count
 
 
-def find_walls(motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, starts, prim, prim_kind, moving, wall_i,
-               wall_p):  # fmt: skip
+def find_walls(motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, starts, prim, prim_kind, moving,
+               wall_i, wall_p):  # fmt: skip
     """All pairs of a ball and a primitive nearer than the skin, primitive by primitive; returns how many. Planes that move are
     listed with every ball: turning, they sweep any distance."""
     room, count = len(wall_i), 0

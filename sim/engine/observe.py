@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sim.engine import contacts
+from sim.engine import gathering
 from sim.engine.bodies import DIAMETER, MASS, V, W, X
 from sim.engine.kernels import LEDGER_NAMES, T_KINETIC
 from sim.engine.state import State
@@ -58,19 +58,19 @@ def energy(world: World, state: State) -> Energy:
     potential = -float(m[:, MASS] @ (m[:, X : X + 3] @ np.asarray(world.gravity, float)))
     sums = state.sums.sum(axis=0)
     spent = dict(zip(LEDGER_NAMES, (float(v) for v in state.ledger), strict=True))
-    normal, tangential = float(sums[contacts.S_NORMAL]), float(sums[contacts.S_TANGENTIAL])
+    normal, tangential = float(sums[gathering.S_NORMAL]), float(sums[gathering.S_TANGENTIAL])
     spent["friction"] -= tangential
     return Energy(kinetic(state), potential, normal, tangential, **spent)
 
 
 def largest_overlap(state: State) -> float:
     """Largest overlap now, as a part of the smaller ball's radius."""
-    return float(max(state.sums[:, contacts.S_OVERLAP].max(), 0.0))
+    return float(max(state.sums[:, gathering.S_OVERLAP].max(), 0.0))
 
 
 def contact_count(state: State) -> int:
     """Contacts now, ball with ball or with wall, each once."""
-    return int(state.sums[:, contacts.S_CONTACTS].sum())
+    return int(state.sums[:, gathering.S_CONTACTS].sum())
 
 
 def kinetic_per_seed(state: State) -> float:
@@ -80,8 +80,8 @@ def kinetic_per_seed(state: State) -> float:
 
 @dataclass
 class Settled:
-    """True once, over a whole window, no seed has moved by more than `displacement` of its diameter and the kinetic energy a seed is
-    below `kinetic` of m g d at both its ends. Give it to `run` as `until`.
+    """True once, over a whole window, no seed has moved by more than `displacement` of its diameter and the kinetic energy a
+    seed is below `kinetic` of m g d at both its ends. Give it to `run` as `until`.
 
     window_s [s]. A run that is stopped and restarted begins a new window; the state itself does not depend on being looked at.
     """

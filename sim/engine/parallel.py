@@ -1,12 +1,12 @@
 """What several threads need inside one compiled loop: an atomic counter and a barrier.
 
 numba has no atomics for the CPU, so they are written in LLVM's terms here. The loop runs with the GIL released; every thread
-calls `barrier` between the phases of a step. Which thread does which block is left to chance (`take`); what a block computes is not.
+calls `barrier` between the phases of a step. Which thread does which block is left to chance (`take`); what a block computes
+is not.
 """
 
 import ctypes
 
-from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic

@@ -1,4 +1,5 @@
-"""The state of a run: every array that the next step depends on, so that a run can be stopped, stored and continued bit for bit."""
+"""The state of a run: every array that the next step depends on, so that a run can be stopped, stored and continued bit for
+bit."""
 
 from dataclasses import dataclass, fields, replace
 

@@ -9,10 +9,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from sim.engine import bodies, kernels, lists, state as states
+from sim.engine import bodies, kernels, lists
+from sim.engine import state as states
 from sim.engine.compiled import fingerprint, is_kept, kernel
-from sim.engine.contacts import S_OVERLAP, SUMS
 from sim.engine.filling import place
+from sim.engine.gathering import S_OVERLAP, SUMS
 from sim.engine.kernels import DONE, LEDGER_NAMES, RUNAWAY, SQUEEZED, STALE, View
 from sim.engine.lists import relist
 from sim.engine.state import State
@@ -60,21 +61,25 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
     counts = lists.ball_counts(tables, kind)
     ball_start = np.concatenate([[0], np.cumsum(counts)])
     m = int(ball_start[-1])
-    numbers = np.concatenate([np.arange(a, b) for a, b in zip(tables.shape_start[kind], tables.shape_start[kind + 1], strict=True)])
+    numbers = np.concatenate(
+        [np.arange(a, b) for a, b in zip(tables.shape_start[kind], tables.shape_start[kind + 1], strict=True)]
+    )
     ball = np.zeros((m, 4))
     ball[:, 3] = tables.shape_ball[numbers, 3]
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
     state = State(
         step=0, dt=time_step(world), skin=lists.choose_skin(ball[:, 3], len(walls.kind)), ids=np.arange(n), motion=motion, turn=q,
-        spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind], ball=ball,
-        owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32), ball_start=ball_start,
+        spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind],
+        ball=ball, owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32),
+        ball_start=ball_start,
         ref=np.zeros((m, 3)), pair_i=np.zeros(0, np.uint32), pair_j=np.zeros(0, np.uint32), pair_memory=np.zeros((0, columns)),
         pair_touch=np.zeros(0, np.uint8), wall_i=np.zeros(0, np.uint32), wall_p=np.zeros(0, np.uint32),
         wall_memory=np.zeros((0, columns)), wall_touch=np.zeros(0, np.uint8), block_body=np.array([0, n]),
-        block_pair=np.zeros(2, np.int64), block_wall=np.zeros(2, np.int64), block_window=np.zeros(2, np.int64), sums=np.zeros((1, SUMS)),
-        totals=np.zeros((1, 4)), prim=walls.prim.copy(), prim_ref=walls.prim.copy(), twist=np.zeros((len(world.walls), 6)),
-        wall_load=np.zeros((len(world.walls), 3)), wall_push_ns=np.zeros((len(world.walls), 3)), ledger=np.zeros(len(LEDGER_NAMES)),
-        removed=np.zeros(0, np.int64),
+        block_pair=np.zeros(2, np.int64), block_wall=np.zeros(2, np.int64), block_window=np.zeros(2, np.int64),
+        sums=np.zeros((1, SUMS)), totals=np.zeros((1, 4)), prim=walls.prim.copy(), prim_ref=walls.prim.copy(),
+        twist=np.zeros((len(world.walls), 6)),
+        wall_load=np.zeros((len(world.walls), 3)), wall_push_ns=np.zeros((len(world.walls), 3)),
+        ledger=np.zeros(len(LEDGER_NAMES)), removed=np.zeros(0, np.int64),
     )  # fmt: skip
     _starter()(state.motion, state.turn, state.spin, state.shape_of, tables.shape, tables.shape_start, tables.shape_ball,
                state.ball_start, state.ball.ravel(), state.ref.ravel())  # fmt: skip
@@ -121,7 +126,8 @@ def _check_apart(state: State, allowed: float) -> None:
     worst = float(state.sums[:, S_OVERLAP].max())
     if not worst <= allowed:
         raise ValueError(
-            f"seeds: they overlap each other or a wall by up to {100 * worst:.2g} % of a radius at the start; {100 * allowed:.2g} % is allowed"
+            f"seeds: they overlap each other or a wall by up to {100 * worst:.2g} % of a radius at the start; "
+            f"{100 * allowed:.2g} % is allowed"
         )
 
 
@@ -131,10 +137,12 @@ def _view(world: World, tables: Tables, s: State) -> View:
     blocks = len(s.block_body) - 1
     window = np.zeros(6 * int(s.block_window[-1]))
     view = View(
-        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, bodies.traits(tables.shape, s.shape_of), s.shape_of, s.material, s.ball.ravel(), s.owner, s.ref.ravel(), s.ball_start,
+        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, bodies.traits(tables.shape, s.shape_of), s.shape_of,
+        s.material, s.ball.ravel(), s.owner, s.ref.ravel(), s.ball_start,
         tables.shape,
         tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, s.wall_i, s.wall_p, s.wall_memory,
-        s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim, s.prim_ref,
+        s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim,
+        s.prim_ref,
         w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,
         w.move_numbers, np.zeros(1), tables.pairs, len(tables.materials), np.asarray(world.gravity, float), tables.body_numbers,
         world.share_damping and bool(len(s.ball) > len(s.motion)), np.inf if world.pull_at_end else 0.0,
@@ -168,7 +176,8 @@ def run(
     threads: int = 1,
     every_s: float = 0.01,
 ) -> State:
-    """Move on to time `until` [s], or until `until(world, state)` is true (asked every `every_s` of simulated time), or by `steps` steps.
+    """Move on to time `until` [s], or until `until(world, state)` is true (asked every `every_s` of simulated time), or by
+    `steps` steps.
 
     The given state is left as it is. The result does not depend on `threads`, observers, or on stops and restarts on the way.
     Raises `Stopped` when seeds overlap by more than `most_overlap`, or run away.
@@ -232,7 +241,9 @@ def _room(world: World, tables: Tables, state: State, threads: int) -> tuple[Vie
     return view, [kernels.scratch_for(view) for _ in range(min(threads, len(state.block_body) - 1))]
 
 
-def _in_threads(loop, scratch: list[kernels.Scratch], steps: int, state: State, world: World, view: View, status: np.ndarray) -> None:
+def _in_threads(
+    loop, scratch: list[kernels.Scratch], steps: int, state: State, world: World, view: View, status: np.ndarray
+) -> None:
     threads = len(scratch)
     counters = np.zeros(8, np.int64)
     before = (threads, steps, state.step, state.dt, state.skin, world.most_overlap, world.most_speed_m_s, view)
@@ -251,7 +262,8 @@ def _why(world: World, state: State, status: int) -> str:
         worst = 100.0 * float(state.sums[:, S_OVERLAP].max())
         return f"largest overlap {worst:.0f} % of the radius {now}: reduce dt or stiffen (most_overlap = {world.most_overlap:g})"
     speed = math.sqrt(float(np.max(np.nan_to_num(state.totals[:, kernels.T_FASTEST], nan=np.inf))))
-    return f"a seed at {speed:.4g} m/s {now}, above most_speed_m_s = {world.most_speed_m_s:g}: reduce dt, or look for overlapping walls"
+    limit = f"most_speed_m_s = {world.most_speed_m_s:g}"
+    return f"a seed at {speed:.4g} m/s {now}, above {limit}: reduce dt, or look for overlapping walls"
 
 
 save, load = states.save, states.load

@@ -117,8 +117,9 @@ def motion(number, t, numbers):
 
 def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, way):
     """Put every moving wall where it is at time t: rows of `prim` from those of `rest`, and its `twist` (velocity at the world's
-    origin, angular velocity). moves: wall, SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's moves apply one after the other.
-    way[0] becomes the farthest that a point of a wall has moved from `ref`, where it was when the neighbour lists were made."""
+    origin, angular velocity). moves: wall, SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's moves apply
+    one after the other. way[0] becomes the farthest that a point of a wall has moved from `ref`, where it was when the
+    neighbour lists were made."""
     if len(moves) == 0:
         return
     for w in range(len(twist)):

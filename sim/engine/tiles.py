@@ -1,8 +1,8 @@
 """The force laws over a tile of contacts, in vector registers.
 
-Contacts are gathered 32 at a time into rows of one small flat array (row r, lane t at [r * STRIDE + t]), the laws run lane by lane, and
-the results are scattered back in order. With one flat array and constant row offsets the compiler can prove that rows do not
-overlap and turns the lane loop into vector instructions, the laws in it included.
+Contacts are gathered 32 at a time into rows of one small flat array (row r, lane t at [r * STRIDE + t]), the laws run lane by
+lane, and the results are scattered back in order. With one flat array and constant row offsets the compiler can prove that
+rows do not overlap and turns the lane loop into vector instructions, the laws in it included.
 """
 
 import math
@@ -112,7 +112,8 @@ LEDGER = False
 
 
 def laws(P, count, dt, pull):
-    """Force and torques of `count` contacts, from geometry, velocities, material pair and memory; the memory is brought up to date.
+    """Force and torques of `count` contacts, from geometry, velocities, material pair and memory; the memory is brought up to
+    date.
 
     pull: the most by which damping may exceed the elastic force [N], so that a contact pulls at its end: without limit, or 0.
     """

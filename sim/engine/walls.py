@@ -46,8 +46,8 @@ class Plane:
 class Rectangle:
     """Thin rectangle from `corner` along the perpendicular edges `a` and `b`, felt on both sides and at its edges.
 
-    Rectangles know nothing of each other: a ball over the seam of two that lie in one plane is pushed by both. Make such a floor of
-    one rectangle, or of a mesh.
+    Rectangles know nothing of each other: a ball over the seam of two that lie in one plane is pushed by both. Make such a
+    floor of one rectangle, or of a mesh.
     """
 
     name: str
@@ -86,7 +86,8 @@ class Cylinder:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles, felt from both sides: vertices (n, 3) [m] and faces (m, 3). Triangles that share a vertex must share its number."""
+    """Triangles, felt from both sides: vertices (n, 3) [m] and faces (m, 3). Triangles that share a vertex must share its
+    number."""
 
     name: str
     material: Material
@@ -130,7 +131,13 @@ def box(name: str, material: Material, low: Vector, high: Vector, *, lid: bool =
     if not (x1 > x0 and y1 > y0 and z1 > z0):
         raise ValueError(f"box {name!r}: high = {high} must exceed low = {low} along every axis")
     x, y, z = (x1 - x0, 0.0, 0.0), (0.0, y1 - y0, 0.0), (0.0, 0.0, z1 - z0)
-    sides = [("floor", low, x, y), ("left", low, y, z), ("right", (x1, y0, z0), y, z), ("front", low, x, z), ("back", (x0, y1, z0), x, z)]
+    sides = [
+        ("floor", low, x, y),
+        ("left", low, y, z),
+        ("right", (x1, y0, z0), y, z),
+        ("front", low, x, z),
+        ("back", (x0, y1, z0), x, z),
+    ]
     if lid:
         sides.append(("lid", (x0, y0, z1), x, y))
     return tuple(Rectangle(f"{name}-{side}", material, corner, a, b) for side, corner, a, b in sides)

@@ -1,4 +1,5 @@
-"""What there is: seeds, walls, materials and their contacts, laws, gravity. A frozen description; `step.init` makes a state of it."""
+"""What there is: seeds, walls, materials and their contacts, laws, gravity. A frozen description; `step.init` makes a state of
+it."""
 
 import math
 from dataclasses import dataclass
@@ -18,8 +19,8 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Seeds put where they are told: seed k has shapes[shape_of[k]]; positions of centres of mass (n, 3) [m]; orientations (n, 4) unit
-    quaternions (w, x, y, z) from the principal frame; velocities (n, 3) [m/s]; spins (n, 3) [rad/s], world axes."""
+    """Seeds put where they are told: seed k has shapes[shape_of[k]]; positions of centres of mass (n, 3) [m]; orientations (n,
+    4) unit quaternions (w, x, y, z) from the principal frame; velocities (n, 3) [m/s]; spins (n, 3) [rad/s], world axes."""
 
     shapes: tuple
     material: Material
@@ -32,7 +33,8 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class Scattered:
-    """`count` seeds on a shaken grid in the box low … high, lowest layers first, turned at random, each of a shape drawn from `shapes`."""
+    """`count` seeds on a shaken grid in the box low … high, lowest layers first, turned at random, each of a shape drawn from
+    `shapes`."""
 
     shapes: tuple
     material: Material
@@ -55,7 +57,8 @@ class World:
     share_damping: whether balls of one seed on the same wall or seed share the damping (`contacts.shares_of_pairs`). True makes e
     independent of the number of balls that touch; False is EDEM's way, each ball damping with the whole masses.
     ledger: keep account of where the energy goes (`observe.energy`); costs a few per cent.
-    most_overlap: a run stops when an overlap exceeds this part of the smaller ball's radius. most_speed_m_s: or a seed this speed.
+    most_overlap: a run stops when an overlap exceeds this part of the smaller ball's radius. most_speed_m_s: or a seed this
+    speed.
     """
 
     seeds: tuple[Placed | Scattered, ...]
@@ -229,9 +232,5 @@ def time_step(world: World) -> float:
     """The step of a run [s]: as given, or the stated fraction of the shortest Rayleigh time of all balls."""
     if world.time_step_s is not None:
         return world.time_step_s
-    times = [
-        group.material.rayleigh_step_s(float(np.min(seed.radii_m)))
-        for group in world.seeds
-        for seed in group.shapes
-    ]
+    times = [group.material.rayleigh_step_s(float(np.min(seed.radii_m))) for group in world.seeds for seed in group.shapes]
     return world.rayleigh_fraction * min(times)

@@ -53,11 +53,11 @@ def tangential_force(sx, sy, sz, nx, ny, nz, vx, vy, vz, dt, stiffness, mass, da
     """Spring, dashpot and Coulomb's cap across the normal (sources 1, 3).
 
     sx sy sz [m] the tangential displacement so far; n the unit normal; v [m/s] the slip velocity, across n; dt [s]; stiffness
-    S_t = 8 G* √(R* δ) [N/m]; mass m* [kg]; damping γ [-]; limit μ F_n [N] ≥ 0, F_n the Hertz force. The displacement is first turned with the contact
-    (laid across the new normal, its length kept), then grows by v dt; F = −S_t s − γ √(S_t m*) v, and where |F| > limit, F is
-    cut to it and the spring is left holding just that (were it left holding F less the dashpot's part, as some codes do, fast sliding
-    under growing load would brake too little: by 4 % of the impulse in Chung & Ooi's test 6). Returns F (3) on the first body
-    and the new s (3).
+    S_t = 8 G* √(R* δ) [N/m]; mass m* [kg]; damping γ [-]; limit μ F_n [N] ≥ 0, F_n the Hertz force. The displacement is first
+    turned with the contact (laid across the new normal, its length kept), then grows by v dt; F = −S_t s − γ √(S_t m*) v, and
+    where |F| > limit, F is cut to it and the spring is left holding just that (were it left holding F less the dashpot's part,
+    as some codes do, fast sliding under growing load would brake too little: by 4 % of the impulse in Chung & Ooi's test 6).
+    Returns F (3) on the first body and the new s (3).
 
     >>> [round(v, 9) for v in tangential_force(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1e-6, 1e5, 1e-3, 0.0, 1.0)]
     [-0.1, -0.0, -0.0, 1e-06, 0.0, 0.0]

@@ -65,7 +65,9 @@ def test_order_of_the_integrator(e):
     seed, at = ball(3e-3, 1250.0), []
     steps = (400, 800, 1600, 12800)
     for n in steps:
-        world = on_floor(seed, SOFT, e=e, mu=0.0, floor=Q235, positions=[[0, 0, 2.9999e-3]], gravity=(0, 0, -2000.0), time_step_s=2e-3 / n)
+        world = on_floor(
+            seed, SOFT, e=e, mu=0.0, floor=Q235, positions=[[0, 0, 2.9999e-3]], gravity=(0, 0, -2000.0), time_step_s=2e-3 / n
+        )
         at.append(go(world, 2e-3).positions[0, 2])
     errors = np.abs(np.array(at[:-1]) - at[-1])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx([2, 2], abs=0.25)
@@ -80,7 +82,9 @@ def test_a_bed_presses_on_its_floor_with_its_weight():
     sides = [Plane(f"side{k}", slick, p, n) for k, (p, n) in enumerate(
         [((0, 0, 0), (1, 0, 0)), ((0.05, 0, 0), (-1, 0, 0)), ((0, 0, 0), (0, 1, 0)), ((0, 0.05, 0), (0, -1, 0))])]  # fmt: skip
     world = World((Scattered((BEAN,), SOFT, 150, (0, 0, 0), (0.05, 0.05, 0.15)),), (Plane("floor", Q235), *sides), contacts)
-    state = run(world, init(world, np.random.default_rng(1)), observe.Settled(window_s=0.02, displacement=1e-2, kinetic=1e-5), threads=2)
+    state = run(
+        world, init(world, np.random.default_rng(1)), observe.Settled(window_s=0.02, displacement=1e-2, kinetic=1e-5), threads=2
+    )
     assert state.time_s < 2.0
     later = run(world, state, state.time_s + 0.05)  # the mean over a while: single moments still hum by 2e-3
     mean = (later.wall_push_ns - state.wall_push_ns)[0, 2] / (later.time_s - state.time_s)
@@ -93,7 +97,9 @@ def test_a_moving_floors_work_is_in_the_account():
     from sim.laws import LAWS
 
     lift = Slide(LAWS["motion_steady"].use(rate=0.05), (0, 0, 1))
-    world = World((Placed((ball(3e-3, 1250.0),), SOFT, [[0, 0, 3.0001e-3]]),), (Plane("floor", Q235, moves=(lift,)),), CONTACTS, ledger=True)
+    world = World(
+        (Placed((ball(3e-3, 1250.0),), SOFT, [[0, 0, 3.0001e-3]]),), (Plane("floor", Q235, moves=(lift,)),), CONTACTS, ledger=True
+    )
     first, last = init(world, np.random.default_rng(0)), None
     last = run(world, first, 0.2)
     account = observe.energy(world, last)

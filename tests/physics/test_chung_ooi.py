@@ -11,6 +11,7 @@ from sim.engine.step import Every
 from sim.engine.world import Placed, World
 from sim.material import Material
 
+
 # density, shear modulus from E and ν
 def solid(name, young, poisson, density):
     return Material(name, density, young / (2 * (1 + poisson)), poisson)
@@ -33,7 +34,8 @@ def watched(world, height_of, force_of):
 
 
 @pytest.mark.parametrize(
-    ("material", "force", "overlap", "duration"), [(GLASS, 10697.0, 274.11e-6, 40.340e-6), (LIMESTONE, 7108.0, 368.30e-6, 54.201e-6)]
+    ("material", "force", "overlap", "duration"),
+    [(GLASS, 10697.0, 274.11e-6, 40.340e-6), (LIMESTONE, 7108.0, 368.30e-6, 54.201e-6)],
 )
 def test_1_two_spheres(material, force, overlap, duration):
     r, seed = 0.01, ball(0.01, material.density_kg_m3)
@@ -52,13 +54,21 @@ def test_1_two_spheres(material, force, overlap, duration):
 
 @pytest.mark.parametrize("shape", [ball, ball_like_clump])
 @pytest.mark.parametrize(
-    ("material", "force", "overlap", "duration"), [(ALLOY, 11370.0, 49.717e-6, 731.66e-6), (MAGNESIUM, 7233.0, 52.123e-6, 767.07e-6)]
+    ("material", "force", "overlap", "duration"),
+    [(ALLOY, 11370.0, 49.717e-6, 731.66e-6), (MAGNESIUM, 7233.0, 52.123e-6, 767.07e-6)],
 )
 def test_2_sphere_on_a_rigid_wall(shape, material, force, overlap, duration):
     r, seed = 0.1, shape(0.1, material.density_kg_m3)
     low = float((seed.radii_m - seed.centres_m[:, 2]).max())
     world = on_floor(
-        seed, material, e=1.0, mu=0.0, positions=[[0, 0, low + 1e-7]], velocities=[[0, 0, -0.2]], gravity=(0, 0, 0), rayleigh_fraction=STEPS
+        seed,
+        material,
+        e=1.0,
+        mu=0.0,
+        positions=[[0, 0, low + 1e-7]],
+        velocities=[[0, 0, -0.2]],
+        gravity=(0, 0, 0),
+        rayleigh_fraction=STEPS,
     )
     deepest, most, t, _ = watched(world, lambda w, s: low - s.positions[0, 2], lambda w, s: s.load[0, 2])
     # The wall is not quite rigid (G = 1e12 Pa, the most a material may have): E* falls by 3 to 6 %.
@@ -106,7 +116,9 @@ def test_4_oblique_impact_below_gross_sliding():
 
 def test_4_a_clump_like_a_ball_slides_like_one():
     state = oblique(OXIDE, 0.98, 0.092, 60, floor=FLOOR, shape=ball_like_clump)
-    assert state.spins[0, 1] == pytest.approx(355.2, rel=0.02)  # its balls touch up to 0.1° off the middle, its arms differ by 1 %
+    assert state.spins[0, 1] == pytest.approx(
+        355.2, rel=0.02
+    )  # its balls touch up to 0.1° off the middle, its arms differ by 1 %
 
 
 @pytest.mark.parametrize("angle", [5.0, 20.0, 45.0])
@@ -138,7 +150,9 @@ def test_7_two_identical_spheres_with_opposite_spin():
     x = np.array([[-r - 1e-7, 0, 0], [r + 1e-7, 0, 0]])
     v = np.array([[v_n, 0, 0], [-v_n, 0, 0]])
     w = np.array([[0, 0, spin], [0, 0, spin]])
-    world = World((Placed((seed,), ALLOY, x, velocities=v, spins=w),), (), (own(ALLOY, e, mu),), gravity=(0, 0, 0), rayleigh_fraction=STEPS)
+    world = World(
+        (Placed((seed,), ALLOY, x, velocities=v, spins=w),), (), (own(ALLOY, e, mu),), gravity=(0, 0, 0), rayleigh_fraction=STEPS
+    )
     state = go(world, lambda w, s: s.velocities[0, 0] < 0 and s.positions[1, 0] - s.positions[0, 0] > 2 * r, every_s=1e-6)
     assert state.velocities[:, 0] == pytest.approx([-e * v_n, e * v_n], rel=1e-3)
     assert np.abs(state.velocities[:, 1]) == pytest.approx([mu * (1 + e) * v_n] * 2, rel=2e-3)

@@ -33,14 +33,18 @@ def test_restitution_is_what_was_entered(material, speed, e):
     assert rebounds(ball(3e-3, material.density_kg_m3), material, e, speed, 0.05) == pytest.approx(e, rel=5e-3)
 
 
-@pytest.mark.parametrize(("speed", "e", "error"), [(0.1, 0.1, 1.5e-2), (0.1, 0.54, 5e-3), (2.5, 0.54, 5e-3), (2.5, 0.95, 5e-3), (2.5, 0.3, 6e-3)])
+@pytest.mark.parametrize(
+    ("speed", "e", "error"), [(0.1, 0.1, 1.5e-2), (0.1, 0.54, 5e-3), (2.5, 0.54, 5e-3), (2.5, 0.95, 5e-3), (2.5, 0.3, 6e-3)]
+)
 def test_at_a_fifth_of_the_rayleigh_time(speed, e, error):
     """The usual step: ± 0.5 % but for e < 0.3 (e = 0.1: 1.1 % at 0.1 m/s, 3.0 % at 2.5 m/s, where contact lasts a dozen steps).
     Without the corrections of `quadrature` the worst phases at 2.5 m/s were 9, 6, 3 and 0.4 % off for e = .1, .3, .54, .95."""
     assert rebounds(ball(3e-3, 1250.0), SOYBEAN, e, speed, 0.2) == pytest.approx(e, rel=error)
 
 
-@pytest.mark.parametrize(("e", "clipped"), [(0.2, 0.3249), (0.4, 0.4720), (0.5, 0.5503), (0.6, 0.6323), (0.8, 0.8081), (0.9, 0.9020)])
+@pytest.mark.parametrize(
+    ("e", "clipped"), [(0.2, 0.3249), (0.4, 0.4720), (0.5, 0.5503), (0.6, 0.6323), (0.8, 0.8081), (0.9, 0.9020)]
+)
 def test_without_pull_at_the_end_restitution_grows(e, clipped):
     out = rebounds(ball(3e-3, 1250.0), SOYBEAN, e, 1.0, 0.02, pull_at_end=False)
     assert out == pytest.approx(clipped, rel=5e-3)

@@ -29,7 +29,14 @@ def exact(until):
         w, q = y[:3], y[3:]
         dw = np.cross(i * w, w) / i
         a, b, c, d = q
-        dq = 0.5 * np.array([-b * w[0] - c * w[1] - d * w[2], a * w[0] + c * w[2] - d * w[1], a * w[1] - b * w[2] + d * w[0], a * w[2] + b * w[1] - c * w[0]])
+        dq = 0.5 * np.array(
+            [
+                -b * w[0] - c * w[1] - d * w[2],
+                a * w[0] + c * w[2] - d * w[1],
+                a * w[1] - b * w[2] + d * w[0],
+                a * w[2] + b * w[1] - c * w[0],
+            ]
+        )
         return np.concatenate([dw, dq])
 
     return solve_ivp(rates, (0, until), [*SPIN, 1, 0, 0, 0], rtol=1e-12, atol=1e-12, method="DOP853").y[:, -1]
@@ -70,7 +77,13 @@ def test_order_of_the_rotation():
 
 def test_a_sphere_keeps_its_spin_and_turns_by_it():
     sphere = Seed.from_spheres([[0, 0, 0]], [3e-3])
-    world = World((Placed((sphere,), SOYBEAN, np.zeros((1, 3)), spins=SPIN[None]),), (), (own(SOYBEAN),), gravity=(0, 0, 0), time_step_s=1e-5)
+    world = World(
+        (Placed((sphere,), SOYBEAN, np.zeros((1, 3)), spins=SPIN[None]),),
+        (),
+        (own(SOYBEAN),),
+        gravity=(0, 0, 0),
+        time_step_s=1e-5,
+    )
     state = run(world, init(world, np.random.default_rng(0)), 0.1)
     assert state.spins[0] == pytest.approx(SPIN, rel=1e-14)
     truth = Rotation.from_rotvec(SPIN * 0.1)

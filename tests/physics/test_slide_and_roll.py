@@ -70,7 +70,8 @@ def test_sliding_becomes_rolling():
 
 @pytest.mark.parametrize(("slope", "mu_r"), [(15.0, 0.05), (10.0, 0.03)])
 def test_run_out(slope, mu_r):
-    """Pure rolling down S and out on a level floor: μ_r = S sin β / (S cos β + L). Here the floor's part: from the speed at the foot."""
+    """Pure rolling down S and out on a level floor: μ_r = S sin β / (S cos β + L). Here the floor's part: from the speed at
+    the foot."""
     s, b = 0.01, math.radians(slope)
     v = math.sqrt(2 * 5 / 7 * G * s * (math.sin(b) - mu_r * math.cos(b)))
     way = s * math.sin(b) / mu_r - s * math.cos(b)
@@ -80,7 +81,9 @@ def test_run_out(slope, mu_r):
     assert abs(state.velocities[0, 0]) < 1e-4
 
 
-@pytest.mark.parametrize(("mu", "angle"), [(0.2, 5), (0.2, 11), (0.2, 12), (0.34, 18), (0.34, 19.5), (0.5, 26), (0.5, 27), (0.8, 38), (0.8, 39.5)])
+@pytest.mark.parametrize(
+    ("mu", "angle"), [(0.2, 5), (0.2, 11), (0.2, 12), (0.34, 18), (0.34, 19.5), (0.5, 26), (0.5, 27), (0.8, 38), (0.8, 39.5)]
+)
 def test_ramp_grid(mu, angle):
     """A flat clump across the slope stays below atan μ and slides above, at g (sin θ − μ cos θ)."""
     a, t, seed = math.radians(angle), 0.05, flat_clump(R, 1250.0, 5, 0.8)

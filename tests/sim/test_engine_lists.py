@@ -47,7 +47,11 @@ def touching(state) -> set:
 
 def naive(state) -> set:
     """Overlapping ball pairs of different bodies, by looking at all of them."""
-    gap = np.linalg.norm(state.ball[:, None, :3] - state.ball[None, :, :3], axis=2) - state.ball[:, None, 3] - state.ball[None, :, 3]
+    gap = (
+        np.linalg.norm(state.ball[:, None, :3] - state.ball[None, :, :3], axis=2)
+        - state.ball[:, None, 3]
+        - state.ball[None, :, 3]
+    )
     i, j = np.nonzero(np.triu((gap < 0) & (state.owner[:, None] != state.owner[None, :])))
     a, b = state.ball_id[i], state.ball_id[j]
     return set(zip(np.minimum(a, b).tolist(), np.maximum(a, b).tolist(), strict=True))

@@ -31,7 +31,10 @@ def heap():
     gate = Slide(LAWS["motion_steady"].use(rate=0.2, start=0.05), (0, 0, 1))
     floor, *sides = box("box", Q235, (0, 0, 0), (0.07, 0.07, 0.2))
     walls = (floor, replace(sides[0], moves=(gate,)), *sides[1:])
-    groups = (Scattered((BEAN,), SOFT, 300, (0, 0, 0), (0.07, 0.07, 0.1)), Scattered((BALL,), SOFT, 300, (0, 0, 0.1), (0.07, 0.07, 0.2)))
+    groups = (
+        Scattered((BEAN,), SOFT, 300, (0, 0, 0), (0.07, 0.07, 0.1)),
+        Scattered((BALL,), SOFT, 300, (0, 0, 0.1), (0.07, 0.07, 0.2)),
+    )
     world = World(groups, walls, CONTACTS)
     return world, run(world, init(world, RNG(4)), 0.06)
 
@@ -94,7 +97,9 @@ def test_seeds_that_leave_are_removed_and_counted():
 
 
 def test_overlap_watch():
-    world = World((Placed((BALL,), SOYBEAN.softened(1e5), [[0, 0, 0.0031]], velocities=[[0, 0, -3.0]]),), (Plane("floor", Q235),), CONTACTS)
+    world = World(
+        (Placed((BALL,), SOYBEAN.softened(1e5), [[0, 0, 0.0031]], velocities=[[0, 0, -3.0]]),), (Plane("floor", Q235),), CONTACTS
+    )
     with pytest.raises(Stopped, match=r"largest overlap \d+ % of the radius at t = .* reduce dt or stiffen") as stopped:
         run(world, init(world, RNG(0)), 0.1)
     assert stopped.value.state.step > 0
@@ -117,9 +122,18 @@ def test_a_ball_rolls_over_a_tessellated_floor_as_over_a_plane():
     """32 triangles with long and short edges; the same path to a few parts in a thousand."""
     xs, ys = np.linspace(-0.01, 0.1, 9), np.array([-0.02, -0.001, 0.02])
     grid = np.array([[x, y, 0.0] for x in xs for y in ys])
-    faces = [f for i in range(8) for j in range(2) for f in ((3 * i + j, 3 * i + j + 3, 3 * i + j + 1), (3 * i + j + 4, 3 * i + j + 1, 3 * i + j + 3))]
+    faces = [
+        f
+        for i in range(8)
+        for j in range(2)
+        for f in ((3 * i + j, 3 * i + j + 3, 3 * i + j + 1), (3 * i + j + 4, 3 * i + j + 1, 3 * i + j + 3))
+    ]
     ends = []
-    for wall in (Plane("floor", Q235), Mesh("floor", Q235, grid, np.array(faces)), Rectangle("floor", Q235, (-0.01, -0.02, 0), (0.11, 0, 0), (0, 0.04, 0))):
+    for wall in (
+        Plane("floor", Q235),
+        Mesh("floor", Q235, grid, np.array(faces)),
+        Rectangle("floor", Q235, (-0.01, -0.02, 0), (0.11, 0, 0), (0, 0.04, 0)),
+    ):
         placed = Placed((BALL,), SOFT, [[0, 0, 0.003]], velocities=[[0.4, 0, 0]])
         world = World((placed,), (wall,), (Contact(("soybean", "Q235"), 0.5, 0.4, 0.01), SOYBEAN_SOYBEAN))
         ends.append(run(world, init(world, RNG(0)), 0.2))
@@ -154,7 +168,9 @@ def test_a_turning_floor_carries_a_ball_along():
     """A disc's worth of floor turning about z: without slip the contact point moves with it; the ball's centre circles slowly."""
     turn = Turn(LAWS["motion_steady"].use(rate=2.0), (0, 0, 0), (0, 0, 1))
     floor = Rectangle("floor", Q235, (-0.1, -0.1, 0), (0.2, 0, 0), (0, 0.2, 0), moves=(turn,))
-    world = World((Placed((BALL,), SOFT, [[0.03, 0, 0.003]]),), (floor,), (Contact(("soybean", "Q235"), 0.5, 1.0, 0.0), SOYBEAN_SOYBEAN))
+    world = World(
+        (Placed((BALL,), SOFT, [[0.03, 0, 0.003]]),), (floor,), (Contact(("soybean", "Q235"), 0.5, 1.0, 0.0), SOYBEAN_SOYBEAN)
+    )
     state = run(world, init(world, RNG(0)), 0.3)
     x, v, w = state.positions[0], state.velocities[0], state.spins[0]
     at_contact = v + np.cross(w, [0, 0, -0.003])
