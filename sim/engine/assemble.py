@@ -8,7 +8,7 @@ from numba import njit
 
 from sim.engine import tiles
 from sim.engine.compiled import OPTIONS, inner
-from sim.laws.law import CONTACT_KINDS, Chosen, Law
+from sim.laws.law import CONTACT_KINDS, Law
 
 
 def _numbers_from(first: int, count: int, lanes: bool):
@@ -24,21 +24,20 @@ def _numbers_from(first: int, count: int, lanes: bool):
     return njit(**OPTIONS)(lambda P, t: (*before(P, t), P[t, column]))
 
 
-def extra_columns(chosen: tuple[Chosen, ...]) -> list[tuple[Chosen, int]]:
-    """Contact laws and the extra column where each one's numbers start: first whether it is on for the pair, then its
-    parameters."""
+def extra_columns(laws: tuple[Law, ...]) -> list[tuple[Law, int]]:
+    """Contact laws and the extra column where each one's numbers start: whether it is on for the pair, then its parameters."""
     placed, column = [], 0
-    for law in chosen:
-        if law.law.kind in CONTACT_KINDS:
+    for law in laws:
+        if law.kind in CONTACT_KINDS:
             placed.append((law, column))
-            column += 1 + len(law.numbers)
+            column += 1 + len(law.parameters)
     return placed
 
 
-def _one(function, on, numbers, fixed: int, neutral):
-    """A chosen law as the tile loop calls it: fixed arguments, then P and t; `neutral` where it is off for the pair of
-    materials."""
-    f, is_on, take_numbers = inner(function), _numbers_from(on, 1, True), _numbers_from(on + 1, numbers, True)
+def _one(law: Law, on: int, fixed: int, neutral):
+    """A law as the tile loop calls it: fixed arguments, then P and t; `neutral` where it is off for the pair of materials."""
+    f, is_on = inner(law.function), _numbers_from(on, 1, True)
+    take_numbers = _numbers_from(on + 1, len(law.parameters), True)
     if fixed == 2:
 
         def call(a, b, P, t):
@@ -53,6 +52,27 @@ def _one(function, on, numbers, fixed: int, neutral):
             if is_on(P, t)[0] > 0.5:
                 return f(mx, my, mz, ax, ay, az, dt, k, fn, r, i, mu, *take_numbers(P, t))
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+    return njit(**OPTIONS)(call)
+
+
+def _normal(law: Law, on: int, fixed: int, neutral):
+    """A normal law acts on overlapping surfaces, and on separated ones only within its own reach, whatever another law's is."""
+    f, is_on = inner(law.function), _numbers_from(on, 1, True)
+    take_numbers = _numbers_from(on + 1, len(law.parameters), True)
+    reach = njit(**OPTIONS)(law.reach) if law.reach else None
+    if reach is None:
+
+        def call(overlap, closing, radius, modulus, P, t):
+            if is_on(P, t)[0] > 0.5 and overlap >= 0.0:
+                return f(overlap, closing, radius, modulus, *take_numbers(P, t))
+            return 0.0
+    else:
+
+        def call(overlap, closing, radius, modulus, P, t):
+            if is_on(P, t)[0] > 0.5 and -overlap <= reach(radius, modulus, *take_numbers(P, t)):
+                return f(overlap, closing, radius, modulus, *take_numbers(P, t))
+            return 0.0
 
     return njit(**OPTIONS)(call)
 
@@ -73,7 +93,7 @@ def _sum(first, second):
     return njit(**OPTIONS)(call)
 
 
-def contact_laws(placed: list[tuple[Chosen, int]]) -> dict:
+def contact_laws(placed: list[tuple[Law, int]]) -> dict:
     """What `tiles.laws` is bound to: the chosen laws of each kind as one function."""
     second_of_two = njit(**OPTIONS)(lambda a, b: b)
     names = {
@@ -86,7 +106,8 @@ def contact_laws(placed: list[tuple[Chosen, int]]) -> dict:
     }
     bound: dict = {}
     for kind, (flag, fixed, combine) in names.items():
-        calls = [_one(c.law.function, at, len(c.numbers), fixed, second_of_two) for c, at in placed if c.law.kind == kind]
+        make = _normal if kind == "normal" else _one
+        calls = [make(law, at, fixed, second_of_two) for law, at in placed if law.kind == kind]
         if not calls:
             continue
         if len(calls) > 1 and combine is None:
@@ -99,15 +120,14 @@ def contact_laws(placed: list[tuple[Chosen, int]]) -> dict:
     return bound
 
 
-def reach(placed: list[tuple[Chosen, int]]):
+def reach(placed: list[tuple[Law, int]]):
     """The farthest reach of all laws that have one, or None."""
     whole = None
-    for chosen, at in placed:
-        if chosen.law.reach is None:
+    for law, at in placed:
+        if law.reach is None:
             continue
-        f, is_on = inner(chosen.law.reach), _numbers_from(at, 1, False)
-        numbers = _numbers_from(at + 1, len(chosen.numbers), False)
-
+        f, is_on = inner(law.reach), _numbers_from(at, 1, False)
+        numbers = _numbers_from(at + 1, len(law.parameters), False)
         whole = _farther(f, is_on, numbers, whole)
     return whole
 
@@ -126,12 +146,12 @@ def _farther(f, is_on, numbers, before):
     return njit(**OPTIONS)(call)
 
 
-def body_laws(chosen: tuple[Chosen, ...]):
+def body_laws(laws: tuple[Law, ...]):
     """The sum of the chosen body laws as one function, or None; their numbers come one law after the other in a flat array."""
     whole, first = None, 0
-    for c in chosen:
-        whole = _with_body(inner(c.law.function), _array_numbers(first, len(c.numbers)), whole)
-        first += len(c.numbers)
+    for law in laws:
+        whole = _with_body(inner(law.function), _array_numbers(first, len(law.parameters)), whole)
+        first += len(law.parameters)
     return whole
 
 

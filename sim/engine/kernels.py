@@ -206,14 +206,14 @@ def scratch_for(view: View) -> Scratch:
 
 
 @lru_cache(maxsize=32)
-def build(laws: tuple[Chosen, ...], motion_laws: tuple[Law, ...], *, ledger: bool) -> tuple[Callable, str]:
+def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) -> tuple[Callable, str]:
     """`advance` for these laws and wall motions; only which laws there are counts, their numbers are read from tables.
     Also its mark, by which it is kept on disk."""
     contact = assemble.extra_columns(laws)
     bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
-    body, motion = assemble.body_laws(tuple(c for c in laws if c.law.kind == "body")), assemble.motions(motion_laws)
-    used = [c.law.function for c in laws] + [law.function for law in motion_laws] + [c.law.reach for c in laws if c.law.reach]
-    mark = fingerprint(*used, [c.law.kind for c in laws], ledger)
+    body, motion = assemble.body_laws(tuple(law for law in laws if law.kind == "body")), assemble.motions(motion_laws)
+    used = [law.function for law in (*laws, *motion_laws)] + [law.reach for law in laws if law.reach]
+    mark = fingerprint(*used, [(law.kind, len(law.parameters)) for law in laws], ledger)
     of_body = {"HAS_BODY": True, "body_law": body} if body else {}
     loop = kernel(
         advance,

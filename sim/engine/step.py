@@ -19,7 +19,7 @@ from sim.engine.lists import relist
 from sim.engine.state import State
 from sim.engine.world import Tables, World, tabulate_world, time_step
 
-MOST_STEPS_A_CALL = 20_000  # so that Ctrl-C and observers get their turn
+BALL_STEPS_A_CALL = 2_000_000  # a quarter of a second or so, after which Ctrl-C gets its turn
 
 
 class Stopped(RuntimeError):
@@ -151,7 +151,7 @@ def _view(world: World, tables: Tables, s: State) -> View:
 
 
 def _kernel_of(world: World, tables: Tables):
-    run, mark = kernels.build(world.active_laws, tables.walls.motion_laws, ledger=world.ledger)
+    run, mark = kernels.build(tuple(c.law for c in world.active_laws), tables.walls.motion_laws, ledger=world.ledger)
     if mark not in _ANNOUNCED and not is_kept("advance", mark):
         print("benchtwin: compiling the step loop for this set of laws (once; about 20 s) …", file=sys.stderr, flush=True)
     _ANNOUNCED.add(mark)
@@ -223,9 +223,9 @@ def _advance(world: World, state: State, steps: int, threads: int) -> State:
     tables = tables_of(world)
     loop = _kernel_of(world, tables)
     view, scratch = _room(world, tables, state, threads)
-    status = np.array([DONE, 0, 0])
+    status, most = np.array([DONE, 0, 0]), 1 + BALL_STEPS_A_CALL // len(state.ball)
     while steps > 0:
-        _in_threads(loop, scratch, min(steps, MOST_STEPS_A_CALL), state, world, view, status)
+        _in_threads(loop, scratch, min(steps, most), state, world, view, status)
         steps -= int(status[1])
         state = replace(state, step=state.step + int(status[1]))
         if status[0] in (SQUEEZED, RUNAWAY):

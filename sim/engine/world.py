@@ -165,7 +165,8 @@ def contact_between(world: World, a: str, b: str) -> Contact:
 
 def _pair_table(world: World, names: tuple[str, ...]) -> np.ndarray:
     laws = [c for c in world.active_laws if c.law.kind in CONTACT_KINDS]
-    placed = assemble.extra_columns(tuple(laws))
+    columns = [column for _, column in assemble.extra_columns(tuple(c.law for c in laws))]
+    placed = list(zip(laws, columns, strict=True))
     width = COLUMNS + sum(1 + len(c.numbers) for c in laws)
     table = np.zeros((len(names) ** 2, width))
     seeds = {group.material.name for group in world.seeds}
