@@ -1,0 +1,90 @@
+"""Compiling the engine's kernels for one set of laws, and keeping the machine code where the user can write.
+
+A kernel is a template: an ordinary function whose module names (`friction`, `rolling`, …) stand for laws. `specialise` gives a
+copy its own laws and compiles it. Its name carries a fingerprint of every source that goes into it, so that numba's cache on
+disk never hands out code made from an older law: numba itself looks only at the file of the outermost function.
+"""
+
+import hashlib
+import inspect
+import os
+import tempfile
+import types
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numba
+
+# No fastmath: a force must not depend on how a loop was cut into vectors. error_model numpy drops the division checks, which keep
+# loops from becoming vectors. Without _nrt numba counts references to every array that it slices or hands on, by locked
+# instructions: 90 % of a one-seed run was spent on that. The price is that a kernel cannot allocate: scratch is handed in.
+OPTIONS = {"error_model": "numpy", "nogil": True, "boundscheck": False, "_nrt": False}
+ALLOCATING = {**OPTIONS, "_nrt": True}
+
+
+@cache
+def cache_folder() -> Path:
+    """Where compiled kernels are kept: $NUMBA_CACHE_DIR, else the user's cache folder, else a folder of the user's in /tmp."""
+    asked = os.environ.get("NUMBA_CACHE_DIR")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    user = getattr(os, "getuid", lambda: "user")()
+    choices = [Path(asked)] if asked else []
+    choices += [home / "benchtwin" / "kernels", Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"]
+    for folder in choices:
+        try:
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError:
+            continue
+    raise RuntimeError(
+        f"no folder to keep compiled kernels in: cannot write to {', '.join(map(str, choices))}; set NUMBA_CACHE_DIR"
+    )
+
+
+@cache
+def fingerprint_of_sources() -> str:
+    """Of every file of the engine, of the contact law that is always there, and of numba's version."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    here = Path(__file__).parent
+    for file in (*sorted(here.glob("*.py")), here.parent / "laws" / "hertz_mindlin.py"):
+        digest.update(file.name.encode() + file.read_bytes())
+    return digest.hexdigest()
+
+
+def fingerprint(*parts: object) -> str:
+    """Short hash of what a specialised kernel is made from; a function counts with its source and its name."""
+    digest = hashlib.sha256(fingerprint_of_sources().encode())
+    for part in parts:
+        digest.update((inspect.getsource(part) if callable(part) else repr(part)).encode() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def bind(template: Callable, **names: object) -> Callable:
+    """A copy of `template` that sees `names` in place of its module's own, uncompiled."""
+    made = types.FunctionType(template.__code__, {**template.__globals__, **names}, template.__name__, template.__defaults__)
+    made.__module__ = template.__module__
+    return made
+
+
+def inner(template: Callable, **names: object) -> Callable:
+    """`template` with `names` bound, compiled as a part of a kernel (kept on disk only inside that kernel)."""
+    return numba.njit(forceinline=True, **OPTIONS)(bind(template, **names))
+
+
+def kernel(template: Callable, mark: str, options: dict = OPTIONS, **names: object) -> Callable:
+    """`template` with `names` bound, compiled and kept on disk under its name and `mark` (see `fingerprint`)."""
+    made = bind(template, **names)
+    made.__qualname__ = f"{template.__name__}_{mark}"
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(cache_folder())  # read once, while the dispatcher is made
+    try:
+        return numba.njit(cache=True, **options)(made)
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def is_kept(name: str, mark: str) -> bool:
+    """Whether a kernel of that template and mark has been compiled and kept before."""
+    return any(cache_folder().rglob(f"*{name}_{mark}*.nbi"))

@@ -1,0 +1,238 @@
+"""All contacts of one block of bodies: find which listed pairs touch, gather them into tiles, apply the laws, add up the forces.
+
+Blocks are fixed runs of bodies in spatial order, their number set by the number of bodies alone. A block adds into its own
+window of forces (its bodies and the partners ahead of it in order); `gather_forces` adds the windows body by body in block
+order. So the order of every sum is fixed, however many threads share the blocks.
+"""
+
+import math
+
+from numba import njit
+
+from sim.engine import gathering, tiles
+from sim.engine.compiled import OPTIONS
+from sim.engine.gathering import S_CONTACTS
+from sim.engine.surfaces import nearest, shares_feature
+from sim.engine.tiles import LANES
+
+REACH = False
+
+
+def reach(radius, modulus, row, table):
+    """How far apart a pair that has touched still acts [m]; `kernels.build` binds the chosen laws' in its place."""
+    return 0.0
+
+
+def touching_pairs(first, last, ball, owner, material, materials, table, pair_i, pair_j, memory, touch, active):
+    """Listed ball pairs first … last−1 that touch (or still act), into `active`; forgets those that have parted. Returns how
+    many.
+
+    `ball` is flat, four numbers a ball.
+    """
+    count = 0
+    for k in range(first, last):
+        i, j = pair_i[k] * 4, pair_j[k] * 4
+        dx = ball[i] - ball[j]
+        dy = ball[i + 1] - ball[j + 1]
+        dz = ball[i + 2] - ball[j + 2]
+        both = ball[i + 3] + ball[j + 3]
+        gap2 = dx * dx + dy * dy + dz * dz
+        hit = gap2 < both * both
+        if REACH and not hit and touch[k]:
+            row = material[owner[pair_i[k]]] * materials + material[owner[pair_j[k]]]
+            both += reach(ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table)
+            hit = gap2 < both * both
+        active[count] = k
+        count += hit
+        if touch[k] > hit:
+            touch[k] = 0
+            memory[k, :] = 0.0
+    return count
+
+
+def touching_walls(first, last, ball, owner, material, materials, table, wall_i, wall_p, memory, touch, prim, prim_kind,
+                   prim_wall, wall_material, corners, active, meet):  # fmt: skip
+    """Listed ball–primitive pairs first … last−1 that touch, into `active`, with normal and overlap in `meet`. Returns how many.
+
+    A ball near an edge that several triangles of one wall share meets it once: of all primitives that share the nearest feature
+    the nearest counts, the first listed among equals. A contact that a ball takes over from a neighbouring triangle of the same
+    wall keeps its memory, so that a ball rolls over a tessellated plane as over a plane.
+    """
+    count = 0
+    k = first
+    while k < last:
+        end = k + 1
+        while end < last and wall_i[end] == wall_i[k] and prim_wall[wall_p[end]] == prim_wall[wall_p[k]]:
+            end += 1
+        start = count
+        i = wall_i[k]
+        x, y, z, r = ball[4 * i], ball[4 * i + 1], ball[4 * i + 2], ball[4 * i + 3]
+        for c in range(k, end):
+            p = wall_p[c]
+            nx, ny, nz, distance, feature = nearest(prim_kind[p], prim[p], x, y, z)
+            limit = r
+            if REACH and touch[c]:
+                row = material[owner[i]] * materials + wall_material[prim_wall[p]]
+                limit += reach(r, table[row, 0], row, table)
+            if distance < limit:
+                active[count] = c
+                meet[count, 0], meet[count, 1], meet[count, 2], meet[count, 3] = nx, ny, nz, r - distance
+                meet[count, 4] = feature
+                count += 1
+        if count - start > 1:
+            count = _each_feature_once(start, count, active, meet, wall_p, corners)
+        _forget_or_hand_over(k, end, start, count, active, memory, touch)
+        k = end
+    return count
+
+
+@njit(**OPTIONS)
+def copy(into, row):
+    for k in range(len(row)):
+        into[k] = row[k]
+
+
+def _each_feature_once(start, count, active, meet, wall_p, corners):
+    kept = start
+    for a in range(start, count):
+        feature = int(meet[a, 4])
+        good = True
+        if feature > 0:
+            for b in range(start, count):
+                if b != a and shares_feature(corners[wall_p[active[a]]], feature, corners[wall_p[active[b]]]):
+                    slack = 1e-9 * abs(meet[a, 3])
+                    deeper = meet[b, 3] > meet[a, 3] + slack
+                    equal = abs(meet[b, 3] - meet[a, 3]) <= slack
+                    if deeper or (equal and b < a):
+                        good = False
+        meet[a, 5] = 1.0 if good else 0.0
+    for a in range(start, count):
+        if meet[a, 5] > 0.0:
+            active[kept] = active[a]
+            copy(meet[kept], meet[a])
+            kept += 1
+    return kept
+
+
+def _forget_or_hand_over(k, end, start, count, active, memory, touch):
+    at = start
+    for c in range(k, end):
+        if at < count and active[at] == c:
+            at += 1
+        elif touch[c]:
+            for a in range(start, count):
+                if not touch[active[a]]:
+                    touch[active[a]] = 1
+                    copy(memory[active[a]], memory[c])
+                    break
+            touch[c] = 0
+            memory[c, :] = 0.0
+
+
+def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
+    """Each contact's share of the damping where several balls of one seed touch the same other seed.
+
+    Springs side by side add up, S = Σ S_k, but dashpots γ √(S_k m) would add up to more than γ √(S m), and a seed that lands on k
+    balls would rebound less. With m_k = m S_k / S they sum to exactly that: restitution then does not depend on the number of
+    balls. S_k ∝ √(R* δ), one material pair.
+    """
+    a = 0
+    while a < count:
+        i, j = pair_i[active[a]], pair_j[active[a]]
+        end = a + 1
+        while end < count and owner[pair_i[active[end]]] == owner[i] and owner[pair_j[active[end]]] == owner[j]:
+            end += 1
+        if end == a + 1:
+            share[a:end] = 1.0
+        else:
+            total = 0.0
+            for c in range(a, end):
+                i, j = 4 * pair_i[active[c]], 4 * pair_j[active[c]]
+                dx, dy, dz = ball[i] - ball[j], ball[i + 1] - ball[j + 1], ball[i + 2] - ball[j + 2]
+                overlap = ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
+                share[c] = math.sqrt(max(overlap, 0.0) * ball[i + 3] * ball[j + 3] / (ball[i + 3] + ball[j + 3]))
+                total += share[c]
+            for c in range(a, end):
+                share[c] /= max(total, 1e-300)
+        a = end
+
+
+def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall, share):
+    """The same for several balls of one seed on the same wall."""
+    a = 0
+    while a < count:
+        body, wall = owner[wall_i[active[a]]], prim_wall[wall_p[active[a]]]
+        end = a + 1
+        while end < count and owner[wall_i[active[end]]] == body and prim_wall[wall_p[active[end]]] == wall:
+            end += 1
+        if end == a + 1:
+            share[a:end] = 1.0
+        else:
+            total = 0.0
+            for c in range(a, end):
+                share[c] = math.sqrt(max(meet[c, 3], 0.0) * ball[4 * wall_i[active[c]] + 3])
+                total += share[c]
+            for c in range(a, end):
+                share[c] /= max(total, 1e-300)
+        a = end
+
+
+def block_forces(b, dt, s, P, active, meet, share, rows):
+    """Forces of all contacts of block b, into its window; `s` is the kernel's view of the state (`kernels.View`)."""
+    base = s.block_window[b] - s.block_body[b]
+    s.window[s.block_window[b] * 6 : s.block_window[b + 1] * 6] = 0.0
+    s.wall_push[b, :, :] = 0.0
+    sums = s.sums[b]
+    sums[:] = 0.0
+    first, last = s.block_pair[b], s.block_pair[b + 1]
+    pairs = touching_pairs(
+        first, last, s.ball, s.owner, s.material, s.materials, s.table, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, active
+    )
+    if s.shared:
+        shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
+    first, last = s.block_wall[b], s.block_wall[b + 1]
+    walls = touching_walls(
+        first, last, s.ball, s.owner, s.material, s.materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
+        s.prim_kind, s.prim_wall, s.wall_material, s.corners, active[pairs:], meet,
+    )  # fmt: skip
+    if s.shared:
+        shares_of_walls(walls, active[pairs:], meet, s.ball, s.owner, s.wall_i, s.wall_p, s.prim_wall, share[pairs:])
+    sums[S_CONTACTS] = pairs + walls
+
+    tiles_of_pairs = (pairs + LANES - 1) // LANES
+    tiles_of_walls = (walls + LANES - 1) // LANES
+    for tile in range(tiles_of_pairs + tiles_of_walls):
+        if tile < tiles_of_pairs:
+            at = tile * LANES
+            count = min(LANES, pairs - at)
+            gather_pairs(P, s, active[at : at + count], share[at : at + count], rows)
+            pair_geometry(P, (count + 7) // 8 * 8)
+        else:
+            at = pairs + (tile - tiles_of_pairs) * LANES
+            count = min(LANES, pairs + walls - at)
+            gather_walls(P, s, active[at : at + count], share[at : at + count], meet[at - pairs :], rows)
+        laws(P, (count + 7) // 8 * 8, dt, s.pull)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        if tile < tiles_of_pairs:
+            scatter_pairs(P, s, active[at : at + count], base, sums)
+        else:
+            scatter_walls(P, s, active[at : at + count], base, s.wall_push[b], sums)
+
+
+pair_geometry = tiles.pair_geometry
+laws = tiles.laws
+gather_pairs, gather_walls = gathering.gather_pairs, gathering.gather_walls
+scatter_pairs, scatter_walls = gathering.scatter_pairs, gathering.scatter_walls
+
+
+def gather_forces(c, block_body, block_window, window, fresh):
+    """Contact forces on the bodies of block c: the windows of all blocks that reach them, added in block order, into `fresh`."""
+    first, last = block_body[c], block_body[c + 1]
+    for n in range(first, last):
+        for k in range(6):
+            fresh[n - first, k] = 0.0
+    for b in range(c + 1):
+        shift = block_window[b] - block_body[b]
+        end = min(last, block_body[b] + block_window[b + 1] - block_window[b])
+        for n in range(first, end):
+            for k in range(6):
+                fresh[n - first, k] += window[6 * (shift + n) + k]

@@ -1,0 +1,176 @@
+"""Between the arrays of a state and a tile: contacts' bodies, parameters and memory in, forces, torques and memory out."""
+
+from sim.engine import tiles
+from sim.engine.bodies import MASS, V, W, X
+from sim.engine.tiles import LANES, STRIDE
+
+LAST_LANE = LANES - 1  # "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check of every index
+WALL_MASS = 1e300  # so that m_i m_j / (m_i + m_j) is the seed's own mass
+# Columns of a block's sums.
+S_OVERLAP, S_NORMAL, S_TANGENTIAL, S_DAMPED, S_SLIPPED, S_ROLLED, S_EXTRA, S_WALLS, S_CONTACTS = range(9)
+SUMS = 9
+LEDGER = False
+HAS_RESTITUTION = False
+HAS_SPRING = False
+
+
+def gather_side(P, t, at, ball, i, motion, a):
+    """Ball i, centre, velocity, spin and mass of body a into tile rows that start at `at` = (ball, centre, velocity).
+
+    ball and motion are flat, 4 and 10 numbers a row: constant strides spare a multiplication for each number.
+    """
+    b, c, v = at
+    i *= 4
+    P[b + t] = ball[i]
+    P[b + STRIDE + t] = ball[i + 1]
+    P[b + 2 * STRIDE + t] = ball[i + 2]
+    P[b + 3 * STRIDE + t] = ball[i + 3]
+    a *= 10
+    P[c + t] = motion[a + X]
+    P[c + STRIDE + t] = motion[a + X + 1]
+    P[c + 2 * STRIDE + t] = motion[a + X + 2]
+    P[v + t] = motion[a + V]
+    P[v + STRIDE + t] = motion[a + V + 1]
+    P[v + 2 * STRIDE + t] = motion[a + V + 2]
+    P[v + 3 * STRIDE + t] = motion[a + W]
+    P[v + 4 * STRIDE + t] = motion[a + W + 1]
+    P[v + 5 * STRIDE + t] = motion[a + W + 2]
+    P[v + 6 * STRIDE + t] = motion[a + MASS]
+
+
+def gather_numbers(P, t, row, rows, table):
+    """The material pair's numbers and the chosen laws' parameters, unless lane t still holds those of the same pair."""
+    if rows[t] == row:
+        return
+    rows[t] = row
+    for c in range(tiles.COLUMNS):
+        P[tiles.MODULUS + c * STRIDE + t] = table[row, c]
+    for c in range(tiles.COLUMNS, table.shape[1]):
+        P[tiles.EXTRA + (c - tiles.COLUMNS) * STRIDE + t] = table[row, c]
+
+
+def recall(P, t, memory, fresh):
+    """What the contact remembers; a new one's impact speed is asked for by −1."""
+    for c in range(3):
+        P[tiles.MEMORY + c * STRIDE + t] = memory[c]
+    if HAS_RESTITUTION:
+        P[tiles.MEMORY + 3 * STRIDE + t] = -1.0 if fresh else memory[3]
+    if HAS_SPRING:
+        for c in range(4, 7):
+            P[tiles.MEMORY + c * STRIDE + t] = memory[c]
+
+
+def gather_wall(P, t, meet, twist):
+    """A ball on a wall: geometry, and the wall as the other body, its "centre" at the contact, with the velocity it has there.
+
+    The contact lies in the middle of the overlap; the spin of a turning wall enters as its own (it rolls under the ball).
+    """
+    nx, ny, nz, overlap = meet[0], meet[1], meet[2], meet[3]
+    radius = P[tiles.BIR + t]
+    to_i = radius - 0.5 * overlap
+    cx, cy, cz = P[tiles.BIX + t] - nx * to_i, P[tiles.BIY + t] - ny * to_i, P[tiles.BIZ + t] - nz * to_i
+    P[tiles.NX + t], P[tiles.NY + t], P[tiles.NZ + t] = nx, ny, nz
+    P[tiles.OVERLAP + t] = overlap
+    P[tiles.RADIUS + t] = radius
+    P[tiles.SQUEEZE + t] = overlap / radius
+    P[tiles.AIX + t] = cx - P[tiles.CIX + t]
+    P[tiles.AIY + t] = cy - P[tiles.CIY + t]
+    P[tiles.AIZ + t] = cz - P[tiles.CIZ + t]
+    P[tiles.AJX + t], P[tiles.AJY + t], P[tiles.AJZ + t] = 0.0, 0.0, 0.0
+    P[tiles.VJX + t] = twist[0] + twist[4] * cz - twist[5] * cy
+    P[tiles.VJY + t] = twist[1] + twist[5] * cx - twist[3] * cz
+    P[tiles.VJZ + t] = twist[2] + twist[3] * cy - twist[4] * cx
+    P[tiles.WJX + t], P[tiles.WJY + t], P[tiles.WJZ + t] = twist[3], twist[4], twist[5]
+    P[tiles.MJ + t] = WALL_MASS
+    P[tiles.BJR + t] = 1.0
+
+
+def keep(P, t, memory):
+    """Back from the tile: see `recall`."""
+    for c in range(3):
+        memory[c] = P[tiles.MEMORY + c * STRIDE + t]
+    if HAS_RESTITUTION:
+        memory[3] = P[tiles.MEMORY + 3 * STRIDE + t]
+    if HAS_SPRING:
+        for c in range(4, 7):
+            memory[c] = P[tiles.MEMORY + c * STRIDE + t]
+
+
+def push(P, t, window, row):
+    """Force and torque on side i."""
+    for c in range(6):
+        window[row + c] += P[tiles.FX + c * STRIDE + t]
+
+
+def push_back(P, t, window, row):
+    """The opposite force and its own torque on side j."""
+    for c in range(3):
+        window[row + c] -= P[tiles.FX + c * STRIDE + t]
+        window[row + 3 + c] += P[tiles.TJX + c * STRIDE + t]
+
+
+def push_wall(P, t, load):
+    for c in range(3):
+        load[c] -= P[tiles.FX + c * STRIDE + t]
+
+
+def gather_pairs(P, s, active, share, rows):
+    for n in range(len(active)):
+        t = n & LAST_LANE
+        k = active[t]
+        i, j = s.pair_i[k], s.pair_j[k]
+        a, c = s.owner[i], s.owner[j]
+        gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball, i, s.motion, a)
+        gather_side(P, t, (tiles.BJX, tiles.CJX, tiles.VJX), s.ball, j, s.motion, c)
+        P[tiles.SHARE + t] = share[t] if s.shared else 1.0
+        gather_numbers(P, t, s.material[a] * s.materials + s.material[c], rows, s.table)
+        recall(P, t, s.pair_memory[k], s.pair_touch[k] == 0)
+
+
+def gather_walls(P, s, active, share, meet, rows):
+    for n in range(len(active)):
+        t = n & LAST_LANE
+        k = active[t]
+        i, p = s.wall_i[k], s.wall_p[k]
+        a, w = s.owner[i], s.prim_wall[p]
+        gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball, i, s.motion, a)
+        gather_wall(P, t, meet[t], s.twist[w])
+        P[tiles.SHARE + t] = share[t] if s.shared else 1.0
+        gather_numbers(P, t, s.material[a] * s.materials + s.wall_material[w], rows, s.table)
+        recall(P, t, s.wall_memory[k], s.wall_touch[k] == 0)
+
+
+def scatter_pairs(P, s, active, base, sums):
+    for n in range(len(active)):
+        t = n & LAST_LANE
+        k = active[t]
+        push(P, t, s.window, (base + s.owner[s.pair_i[k]]) * 6)
+        push_back(P, t, s.window, (base + s.owner[s.pair_j[k]]) * 6)
+        keep(P, t, s.pair_memory[k])
+        s.pair_touch[k] = 1
+        add_up(P, t, sums, False)
+
+
+def scatter_walls(P, s, active, base, wall_push, sums):
+    for n in range(len(active)):
+        t = n & LAST_LANE
+        k = active[t]
+        push(P, t, s.window, (base + s.owner[s.wall_i[k]]) * 6)
+        push_wall(P, t, wall_push[s.prim_wall[s.wall_p[k]]])
+        keep(P, t, s.wall_memory[k])
+        s.wall_touch[k] = 1
+        add_up(P, t, sums, True)
+
+
+def add_up(P, t, sums, is_wall):
+    """A contact's entries in its block's sums."""
+    sums[S_OVERLAP] = max(sums[S_OVERLAP], P[tiles.SQUEEZE + t])
+    if LEDGER:
+        sums[S_NORMAL] += P[tiles.E_NORMAL + t]
+        sums[S_TANGENTIAL] += P[tiles.E_TANGENTIAL + t]
+        sums[S_DAMPED] += P[tiles.P_NORMAL + t]
+        sums[S_SLIPPED] += P[tiles.P_TANGENTIAL + t]
+        sums[S_ROLLED] += P[tiles.P_ROLLING + t]
+        sums[S_EXTRA] += P[tiles.P_EXTRA + t]
+        if is_wall:
+            sums[S_WALLS] += P[tiles.P_WALL + t]

@@ -1,0 +1,228 @@
+"""The compiled step loop for one set of laws: `build` gives `advance`, which every thread of a run executes."""
+
+import math
+from collections import namedtuple
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from numba import njit
+
+from sim.engine import assemble, bodies, contacts, gathering, quadrature, surfaces, tiles
+from sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
+from sim.engine.gathering import S_OVERLAP
+from sim.engine.parallel import barrier, take
+from sim.laws import hertz_mindlin
+from sim.laws.law import Chosen, Law
+
+# What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
+View = namedtuple(
+    "View",
+    "motion body turn spin load trait shape_of material ball owner ref ball_start shape shape_start shape_ball "
+    "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
+    "block_body block_pair block_wall block_window window sums totals "
+    "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
+    "wall_way table materials gravity body_numbers shared pull",
+)
+
+# Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
+Scratch = namedtuple("Scratch", "tile active meet share fresh rows")  # each thread's own
+
+T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
+ARRIVED, PASSED, NEXT_PREDICT, NEXT_CONTACT, NEXT_CORRECT = range(5)
+DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
+# Accounts of the ledger: what the run has turned into what, since it began [J].
+LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_laws")
+
+
+def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, scratch, counters, status, ledger, impulse):
+    """Up to `steps` steps from step number `start`, by thread `me` of `threads`; every thread calls this with the same arguments.
+
+    A step is: predict, forces, correct; a block's correction is followed at once by its next prediction while its bodies are at
+    hand, and two barriers a step do. Stops early when the neighbour lists may no longer hold everything near (STALE: positions
+    are predicted, forces are still to come), when an overlap exceeds `most_overlap` of a radius (SQUEEZED) or a speed
+    `most_speed` (RUNAWAY; NaN too): a state to look at then, its positions a step ahead.
+    status: [why, steps done]. ledger adds up the dissipated energies, impulse (walls, 3) the seeds' push on the walls.
+    """
+    P, active, meet, share, fresh, rows = scratch
+    blocks = len(s.block_body) - 1
+    done = 0
+    if status[0] != STALE:
+        b = take(counters, NEXT_PREDICT, threads, 0)
+        while b < blocks:
+            s.totals[b, T_WAY] = predict_block(b, dt, s)
+            b = take(counters, NEXT_PREDICT, threads, b + 1)
+        if me == 0:
+            walls_at((start + 1) * dt, s)
+        barrier(counters, threads)
+    while True:
+        if (done > 0 or status[0] != STALE) and stale(s.totals, s.wall_way, skin):
+            barrier(counters, threads)  # nobody may change `status` before all have read it
+            if me == 0:
+                status[0], status[1] = STALE, done
+            return
+        if me == 0:
+            counters[NEXT_CORRECT] = 0
+        b = take(counters, NEXT_CONTACT, threads, 0)
+        while b < blocks:
+            block_forces(b, dt, s, P, active, meet, share, rows)
+            b = take(counters, NEXT_CONTACT, threads, b + 1)
+        barrier(counters, threads)
+        more = done + 1 < steps
+        overlap = squeeze(s.sums)
+        b = take(counters, NEXT_CORRECT, threads, 0)
+        while b < blocks:
+            gather_forces(b, s.block_body, s.block_window, s.window, fresh)
+            s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
+                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.body, s.turn, s.spin, s.load,
+                s.trait, s.shape_of, s.shape,
+            )  # fmt: skip
+            if more:
+                s.totals[b, T_WAY] = predict_block(b, dt, s)
+            b = take(counters, NEXT_CORRECT, threads, b + 1)
+        if me == 0:
+            counters[NEXT_CONTACT] = 0
+            add_walls(s.wall_push, s.wall_load, dt, impulse)
+            if LEDGER:
+                add_ledger(s.sums, dt, ledger)
+            if more:
+                walls_at((start + done + 2) * dt, s)
+        barrier(counters, threads)
+        done += 1
+        if LEDGER and me == 0:
+            for b in range(blocks):
+                ledger[5] += dt * s.totals[b, T_POWER]
+        why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
+        if why != DONE or not more:
+            barrier(counters, threads)
+            if me == 0:
+                status[0], status[1] = why, done
+            return
+
+
+def predict_block(b, dt, s):
+    return bodies.predict(
+        s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape, s.shape_start,
+        s.shape_ball, s.ball_start, s.ball, s.ref,
+    )  # fmt: skip
+
+
+def walls_at(t, s):
+    place_walls(t, s.moves, s.move_numbers, s.prim_rest, s.prim_ref, s.prim_kind, s.prim_wall, s.prim, s.twist, s.wall_way)
+
+
+@njit(**OPTIONS)
+def stale(totals, wall_way, skin):
+    """Whether a ball, or a ball and a wall together, may have come nearer than the lists know."""
+    way = 0.0
+    for b in range(len(totals)):
+        way = max(way, totals[b, T_WAY])
+    way = math.sqrt(way)
+    return not (2.0 * way < skin and way + wall_way[0] < skin)
+
+
+@njit(**OPTIONS)
+def squeeze(sums):
+    """Largest overlap over the smaller ball's radius."""
+    overlap = 0.0
+    for b in range(len(sums)):
+        overlap = max(overlap, sums[b, S_OVERLAP])
+    return overlap
+
+
+@njit(**OPTIONS)
+def runaway(totals, most_speed):
+    for b in range(len(totals)):
+        if not totals[b, T_FASTEST] <= most_speed * most_speed:  # NaN too
+            return RUNAWAY
+    return DONE
+
+
+@njit(**OPTIONS)
+def add_walls(wall_push, wall_load, dt, impulse):
+    """Total push of the seeds on each wall, block by block, and its time integral."""
+    for w in range(len(wall_load)):
+        for k in range(3):
+            total = 0.0
+            for b in range(len(wall_push)):
+                total += wall_push[b, w, k]
+            wall_load[w, k] = total
+            impulse[w, k] += total * dt
+
+
+@njit(**OPTIONS)
+def add_ledger(sums, dt, ledger):
+    for b in range(len(sums)):
+        ledger[0] += dt * sums[b, gathering.S_DAMPED]
+        ledger[1] += dt * sums[b, gathering.S_SLIPPED]
+        ledger[2] += dt * sums[b, gathering.S_ROLLED]
+        ledger[3] += dt * sums[b, gathering.S_EXTRA]
+        ledger[4] += dt * sums[b, gathering.S_WALLS]
+
+
+LEDGER = False
+block_forces = contacts.block_forces
+gather_forces = contacts.gather_forces
+correct = bodies.correct
+place_walls = surfaces.place_walls
+
+
+def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
+    """The compiled parts of `advance`: contacts with the chosen laws in them."""
+    remembered = {n: bound.get(n, False) for n in ("HAS_RESTITUTION", "HAS_SPRING")}
+    of_reach = {"REACH": True, "reach": reach} if reach else {}
+    plain = ("gather_side", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
+    parts = {n: inner(getattr(gathering, n)) for n in plain}
+    parts |= {n: inner(getattr(gathering, n), **remembered) for n in ("recall", "keep")}
+    parts["add_up"] = inner(gathering.add_up, LEDGER=ledger)
+    whole = ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")
+    parts |= {n: inner(getattr(gathering, n), **parts) for n in whole}
+    parts |= {n: inner(getattr(contacts, n)) for n in ("_each_feature_once", "_forget_or_hand_over")}
+    parts |= {n: inner(getattr(contacts, n), **parts, **of_reach) for n in ("touching_pairs", "touching_walls")}
+    parts |= {n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")}
+    force_laws = ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")
+    numbers = {n: inner(getattr(hertz_mindlin, n)) for n in force_laws}
+    numbers |= {n: inner(getattr(quadrature, n)) for n in ("edge_weight", "speed_now")}
+    parts["pair_geometry"] = inner(tiles.pair_geometry)
+    parts["laws"] = inner(tiles.laws, LEDGER=ledger, **numbers, **bound)
+    return parts
+
+
+def memory_columns(laws: tuple[Chosen, ...]) -> int:
+    """How many numbers a contact must remember under these laws."""
+    kinds = {c.law.kind for c in laws}
+    return 7 if "rolling_spring" in kinds else 4 if "restitution" in kinds else 3
+
+
+def scratch_for(view: View) -> Scratch:
+    """Room for one thread to work in."""
+    most = int(np.max(np.diff(view.block_pair) + np.diff(view.block_wall))) + 1
+    rows = tiles.FIXED_ROWS + view.table.shape[1] - tiles.COLUMNS
+    bodies_a_block = int(np.max(np.diff(view.block_body)))
+    return Scratch(
+        np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most),
+        np.zeros((bodies_a_block, 6)), np.full(tiles.LANES, -1),
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) -> tuple[Callable, str]:
+    """`advance` for these laws and wall motions; only which laws there are counts, their numbers are read from tables.
+    Also its mark, by which it is kept on disk."""
+    contact = assemble.extra_columns(laws)
+    bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
+    body, motion = assemble.body_laws(tuple(law for law in laws if law.kind == "body")), assemble.motions(motion_laws)
+    used = [law.function for law in (*laws, *motion_laws)] + [law.reach for law in laws if law.reach]
+    mark = fingerprint(*used, [(law.kind, len(law.parameters)) for law in laws], ledger)
+    of_body = {"HAS_BODY": True, "body_law": body} if body else {}
+    loop = kernel(
+        advance,
+        mark,
+        LEDGER=ledger,
+        block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, reach)),
+        gather_forces=inner(contacts.gather_forces),
+        correct=inner(bodies.correct, **of_body),
+        predict_block=inner(predict_block),
+        walls_at=inner(walls_at, place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion))),
+    )
+    return loop, mark

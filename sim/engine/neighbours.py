@@ -1,0 +1,191 @@
+"""Which balls are near which: bodies sorted into cells, half lists of ball pairs with a skin, and the memory carried across.
+
+A list stays good until a ball has moved half the skin. Making a new one also puts the bodies into spatial order (cell by cell,
+the longest side of the bed outermost), which keeps partners near each other in memory: measured 1.8–2.7 × on beds of 20,000.
+"""
+
+import math
+
+import numpy as np
+
+from sim.engine.bodies import BOUND, X
+from sim.engine.surfaces import PLANE, TRIANGLE
+
+MOST_CELLS_PER_BODY = 4
+
+
+def cells(motion, reach, sides, low):
+    """Cell grid over the bodies: fills sides (3) and low (3), returns the cell size, at least `reach`; axes in their own
+    order."""
+    n = len(motion)
+    high = np.empty(3)
+    for k in range(3):
+        low[k], high[k] = motion[0, X + k], motion[0, X + k]
+    for i in range(1, n):
+        for k in range(3):
+            low[k] = min(low[k], motion[i, X + k])
+            high[k] = max(high[k], motion[i, X + k])
+    size = reach
+    while True:
+        cells_in_all = 1.0
+        for k in range(3):
+            cells_in_all *= math.floor((high[k] - low[k]) / size) + 1.0
+        if cells_in_all <= MOST_CELLS_PER_BODY * n + 27:
+            break
+        size *= 1.25  # a few bodies far apart: wider cells rather than many empty ones
+    for k in range(3):
+        sides[k] = math.floor((high[k] - low[k]) / size) + 1
+    return size
+
+
+def sort_into_cells(motion, size, sides, low, strides, order, starts):
+    """Stable order of the bodies by cell (`order`), and where each cell begins in it (`starts`, cells + 1).
+
+    `strides`: the longest side outermost.
+    """
+    n = len(motion)
+    key = np.empty(n, np.int64)
+    starts[:] = 0
+    for i in range(n):
+        c = 0
+        for k in range(3):
+            c += min(int((motion[i, X + k] - low[k]) / size), sides[k] - 1) * strides[k]
+        key[i] = c
+        starts[c + 1] += 1
+    for c in range(len(starts) - 1):
+        starts[c + 1] += starts[c]
+    at = starts[:-1].copy()
+    for i in range(n):
+        order[at[key[i]]] = i
+        at[key[i]] += 1
+
+
+def stencil(axes):
+    """The 13 forward neighbours of a cell, as steps along the axes: those that come later in cell order (axes: outermost
+    first)."""
+    outer, middle, inner = axes[0], axes[1], axes[2]
+    forward = np.empty((13, 3), np.int64)
+    count = 0
+    for a in range(2):
+        for b in range(-1, 2):
+            for c in range(-1, 2):
+                if a > 0 or (a == 0 and (b > 0 or (b == 0 and c > 0))):
+                    forward[count, outer], forward[count, middle], forward[count, inner] = a, b, c
+                    count += 1
+    return forward
+
+
+def find_pairs(
+    motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, axes, starts, pair_i, pair_j, first_pair
+):
+    """All ball pairs of different bodies nearer than the skin, bodies being in cell order; first_pair[n] is where body n's begin.
+
+    Returns how many there are; only those that fit are written.
+    """
+    n = len(motion)
+    room = len(pair_i)
+    forward = stencil(axes)
+    at = np.empty(3, np.int64)
+    count = 0
+    for a in range(n):
+        first_pair[a] = count
+        cell = 0
+        for k in range(3):
+            at[k] = min(int((motion[a, X + k] - low[k]) / size), sides[k] - 1)
+            cell += at[k] * strides[k]
+        for f in range(14):
+            if f == 0:
+                begin, end = a + 1, starts[cell + 1]
+            else:
+                inside, other = True, 0
+                for k in range(3):
+                    c = at[k] + forward[f - 1, k]
+                    inside = inside and 0 <= c < sides[k]
+                    other += c * strides[k]
+                if not inside:
+                    continue
+                begin, end = starts[other], starts[other + 1]
+            for b in range(begin, end):
+                dx = motion[a, X] - motion[b, X]
+                dy = motion[a, X + 1] - motion[b, X + 1]
+                dz = motion[a, X + 2] - motion[b, X + 2]
+                near = shape[shape_of[a], BOUND] + shape[shape_of[b], BOUND] + skin
+                if dx * dx + dy * dy + dz * dz >= near * near:
+                    continue
+                for i in range(ball_start[a], ball_start[a + 1]):
+                    for j in range(ball_start[b], ball_start[b + 1]):
+                        x = ball[i, 0] - ball[j, 0]
+                        y = ball[i, 1] - ball[j, 1]
+                        z = ball[i, 2] - ball[j, 2]
+                        near = ball[i, 3] + ball[j, 3] + skin
+                        if x * x + y * y + z * z < near * near:
+                            if count < room:
+                                pair_i[count] = i
+                                pair_j[count] = j
+                            count += 1
+    first_pair[n] = count
+    return count
+
+
+def find_walls(motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, starts, prim, prim_kind, moving,
+               wall_i, wall_p):  # fmt: skip
+    """All pairs of a ball and a primitive nearer than the skin, primitive by primitive; returns how many. Planes that move are
+    listed with every ball: turning, they sweep any distance."""
+    room, count = len(wall_i), 0
+    widest = 0.0
+    for s in range(len(shape)):
+        widest = max(widest, shape[s, BOUND])
+    box = np.empty((3, 2), np.int64)
+    for p in range(len(prim)):
+        everywhere = prim_kind[p] == PLANE and moving[p]
+        for k in range(3):
+            box[k, 0], box[k, 1] = 0, sides[k] - 1
+            if prim_kind[p] != PLANE:
+                least, most = extent(prim_kind[p], prim[p], k)
+                least, most = least - widest - skin, most + widest + skin
+                box[k, 0] = max(0, int(max(math.floor((least - low[k]) / size), -1.0)))
+                box[k, 1] = int(min(math.floor((most - low[k]) / size), sides[k] - 1.0))
+        for cx in range(box[0, 0], box[0, 1] + 1):
+            for cy in range(box[1, 0], box[1, 1] + 1):
+                for cz in range(box[2, 0], box[2, 1] + 1):
+                    c = cx * strides[0] + cy * strides[1] + cz * strides[2]
+                    for a in range(starts[c], starts[c + 1]):
+                        m = motion[a]
+                        bound = shape[shape_of[a], BOUND] + skin
+                        if not everywhere and nearest(prim_kind[p], prim[p], m[X], m[X + 1], m[X + 2])[3] >= bound:
+                            continue
+                        for i in range(ball_start[a], ball_start[a + 1]):
+                            d = nearest(prim_kind[p], prim[p], ball[i, 0], ball[i, 1], ball[i, 2])[3]
+                            if everywhere or d < ball[i, 3] + skin:
+                                if count < room:
+                                    wall_i[count] = i
+                                    wall_p[count] = p
+                                count += 1
+    return count
+
+
+def nearest(kind, row, x, y, z):
+    """Stands for `surfaces.nearest`, which is bound in its place."""
+    return 0.0, 0.0, 1.0, 0.0, 0
+
+
+def extent(kind, row, k):
+    """Least and largest coordinate k of a primitive (a cylinder's by its axis and radius, generously)."""
+    ends = (row[k], row[k] + row[3 + k], row[k] + row[6 + k], row[k] + row[3 + k] + row[6 + k])
+    if kind == TRIANGLE:
+        return min(ends[0], ends[1], ends[2]), max(ends[0], ends[1], ends[2])
+    return min(ends) - row[9], max(ends) + row[9]
+
+
+def hand_over(ball_id, pair_i, pair_j, memory, touch, old_hi, old_memory, bucket):
+    """Memory of the touching pairs of the old list into the new one. Old ones stand, seen from their lower permanent ball number,
+    in that ball's bucket; seen from the other side, directions change sign (the impact speed, column 3, does not)."""
+    for k in range(len(pair_i)):
+        a, b = ball_id[pair_i[k]], ball_id[pair_j[k]]
+        lo, hi, sign = (a, b, 1.0) if a < b else (b, a, -1.0)
+        for c in range(bucket[lo], bucket[lo + 1]):
+            if old_hi[c] == hi:
+                touch[k] = 1
+                for m in range(memory.shape[1]):
+                    memory[k, m] = old_memory[c, m] if m == 3 else sign * old_memory[c, m]
+                break

@@ -1,0 +1,269 @@
+"""init, step, run: from a world to a state, and from a state to a later one."""
+
+import math
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from sim.engine import bodies, kernels, lists
+from sim.engine import state as states
+from sim.engine.compiled import fingerprint, is_kept, kernel
+from sim.engine.filling import place
+from sim.engine.gathering import S_OVERLAP, SUMS
+from sim.engine.kernels import DONE, LEDGER_NAMES, RUNAWAY, SQUEEZED, STALE, View
+from sim.engine.lists import relist
+from sim.engine.state import State
+from sim.engine.world import Tables, World, tabulate_world, time_step
+
+BALL_STEPS_A_CALL = 2_000_000  # a quarter of a second or so, after which Ctrl-C gets its turn
+
+
+class Stopped(RuntimeError):
+    """A watch ended the run; `state` is where it stood."""
+
+    def __init__(self, message: str, state: State):
+        super().__init__(message)
+        self.state = state
+
+
+@dataclass(frozen=True)
+class Every:
+    """Call `look(world, state)` every `seconds` of simulated time (and at the start); a true answer ends the run."""
+
+    seconds: float
+    look: Callable[[World, State], object]
+
+    def __post_init__(self):
+        if not self.seconds > 0:
+            raise ValueError(f"Every: seconds = {self.seconds} must be > 0")
+
+
+@lru_cache(maxsize=8)
+def tables_of(world: World) -> Tables:
+    return tabulate_world(world)
+
+
+def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-3) -> State:
+    """The state at t = 0: seeds placed, lists made, forces known.
+
+    Seeds that overlap each other or a wall by more than `allowed_overlap` of a radius are refused; give more for seeds that are
+    placed as a settled bed had them.
+    """
+    tables = tables_of(world)
+    kind, x, q, v, w = place(world, rng)
+    _check_inside(world, x)
+    n, shape = len(kind), tables.shape[kind]
+    motion = np.column_stack([x, v, w, shape[:, bodies.SHAPE_MASS]])
+    counts = lists.ball_counts(tables, kind)
+    ball_start = np.concatenate([[0], np.cumsum(counts)])
+    m = int(ball_start[-1])
+    numbers = np.concatenate(
+        [np.arange(a, b) for a, b in zip(tables.shape_start[kind], tables.shape_start[kind + 1], strict=True)]
+    )
+    ball = np.zeros((m, 4))
+    ball[:, 3] = tables.shape_ball[numbers, 3]
+    walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
+    state = State(
+        step=0, dt=time_step(world), skin=lists.choose_skin(ball[:, 3], len(walls.kind)), ids=np.arange(n), motion=motion, turn=q,
+        spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind],
+        ball=ball, owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32),
+        ball_start=ball_start,
+        ref=np.zeros((m, 3)), pair_i=np.zeros(0, np.uint32), pair_j=np.zeros(0, np.uint32), pair_memory=np.zeros((0, columns)),
+        pair_touch=np.zeros(0, np.uint8), wall_i=np.zeros(0, np.uint32), wall_p=np.zeros(0, np.uint32),
+        wall_memory=np.zeros((0, columns)), wall_touch=np.zeros(0, np.uint8), block_body=np.array([0, n]),
+        block_pair=np.zeros(2, np.int64), block_wall=np.zeros(2, np.int64), block_window=np.zeros(2, np.int64),
+        sums=np.zeros((1, SUMS)), totals=np.zeros((1, 4)), prim=walls.prim.copy(), prim_ref=walls.prim.copy(),
+        twist=np.zeros((len(world.walls), 6)),
+        wall_load=np.zeros((len(world.walls), 3)), wall_push_ns=np.zeros((len(world.walls), 3)),
+        ledger=np.zeros(len(LEDGER_NAMES)), removed=np.zeros(0, np.int64),
+    )  # fmt: skip
+    _starter()(state.motion, state.turn, state.spin, state.shape_of, tables.shape, tables.shape_start, tables.shape_ball,
+               state.ball_start, state.ball.ravel(), state.ref.ravel())  # fmt: skip
+    state = relist(tables, state)
+    state = _first_forces(world, tables, state)
+    _check_apart(state, allowed_overlap)
+    return state
+
+
+def start_bodies(motion, turn, spin, shape_of, shape, shape_start, shape_ball, ball_start, ball, ref):
+    """Angular momenta from spins, balls from bodies."""
+    for n in range(len(motion)):
+        m, s = motion[n], shape[shape_of[n]]
+        a, b, c, d, e, f, g, h, i = bodies.matrix(turn[n])
+        x, y, z = m[6], m[7], m[8]
+        p, q, r = (a * x + d * y + g * z) / s[0], (b * x + e * y + h * z) / s[1], (c * x + f * y + i * z) / s[2]
+        spin[n, 0], spin[n, 1], spin[n, 2] = a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r
+        bodies.place_balls(n, m[0], m[1], m[2], turn[n], shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
+
+
+@lru_cache(maxsize=1)
+def _starter():
+    return kernel(start_bodies, fingerprint("start"))
+
+
+def _check_inside(world: World, x: np.ndarray) -> None:
+    if world.domain is not None:
+        outside = np.flatnonzero(~((x >= world.domain[0]) & (x <= world.domain[1])).all(axis=1))
+        if len(outside):
+            raise ValueError(f"seeds: number {outside[0]} at {x[outside[0]]} m is outside the domain {world.domain}")
+
+
+def _first_forces(world: World, tables: Tables, state: State) -> State:
+    """Forces at t = 0, for the first prediction: a step of next to no length, which moves nothing."""
+    view = _view(world, tables, state)
+    status = np.array([STALE, 0, 0])  # as if the positions had just been predicted
+    run = _kernel_of(world, tables)
+    run(0, 1, 1, 0, 1e-30, np.inf, np.inf, np.inf, view, kernels.scratch_for(view), np.zeros(8, np.int64), status, state.ledger,
+        state.wall_push_ns)  # fmt: skip
+    return state
+
+
+def _check_apart(state: State, allowed: float) -> None:
+    worst = float(state.sums[:, S_OVERLAP].max())
+    if not worst <= allowed:
+        raise ValueError(
+            f"seeds: they overlap each other or a wall by up to {100 * worst:.2g} % of a radius at the start; "
+            f"{100 * allowed:.2g} % is allowed"
+        )
+
+
+def _view(world: World, tables: Tables, s: State) -> View:
+    """What the kernels see: the arrays of `s` themselves, of its world, and scratch."""
+    w = tables.walls
+    blocks = len(s.block_body) - 1
+    window = np.zeros(6 * int(s.block_window[-1]))
+    view = View(
+        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, bodies.traits(tables.shape, s.shape_of), s.shape_of,
+        s.material, s.ball.ravel(), s.owner, s.ref.ravel(), s.ball_start,
+        tables.shape,
+        tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, s.wall_i, s.wall_p, s.wall_memory,
+        s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim,
+        s.prim_ref,
+        w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,
+        w.move_numbers, np.zeros(1), tables.pairs, len(tables.materials), np.asarray(world.gravity, float), tables.body_numbers,
+        world.share_damping and bool(len(s.ball) > len(s.motion)), np.inf if world.pull_at_end else 0.0,
+    )  # fmt: skip
+    return view
+
+
+def _kernel_of(world: World, tables: Tables):
+    run, mark = kernels.build(tuple(c.law for c in world.active_laws), tables.walls.motion_laws, ledger=world.ledger)
+    if mark not in _ANNOUNCED and not is_kept("advance", mark):
+        print("benchtwin: compiling the step loop for this set of laws (once; about 20 s) …", file=sys.stderr, flush=True)
+    _ANNOUNCED.add(mark)
+    return run
+
+
+_ANNOUNCED: set[str] = set()
+
+
+def step(world: World, state: State) -> State:
+    """The state one time step later."""
+    return run(world, state, steps=1)
+
+
+def run(
+    world: World,
+    state: State,
+    until: float | Callable[[World, State], object] | None = None,
+    observers: Iterable[Every] = (),
+    *,
+    steps: int | None = None,
+    threads: int = 1,
+    every_s: float = 0.01,
+) -> State:
+    """Move on to time `until` [s], or until `until(world, state)` is true (asked every `every_s` of simulated time), or by
+    `steps` steps.
+
+    The given state is left as it is. The result does not depend on `threads`, observers, or on stops and restarts on the way.
+    Raises `Stopped` when seeds overlap by more than `most_overlap`, or run away.
+    """
+    if (until is None) == (steps is None):
+        raise ValueError("run: give either until or steps")
+    if threads < 1:
+        raise ValueError(f"run: threads = {threads} must be 1 or more")
+    looks = list(observers)
+    last = state.step + steps if steps is not None else None
+    if callable(until):
+        looks.append(Every(every_s, until))
+    elif until is not None:
+        last = math.ceil(until / state.dt - 1e-9)
+    if last is not None and last < state.step:
+        raise ValueError(f"run: until = {until} s lies before the state's t = {state.time_s:g} s")
+    state = state.copy()
+    due = [_next_look(look, state) for look in looks]
+    while True:
+        for k, look in enumerate(looks):
+            if state.step >= due[k]:
+                if look.look(world, state):
+                    return state
+                due[k] = _next_look(look, state, after=True)
+        if last is not None and state.step >= last:
+            return state
+        state = _advance(world, state, min([*due, last] if last is not None else due) - state.step, threads)
+
+
+def _next_look(look: Every, state: State, *, after: bool = False) -> int:
+    """The step at or after this one (after it) at which an observer is due: multiples of its interval since t = 0."""
+    per_look = look.seconds / state.dt
+    k = math.ceil(state.step / per_look - 1e-9)
+    due = round(k * per_look)
+    while due < state.step + after:
+        k += 1
+        due = round(k * per_look)
+    return due
+
+
+def _advance(world: World, state: State, steps: int, threads: int) -> State:
+    """The same state `steps` steps later (its arrays are used up)."""
+    tables = tables_of(world)
+    loop = _kernel_of(world, tables)
+    view, scratch = _room(world, tables, state, threads)
+    status, most = np.array([DONE, 0, 0]), 1 + BALL_STEPS_A_CALL // len(state.ball)
+    while steps > 0:
+        _in_threads(loop, scratch, min(steps, most), state, world, view, status)
+        steps -= int(status[1])
+        state = replace(state, step=state.step + int(status[1]))
+        if status[0] in (SQUEEZED, RUNAWAY):
+            raise Stopped(_why(world, state, int(status[0])), state)
+        if status[0] == STALE:
+            state = relist(tables, state, world.domain)
+            view, scratch = _room(world, tables, state, threads)
+    return state
+
+
+def _room(world: World, tables: Tables, state: State, threads: int) -> tuple[View, list[kernels.Scratch]]:
+    view = _view(world, tables, state)
+    return view, [kernels.scratch_for(view) for _ in range(min(threads, len(state.block_body) - 1))]
+
+
+def _in_threads(
+    loop, scratch: list[kernels.Scratch], steps: int, state: State, world: World, view: View, status: np.ndarray
+) -> None:
+    threads = len(scratch)
+    counters = np.zeros(8, np.int64)
+    before = (threads, steps, state.step, state.dt, state.skin, world.most_overlap, world.most_speed_m_s, view)
+    after = (counters, status, state.ledger, state.wall_push_ns)
+    others = [threading.Thread(target=loop, args=(me, *before, scratch[me], *after)) for me in range(1, threads)]
+    for other in others:
+        other.start()
+    loop(0, *before, scratch[0], *after)
+    for other in others:
+        other.join()
+
+
+def _why(world: World, state: State, status: int) -> str:
+    now = f"at t = {state.time_s:.6g} s"
+    if status == SQUEEZED:
+        worst = 100.0 * float(state.sums[:, S_OVERLAP].max())
+        return f"largest overlap {worst:.0f} % of the radius {now}: reduce dt or stiffen (most_overlap = {world.most_overlap:g})"
+    speed = math.sqrt(float(np.max(np.nan_to_num(state.totals[:, kernels.T_FASTEST], nan=np.inf))))
+    limit = f"most_speed_m_s = {world.most_speed_m_s:g}"
+    return f"a seed at {speed:.4g} m/s {now}, above {limit}: reduce dt, or look for overlapping walls"
+
+
+save, load = states.save, states.load

@@ -1,0 +1,232 @@
+"""The force laws over a tile of contacts, in vector registers.
+
+Contacts are gathered 32 at a time into rows of one small flat array (row r, lane t at [r * STRIDE + t]), the laws run lane by
+lane, and the results are scattered back in order. With one flat array and constant row offsets the compiler can prove that
+rows do not overlap and turns the lane loop into vector instructions, the laws in it included.
+"""
+
+import math
+
+from sim.engine import quadrature
+from sim.laws import hertz_mindlin
+
+LANES = 32
+STRIDE = 40  # from row to row: no power of two, so that the rows spread over the sets of the first-level cache, where all fit
+
+
+def _rows(first: int, count: int) -> list[int]:
+    return [(first + k) * STRIDE for k in range(count)]
+
+
+# Filled by the gathering: side i is a ball of a seed, side j another ball or a wall.
+BIX, BIY, BIZ, BIR, BJX, BJY, BJZ, BJR = _rows(0, 8)  # ball centres and radii [m]
+CIX, CIY, CIZ, CJX, CJY, CJZ = _rows(8, 6)  # body centres [m]
+VIX, VIY, VIZ, WIX, WIY, WIZ, MI = _rows(14, 7)  # velocity, spin, mass of body i
+VJX, VJY, VJZ, WJX, WJY, WJZ, MJ = _rows(21, 7)
+SHARE = 28 * STRIDE  # part of the masses that this contact's damping answers for (see `contacts.shares`)
+MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = _rows(29, 6)  # the pair of materials
+# From the geometry.
+NX, NY, NZ, OVERLAP, RADIUS = _rows(35, 5)  # unit normal from j to i, overlap, effective radius
+AIX, AIY, AIZ, AJX, AJY, AJZ = _rows(40, 6)  # arms from the body centres to the contact
+# From the laws: force on i, torques on i and j.
+FX, FY, FZ, TIX, TIY, TIZ, TJX, TJY, TJZ = _rows(46, 9)
+# Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
+ACCOUNTS = _rows(55, 7)
+E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
+MEMORY = 62 * STRIDE  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
+MEMORY_COLUMNS = 7
+SQUEEZE = 69 * STRIDE  # overlap over the smaller ball's radius
+EXTRA = 70 * STRIDE  # the chosen laws' parameters, a row each
+FIXED_ROWS = 70
+
+COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
+
+
+def pair_geometry(P, count):
+    """Normal, overlap, effective radius and arms of `count` ball–ball contacts. The contact lies in the middle of the overlap."""
+    for t in range(count):
+        dx = P[BIX + t] - P[BJX + t]
+        dy = P[BIY + t] - P[BJY + t]
+        dz = P[BIZ + t] - P[BJZ + t]
+        ri = P[BIR + t]
+        rj = P[BJR + t]
+        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+        nx = dx / distance
+        ny = dy / distance
+        nz = dz / distance
+        overlap = ri + rj - distance
+        to_i = ri - 0.5 * overlap
+        to_j = rj - 0.5 * overlap
+        P[NX + t] = nx
+        P[NY + t] = ny
+        P[NZ + t] = nz
+        P[OVERLAP + t] = overlap
+        P[SQUEEZE + t] = overlap / min(ri, rj)
+        P[RADIUS + t] = ri * rj / (ri + rj)
+        P[AIX + t] = P[BIX + t] - nx * to_i - P[CIX + t]
+        P[AIY + t] = P[BIY + t] - ny * to_i - P[CIY + t]
+        P[AIZ + t] = P[BIZ + t] - nz * to_i - P[CIZ + t]
+        P[AJX + t] = P[BJX + t] + nx * to_j - P[CJX + t]
+        P[AJY + t] = P[BJY + t] + ny * to_j - P[CJY + t]
+        P[AJZ + t] = P[BJZ + t] + nz * to_j - P[CJZ + t]
+
+
+# What `laws` below calls; `kernels.build` binds the chosen laws in their place. P and t lead to a law's parameters.
+def restitution(impact_speed, e, P, t):
+    return e
+
+
+def friction(slip_speed, mu, P, t):
+    return mu
+
+
+def normal_extra(overlap, closing_speed, radius, modulus, P, t):
+    return 0.0
+
+
+def rolling_spin(normal_force, spin_speed, arm, mu_r, P, t):
+    return 0.0
+
+
+def rolling_relative(normal_force, rolling_speed, radius, mu_r, P, t):
+    return 0.0
+
+
+def rolling_spring(mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, inertia, mu_r, P, t):
+    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+edge_weight = quadrature.edge_weight
+speed_now = quadrature.speed_now
+damping_factor = hertz_mindlin.damping_factor
+normal_stiffness = hertz_mindlin.normal_stiffness
+normal_force = hertz_mindlin.normal_force
+tangential_force = hertz_mindlin.tangential_force
+HAS_RESTITUTION = False
+HAS_FRICTION = False
+HAS_NORMAL = False
+HAS_SPIN = False
+HAS_RELATIVE = False
+HAS_SPRING = False
+LEDGER = False
+
+
+def laws(P, count, dt, pull):
+    """Force and torques of `count` contacts, from geometry, velocities, material pair and memory; the memory is brought up to
+    date.
+
+    pull: the most by which damping may exceed the elastic force [N], so that a contact pulls at its end: without limit, or 0.
+    """
+    for t in range(count):
+        nx = P[NX + t]
+        ny = P[NY + t]
+        nz = P[NZ + t]
+        gap = P[OVERLAP + t]
+        overlap = max(gap, 0.0)
+        radius = P[RADIUS + t]
+        ax, ay, az = P[AIX + t], P[AIY + t], P[AIZ + t]
+        bx, by, bz = P[AJX + t], P[AJY + t], P[AJZ + t]
+        wix, wiy, wiz = P[WIX + t], P[WIY + t], P[WIZ + t]
+        wjx, wjy, wjz = P[WJX + t], P[WJY + t], P[WJZ + t]
+        ujx = P[VJX + t] + wjy * bz - wjz * by
+        ujy = P[VJY + t] + wjz * bx - wjx * bz
+        ujz = P[VJZ + t] + wjx * by - wjy * bx
+        vx = P[VIX + t] + wiy * az - wiz * ay - ujx
+        vy = P[VIY + t] + wiz * ax - wix * az - ujy
+        vz = P[VIZ + t] + wix * ay - wiy * ax - ujz
+        closing = -(vx * nx + vy * ny + vz * nz)
+        vx = vx + closing * nx
+        vy = vy + closing * ny
+        vz = vz + closing * nz
+        mi = P[MI + t]
+        mj = P[MJ + t]
+        mass = mi * mj / (mi + mj) * P[SHARE + t]
+
+        damping = P[DAMPING + t]
+        if HAS_RESTITUTION:
+            impact = P[MEMORY + 3 * STRIDE + t]
+            if impact < 0.0:  # set so by the gathering when the contact is new
+                impact = max(closing, 0.0)
+                P[MEMORY + 3 * STRIDE + t] = impact
+            damping = damping_factor(restitution(impact, P[E_IN + t], P, t))
+        stiffness = normal_stiffness(overlap, radius, P[MODULUS + t])
+        damping = damping * edge_weight(overlap, closing, dt)
+        elastic, damped = normal_force(stiffness, overlap, speed_now(closing, stiffness, mass, dt), mass, damping)
+        damped = max(damped, -elastic - pull)
+        carried = elastic  # EDEM's F_n: its impulse is exactly m (1 + e) v, damping's over a whole contact being 0
+
+        mu = P[MU + t]
+        if HAS_FRICTION:
+            mu = friction(math.sqrt(vx * vx + vy * vy + vz * vz), mu, P, t)
+        shear = 8.0 * P[SHEAR + t] * math.sqrt(radius * overlap)
+        tx, ty, tz, sx, sy, sz = tangential_force(
+            P[MEMORY + t], P[MEMORY + STRIDE + t], P[MEMORY + 2 * STRIDE + t],
+            nx, ny, nz, vx, vy, vz, dt, shear, mass, damping, mu * carried,
+        )  # fmt: skip
+        if HAS_NORMAL:  # a contact that only a film or neck holds keeps no spring
+            held = 1.0 if gap > 0.0 else 0.0
+            sx = sx * held
+            sy = sy * held
+            sz = sz * held
+        P[MEMORY + t] = sx
+        P[MEMORY + STRIDE + t] = sy
+        P[MEMORY + 2 * STRIDE + t] = sz
+
+        extra = 0.0
+        if HAS_NORMAL:
+            extra = normal_extra(gap, closing, radius, P[MODULUS + t], P, t)
+        along = elastic + damped + extra
+        fx = along * nx + tx
+        fy = along * ny + ty
+        fz = along * nz + tz
+        P[FX + t] = fx
+        P[FY + t] = fy
+        P[FZ + t] = fz
+
+        rix, riy, riz, rjx, rjy, rjz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if HAS_SPIN:
+            spin_i = math.sqrt(wix * wix + wiy * wiy + wiz * wiz)
+            spin_j = math.sqrt(wjx * wjx + wjy * wjy + wjz * wjz)
+            arm_i = math.sqrt(ax * ax + ay * ay + az * az)
+            arm_j = math.sqrt(bx * bx + by * by + bz * bz)
+            brake_i = rolling_spin(carried, spin_i, arm_i, P[MU_R + t], P, t) / max(spin_i, 1e-300)
+            brake_j = rolling_spin(carried, spin_j, arm_j, P[MU_R + t], P, t) / max(spin_j, 1e-300)
+            rix, riy, riz = -brake_i * wix, -brake_i * wiy, -brake_i * wiz
+            rjx, rjy, rjz = -brake_j * wjx, -brake_j * wjy, -brake_j * wjz
+        if HAS_RELATIVE or HAS_SPRING:
+            ox, oy, oz = wix - wjx, wiy - wjy, wiz - wjz
+            twist = ox * nx + oy * ny + oz * nz
+            ox, oy, oz = ox - twist * nx, oy - twist * ny, oz - twist * nz
+            if HAS_RELATIVE:
+                speed = math.sqrt(ox * ox + oy * oy + oz * oz)
+                brake = rolling_relative(carried, speed, radius, P[MU_R + t], P, t) / max(speed, 1e-300)
+                rix, riy, riz = rix - brake * ox, riy - brake * oy, riz - brake * oz
+                rjx, rjy, rjz = rjx + brake * ox, rjy + brake * oy, rjz + brake * oz
+            if HAS_SPRING:
+                ri, rj = P[BIR + t], P[BJR + t]
+                # A ball's own moment about the contact, 7/5 m r² (exact for spheres), both in series; a wall has 1/m = 0.
+                inertia = 1.0 / (1.0 / (1.4 * mi * ri * ri) + 1.0 / (1.4 * mj * rj * rj))
+                mx, my, mz, qx, qy, qz = rolling_spring(
+                    P[MEMORY + 4 * STRIDE + t], P[MEMORY + 5 * STRIDE + t], P[MEMORY + 6 * STRIDE + t],
+                    ox * dt, oy * dt, oz * dt, dt, stiffness, carried, radius, inertia, P[MU_R + t], P, t,
+                )  # fmt: skip
+                P[MEMORY + 4 * STRIDE + t] = mx
+                P[MEMORY + 5 * STRIDE + t] = my
+                P[MEMORY + 6 * STRIDE + t] = mz
+                rix, riy, riz = rix + qx, riy + qy, riz + qz
+                rjx, rjy, rjz = rjx - qx, rjy - qy, rjz - qz
+        P[TIX + t] = ay * fz - az * fy + rix
+        P[TIY + t] = az * fx - ax * fz + riy
+        P[TIZ + t] = ax * fy - ay * fx + riz
+        P[TJX + t] = bz * fy - by * fz + rjx
+        P[TJY + t] = bx * fz - bz * fx + rjy
+        P[TJZ + t] = by * fx - bx * fy + rjz
+
+        if LEDGER:
+            P[E_NORMAL + t] = (4.0 / 15.0) * stiffness * overlap * overlap
+            P[E_TANGENTIAL + t] = 0.5 * shear * (sx * sx + sy * sy + sz * sz)
+            P[P_NORMAL + t] = damped * closing
+            P[P_TANGENTIAL + t] = -(tx * vx + ty * vy + tz * vz)
+            P[P_ROLLING + t] = -(rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz)
+            P[P_EXTRA + t] = extra * closing
+            P[P_WALL + t] = fx * ujx + fy * ujy + fz * ujz  # counts for walls only

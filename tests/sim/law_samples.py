@@ -1,0 +1,68 @@
+"""Arguments for every force law, spread over its range with the ends included; used by the tests of laws."""
+
+import inspect
+import math
+
+import numpy as np
+
+from sim.laws import LAWS, hertz_mindlin
+
+# Fixed arguments of each kind: (low, high); positive ones are spread evenly in their logarithm.
+SPEED, FORCE, RADIUS, MODULUS, SPIN = (0.0, 50.0), (0.0, 100.0), (1e-4, 0.05), (1e6, 1e11), (0.0, 500.0)
+EITHER_SPEED, EITHER_SPIN, DIAMETER, MU = (-20.0, 20.0), (-300.0, 300.0), (1e-4, 0.1), (0.0, 1.5)
+FIXED = {
+    "restitution": [SPEED, (0.05, 1.0)],
+    "friction": [SPEED, MU],
+    "normal": [(-1e-4, 1e-3), EITHER_SPEED, RADIUS, MODULUS],
+    "rolling_spin": [FORCE, SPIN, RADIUS, MU],
+    "rolling_relative": [FORCE, SPIN, RADIUS, MU],
+    "rolling_spring": [*[(-1e-3, 1e-3)] * 6, (1e-7, 1e-4), (1e2, 1e8), FORCE, RADIUS, (1e-12, 1e-3), MU],
+    "body": [*[EITHER_SPEED] * 3, *[EITHER_SPIN] * 3, DIAMETER],
+    "motion": [(0.0, 100.0)],
+}
+# The core of every contact: not laws to choose, but held to the same rules.
+CORE = {
+    hertz_mindlin.damping_factor: [(0.0, 1.0)],
+    hertz_mindlin.normal_stiffness: [(0.0, 1e-3), RADIUS, MODULUS],
+    hertz_mindlin.normal_force: [(0.0, 1e9), (0.0, 1e-3), EITHER_SPEED, (1e-9, 10.0), (0.0, 1.83)],
+    hertz_mindlin.tangential_force: [
+        *[(-1e-4, 1e-4)] * 3,
+        *[(0.57735, 0.57736)] * 3,
+        *[EITHER_SPEED] * 3,
+        (1e-7, 1e-4),
+        (0.0, 1e9),
+        (1e-9, 10.0),
+        (0.0, 1.83),
+        FORCE,
+    ],
+}
+
+
+def functions() -> list[tuple[str, object, list[tuple[float, float]]]]:
+    """Every scalar function that a kernel may call: (name, function, a range for each argument)."""
+    rows = [(f.__name__, f, ranges) for f, ranges in CORE.items()]
+    for law in LAWS.values():
+        own = [(p.low, p.high) for p in law.parameters]
+        rows.append((law.name, law.function, FIXED[law.kind] + own))
+        if law.reach is not None:
+            rows.append((f"{law.name}.reach", law.reach, [RADIUS, MODULUS, *own]))
+    return rows
+
+
+def samples(ranges: list[tuple[float, float]], n: int, rng: np.random.Generator) -> np.ndarray:
+    """Rows of arguments (n, len(ranges)): all lows, all highs, the rest at random, a tenth of the values at an end."""
+    table = np.empty((n, len(ranges)))
+    for column, (low, high) in enumerate(ranges):
+        if low >= 0.0 and high > 1e3 * max(low, 1e-12):
+            floor = max(low, high * 1e-9)
+            values = np.exp(rng.uniform(math.log(floor), math.log(high), n))
+        else:
+            values = rng.uniform(low, high, n)
+        ends = rng.random(n)
+        table[:, column] = np.where(ends < 0.05, low, np.where(ends > 0.95, high, np.clip(values, low, high)))
+    table[0], table[1] = [low for low, _ in ranges], [high for _, high in ranges]
+    return table
+
+
+def arity(function) -> int:
+    return len(inspect.signature(function).parameters)

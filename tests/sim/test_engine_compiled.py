@@ -1,0 +1,78 @@
+"""Where compiled kernels are kept, and that code made from other laws is never taken for these."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim.engine import compiled, step
+from sim.engine.walls import Plane
+from sim.engine.world import Placed, World
+from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from sim.seed import Seed
+
+
+@pytest.fixture
+def fresh_choice(monkeypatch):
+    compiled.cache_folder.cache_clear()
+    yield monkeypatch
+    monkeypatch.undo()
+    compiled.cache_folder.cache_clear()
+
+
+def test_kernels_go_where_the_user_says(fresh_choice, tmp_path):
+    fresh_choice.setenv("NUMBA_CACHE_DIR", str(tmp_path / "here"))
+    assert compiled.cache_folder() == tmp_path / "here"
+
+
+def test_else_into_the_users_cache_folder_and_never_beside_the_source(fresh_choice, tmp_path):
+    fresh_choice.delenv("NUMBA_CACHE_DIR", raising=False)
+    fresh_choice.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert compiled.cache_folder() == tmp_path / "benchtwin" / "kernels"
+
+
+def test_else_into_the_temporary_folder(fresh_choice, tmp_path):
+    """A folder that cannot be made: its parent is a file."""
+    (tmp_path / "file").write_text("")
+    fresh_choice.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file" / "a"))
+    fresh_choice.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "b"))
+    fresh_choice.setattr(compiled.tempfile, "gettempdir", lambda: str(tmp_path))
+    assert compiled.cache_folder().parent == tmp_path
+
+
+def test_a_laws_source_is_part_of_its_mark():
+    def law(x):
+        return 2.0 * x
+
+    def other(x):
+        return 3.0 * x
+
+    assert compiled.fingerprint(law) == compiled.fingerprint(law)
+    assert compiled.fingerprint(law) != compiled.fingerprint(other)
+    assert compiled.fingerprint(law, True) != compiled.fingerprint(law, False)
+
+
+def test_the_first_compilation_says_so(monkeypatch, capsys):
+    monkeypatch.setattr(step, "is_kept", lambda name, mark: False)
+    monkeypatch.setattr(step, "_ANNOUNCED", set())
+    seed = Seed.from_spheres([[0, 0, 0]], [3e-3])
+    world = World((Placed((seed,), SOYBEAN, [[0, 0, 0.01]]),), (Plane("floor", Q235),), (SOYBEAN_Q235, SOYBEAN_SOYBEAN))
+    step.init(world, np.random.default_rng(0))
+    step.init(world, np.random.default_rng(0))
+    assert capsys.readouterr().err.count("compiling the step loop") == 1
+
+
+@pytest.mark.slow
+def test_a_second_process_starts_warm(tmp_path):
+    """From nothing, compiling, then again from the kept code; generous bounds for a busy machine."""
+    script = Path(__file__).parents[2] / "benchmarks" / "engine.py"
+    code = f"import runpy, sys; sys.path.insert(0, {str(script.parent)!r}); exec(runpy.run_path({str(script)!r})['DROP'])"
+    ready = []
+    for _ in range(2):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        ready.append(float(done.stdout.split()[0]))
+    assert ready[0] < 60.0 and ready[1] < 4.0

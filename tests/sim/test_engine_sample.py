@@ -1,0 +1,18 @@
+"""The sample script that drops 500 soybeans."""
+
+import runpy
+from pathlib import Path
+
+SCRIPT = Path(__file__).parents[2] / "samples" / "drop_500_soybeans.py"
+
+
+def test_500_soybeans_come_to_rest_in_the_box():
+    state, height, density, push = runpy.run_path(str(SCRIPT))["drop"]()
+    assert state.count == 500 and 0.2 < state.time_s < 2.0
+    assert 0.025 < height < 0.045
+    assert 0.5 < density < 0.75
+    assert 0.6 < push / (9.81 * state.masses.sum()) < 1.0
+
+
+def test_it_fits_on_a_page():
+    assert len(SCRIPT.read_text(encoding="utf8").splitlines()) <= 30
