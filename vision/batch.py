@@ -2,6 +2,7 @@
 
 import shutil
 import tempfile
+import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +18,13 @@ from vision.recording import Recording, find_recordings
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
+OWN = ("measurements.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
 MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
     "pile": ("repose_angle", "deg"),
     "drop": ("restitution", "1"),
     "slide": ("slide_angle", "deg"),
     "roll": ("run_out", "mm"),
+    "seeds": ("seed_length", "mm"),
     None: ("recording", ""),
 }
 
@@ -95,9 +98,14 @@ def split_photos(recording: Recording) -> list[Recording]:
 def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
     """Every recording under `paths`, each with an id of its own (a second "pile-01" becomes "bench-b/pile-01")."""
     found: list[Recording | MeasurementError] = []
+    met: set[tuple] = set()
     for path in paths:
         for entry in find_recordings(path):
-            found += split_photos(entry) if isinstance(entry, Recording) else [entry]
+            for one in split_photos(entry) if isinstance(entry, Recording) else [entry]:
+                files = tuple(f.resolve() for f in one.files) if isinstance(one, Recording) else (str(one),)
+                if files not in met:  # the same evidence named twice counts once
+                    met.add(files)
+                    found.append(one)
     ids = [r.id for r in found if isinstance(r, Recording)]
     unique = []
     seen: dict[str, int] = {}
@@ -121,18 +129,24 @@ def measure(paths, options: PileOptions | None = None, trim: bool = False) -> It
         yield observe_or_fail(entry, lambda recording: observe(recording, options, trim))
 
 
-def observe_or_fail(entry: Recording | MeasurementError, observe: Callable[[Recording], Observation]) -> Observation:
-    """`observe(entry)`, with any trouble of this one recording turned into a failed quantity."""
+def observe_or_fail(
+    entry: Recording | MeasurementError, observe: Callable[[Recording], Observation], rig: str | None = None
+) -> Observation:
+    """`observe(entry)`, with any trouble of this one recording turned into a failed quantity of its `rig`."""
     if isinstance(entry, MeasurementError):
-        return _failure(entry.recording, None, str(entry))
+        return _failure(entry.recording, rig, str(entry))
     try:
         return observe(entry)
     except MeasurementError as error:
-        return _failure(entry.id, entry.rig, str(error))
+        reason = str(error)
     except OSError as error:
-        return _failure(entry.id, entry.rig, f"{error.filename or entry.path}: {error.strerror or error}")
+        reason = f"{error.filename or entry.path}: {error.strerror or error}"
     except MemoryError:
-        return _failure(entry.id, entry.rig, f"{entry.path}: too large for this machine's memory")
+        reason = f"{entry.path}: too large for this machine's memory"
+    except Exception as error:  # a fault of ours in one recording must not cost the others
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        reason = f"{entry.path}: a fault of benchtwin, please report it: {error!r} in {Path(place.filename).name}:{place.lineno}"
+    return _failure(entry.id, rig or entry.rig, reason)
 
 
 def _failure(name: str, rig: str | None, reason: str) -> Observation:
@@ -147,14 +161,18 @@ class Results:
     overlays/, tracks/.
     """
 
-    def __init__(self, out: Path, overwrite: bool = False):
+    def __init__(self, out: Path, inputs: list[Path] = (), overwrite: bool = False):
         self.out = Path(out)
         if self.out.exists() and not self.out.is_dir():
             raise MeasurementError(f"{self.out}: is a file; --out names a folder")
-        if self.out.is_dir() and any(self.out.iterdir()) and not overwrite:
+        there = sorted(p.name for p in self.out.iterdir()) if self.out.is_dir() else []
+        if there and not overwrite:
             raise MeasurementError(f"{self.out}: exists and is not empty; choose another --out, or say --overwrite")
-        if self.out.is_dir() and any(self.out.iterdir()) and not (self.out / "measurements.csv").is_file():
-            raise MeasurementError(f"{self.out}: holds something else than measurements; it is not overwritten")
+        if foreign := [name for name in there if name not in OWN]:
+            raise MeasurementError(f"{self.out}: holds something else than results ({foreign[0]}); it is not overwritten")
+        for path in inputs:
+            if there and path.resolve().is_relative_to(self.out.resolve()):
+                raise MeasurementError(f"{self.out}: holds {path}, which is to be measured; choose another --out")
         self.out.parent.mkdir(parents=True, exist_ok=True)
         self.part = Path(tempfile.mkdtemp(prefix=f".{self.out.name}-", dir=self.out.parent))
         self.rows: list[dict] = []
@@ -191,12 +209,21 @@ class Results:
             pd.DataFrame(self.notes, columns=["recording", "note"]).to_csv(self.part / "notes.csv", index=False)
         self.part.chmod(0o755)
         if self.out.is_dir():
-            shutil.rmtree(self.out)
+            for name in OWN:
+                _remove(self.out / name)
+            self.out.rmdir()  # fails, and loses nothing, if something else has come into it meanwhile
         self.part.replace(self.out)
         return table
 
     def abandon(self) -> None:
         shutil.rmtree(self.part, ignore_errors=True)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _file_name(name: str) -> str:

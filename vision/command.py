@@ -24,7 +24,7 @@ def measure_command(paths, out, window, roi, baseline, trim, seeds, overwrite, q
         options = PileOptions(_window(window), _roi(roi), _baseline(baseline))
         if missing := [p for p in paths if not p.exists()]:
             raise MeasurementError(f"{missing[0]}: no such file or folder")
-        results = Results(out, overwrite)
+        results = Results(out, paths, overwrite)
     except (MeasurementError, OSError) as error:
         print(f"benchtwin measure: {error}", file=sys.stderr)
         return MISUSED
@@ -54,7 +54,7 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
             progress.update(task, description=getattr(entry, "id", "?")[:40])
             advance = partial(_advance, progress, task, i)
             measure = observe_seeds_photo if seeds else partial(observe, options=options, trim=trim, progress=advance)
-            results.add(observe_or_fail(entry, measure))
+            results.add(observe_or_fail(entry, measure, "seeds" if seeds else None))
             progress.update(task, completed=i + 1)
     return results.finish()
 

@@ -93,17 +93,26 @@ def find_recordings(path: Path) -> list[Recording | MeasurementError]:
     path = Path(path)
     if path.is_file() or not path.is_dir() or _is_recording(path):
         return [_attempt(read_recording, path)]
+    if path.name == "frames" and not (path / "recording.toml").is_file():
+        return [_attempt(read_recording, path.parent)]
     defaults: dict = {}
     if (path / "bench.toml").is_file():
         try:
             defaults = read_toml(path / "bench.toml")
         except MeasurementError as error:
+            error.recording = path.resolve().name
             return [error]
     folders = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and _is_candidate(p))
     found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_photo_folder, p) for p in folders]
     photos = [_attempt(_bare_file, p) for p in _photos(path)]
+    deeper = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and _is_bench(p))
+    found += [find_recordings(p) for p in deeper if p not in folders]
     flat = [r for entry in (*found, *photos) for r in (entry if isinstance(entry, list) else [entry])]
-    return flat or [MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no track.csv)")]
+    if not flat:
+        nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no track.csv)")
+        nothing.recording = path.resolve().name
+        return [nothing]
+    return flat
 
 
 def write_recording(recording: Recording) -> Path:
@@ -159,6 +168,13 @@ def _is_recording(folder: Path) -> bool:
 
 def _is_candidate(folder: Path) -> bool:
     return _is_recording(folder) or bool(_photos(folder))
+
+
+def _is_bench(folder: Path) -> bool:
+    """A folder with recordings, not results, in it."""
+    if (folder / "measurements.csv").is_file():
+        return False
+    return (folder / "bench.toml").is_file() or any(p.is_dir() and (_is_recording(p) or _is_bench(p)) for p in folder.iterdir())
 
 
 def _photo_folder(folder: Path) -> list[Recording]:

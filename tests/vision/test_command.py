@@ -107,6 +107,42 @@ def test_nothing_is_overwritten_unasked(run, photos, tmp_path):
     assert (tmp_path / "thesis" / "chapter1.txt").exists()
 
 
+def test_overwrite_never_takes_what_is_not_its_own(run, photos, tmp_path):
+    out = tmp_path / "out"
+    assert run(photos, "--out", out).exit_code == 0
+    (out / "my notes.txt").write_text("keep")
+    result = run(photos, "--out", out, "--overwrite")
+    assert result.exit_code == 2
+    assert "my notes.txt" in result.output
+    assert (out / "my notes.txt").exists()
+    (photos / "measurements.csv").write_text("looks like results")  # a bench folder is no results folder
+    assert run(photos / "a.png", "--out", photos, "--overwrite").exit_code == 2
+    assert (photos / "a.png").exists()
+
+
+def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch):
+    import vision.batch
+
+    whole = vision.batch.observe_pile
+    monkeypatch.setattr(vision.batch, "observe_pile", lambda r, o=None: 1 / 0 if r.id == "a" else whole(r, o))
+    assert run(photos, "--out", tmp_path / "out").exit_code == 0
+    table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index("recording")
+    assert "please report" in table.loc["a"].reason
+    assert "ZeroDivisionError" in table.loc["a"].reason
+
+
+def test_the_same_evidence_twice_counts_once(run, photos, tmp_path):
+    assert run(photos, photos / "a.png", photos / ".." / photos.name, "--out", tmp_path / "out").exit_code == 0
+    table = pd.read_csv(tmp_path / "out" / "measurements.csv")
+    assert (table.quantity == "repose_angle").sum() == 2
+
+
+def test_seeds_that_fail_are_seeds(run, tmp_path):
+    Image.fromarray(np.full((100, 100), 9, np.uint8)).save(tmp_path / "flat.png")
+    assert run("--seeds", tmp_path / "flat.png", "--out", tmp_path / "out").exit_code == 1
+    assert pd.read_csv(tmp_path / "out" / "measurements.csv").quantity.tolist() == ["seed_length"]
+
+
 def test_quiet_prints_nothing(run, photos, tmp_path):
     result = run(photos, "--out", tmp_path / "out", "--quiet")
     assert result.exit_code == 0

@@ -54,6 +54,7 @@ def test_scale_and_plumb_without_a_stated_sd_are_not_trusted():
         ("[pile]\nbox_mm = [1, 2]", ["[pile] box_mm"]),
         ("[camra]\nfps = 3", ["unknown key camra", "did you mean camera?"]),
         ("camera = 3", ["camera = 3"]),
+        ("[camera]\nfps = true", ["[camera] fps = True", "number"]),
         ("rig =", ["not valid TOML"]),
     ],
 )
@@ -103,6 +104,16 @@ def test_folders_of_photos_and_mixed_benches(tmp_path):
     found = find_recordings(tmp_path)
     assert [getattr(r, "id", "error") for r in found] == ["drop-01", "error", "a", "b", "c"]
     assert found[1].recording == "drop-02"
+
+
+def test_benches_in_a_folder_and_frames_named_directly(tmp_path):
+    for day in ("day1", "day2"):
+        bench(tmp_path / "season" / day, 'rig = "drop"', "[camera]\nfps = 100.0")
+    assert [r.camera.fps for r in find_recordings(tmp_path / "season")] == [100.0, 100.0]
+    frames = tmp_path / "season" / "day1" / "drop-01" / "frames"
+    frames.mkdir()
+    (found,) = find_recordings(frames)
+    assert (found.id, found.rig) == ("drop-01", "drop")
 
 
 def test_nothing_there(tmp_path):

@@ -19,7 +19,7 @@ _NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Seed(_Section):
@@ -73,9 +73,9 @@ class Roll(_Section):
 
 
 class Pile(_Section):
-    box_mm: tuple[_Length, _Length, _Length] | None = None
-    gate_mm: tuple[_Length, _Length] | None = None
-    plate_mm: tuple[_Length, _Length] | None = None
+    box_mm: Annotated[tuple[_Length, _Length, _Length], Field(strict=False)] | None = None
+    gate_mm: Annotated[tuple[_Length, _Length], Field(strict=False)] | None = None
+    plate_mm: Annotated[tuple[_Length, _Length], Field(strict=False)] | None = None
     fill_height_mm: _Length | None = None
     gate_speed_mm_s: _Positive | None = None
 

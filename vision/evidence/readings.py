@@ -7,7 +7,7 @@ import pandas as pd
 from scipy.stats import t as student
 
 from vision.evidence.tables import READING_COLUMNS, Table, read_readings
-from vision.measurement import DOUBTFUL, GOOD, Observation, Quantity
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
 from vision.recording import Recording
 
 
@@ -46,20 +46,39 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     table: Table = read_readings(recording.files[0])
     columns = [c for c in table.rows if c in READING_COLUMNS]
     rig = recording.rig or READING_COLUMNS[columns[0]][0]
+    for column in columns:
+        if READING_COLUMNS[column][0] != rig:
+            raise MeasurementError(f"{recording.files[0]}: {column} belongs to a {READING_COLUMNS[column][0]}, the rig is {rig}")
     quantities: list[Quantity] = []
     notes, rows = list(table.notes), []
     for column in columns:
         column_rig, name, unit = READING_COLUMNS[column]
         values = table.rows[column].dropna().to_numpy()
         s = summarise(values, trim)
-        quantities.append(_quantity(name, s.mean, s.sd_mean, unit, s.n))
-        quantities += _derived(recording, column_rig, s, notes)
+        new = [_quantity(name, s.mean, s.sd_mean, unit, s.n), *_derived(recording, column_rig, s, notes)]
+        doubts = list(_doubts(recording, column_rig, values, s))
+        quantities += [q.doubt("; ".join(doubts)) for q in new] if doubts else new
         left_out = values.size - s.n
         rows.append((recording.id, name, s.mean, s.sd, s.sd_mean, s.n, s.low, s.high, unit, left_out))
         trimmed = "; one highest and one lowest left out" if left_out else ""
-        notes.append(f"{name}: n = {s.n}, sd {s.sd:.3g} {unit}, range {s.low:g}–{s.high:g} {unit}{trimmed}")
+        if s.n > 1:
+            notes.append(f"{name}: n = {s.n}, sd {s.sd:.3g} {unit}, range {s.low:g}–{s.high:g} {unit}{trimmed}")
     heading = ["recording", "quantity", "mean", "sd", "sd_mean", "n", "low", "high", "unit", "left_out"]
     return Observation(recording.id, rig, tuple(quantities), tuple(notes), readings=pd.DataFrame(rows, columns=heading))
+
+
+def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
+    """Readings that cannot be, or hardly: a rebound above the release or of next to nothing, one far from all others."""
+    if rig == "drop" and recording.drop.height_mm:
+        share = s.mean / recording.drop.height_mm
+        if s.high > recording.drop.height_mm:
+            yield f"a rebound of {s.high:g} mm is higher than the release at {recording.drop.height_mm:g} mm"
+        elif share < 2e-3:
+            yield f"a rebound of {s.mean:g} mm from {recording.drop.height_mm:g} mm: is it in millimetres?"
+    off = np.abs(values - np.median(values))
+    usual = 1.4826 * float(np.median(off))
+    if values.size >= 4 and usual > 0 and off.max() > 8 * usual:
+        yield f"the reading {values[off.argmax()]:g} lies far from the others"
 
 
 def _quantity(name: str, value: float, sd: float, unit: str, n: int) -> Quantity:

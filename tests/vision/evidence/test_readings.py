@@ -84,3 +84,26 @@ def test_an_empty_cell_is_left_out_and_said(tmp_path):
     observation = observe_readings(read_recording(tmp_path))
     assert quantity(observation, "rebound_height").value == 98
     assert any("row 3" in note for note in observation.notes)
+
+
+@pytest.mark.parametrize(
+    ("readings", "words"),
+    [
+        ("380 384 382", "higher than the release"),
+        ("0.080 0.084 0.082", "is it in millimetres"),
+        ("80 81 82 79 80 240", "far from the others"),
+    ],
+)
+def test_what_can_hardly_be_is_doubted(tmp_path, readings, words):
+    (tmp_path / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 310')
+    (tmp_path / "readings.csv").write_text("rebound_height_mm\n" + "\n".join(readings.split()))
+    for q in observe_readings(read_recording(tmp_path)).quantities:
+        assert q.quality == DOUBTFUL
+        assert words in q.reason
+
+
+def test_readings_of_another_rig_are_refused(tmp_path):
+    (tmp_path / "recording.toml").write_text('rig = "drop"')
+    (tmp_path / "readings.csv").write_text("slide_angle_deg\n19\n20\n")
+    with pytest.raises(MeasurementError, match="belongs to a slide, the rig is drop"):
+        observe_readings(read_recording(tmp_path))
