@@ -204,7 +204,7 @@ def _falling_way(frames: np.ndarray, y: np.ndarray) -> float:
             continue
         f, h = frames[inner] - frames[inner].mean(), y[inner]
         if a == 0:  # without the rest before the release
-            begin = int(np.flatnonzero(h > h.max() - 0.02 * np.ptp(h))[-1])
+            begin = int(np.flatnonzero(h >= h.max() - 0.02 * np.ptp(h))[-1])
             f, h = (f[begin:], h[begin:]) if len(h) - begin >= 4 else (f, h)
         bend, slope, level = np.polyfit(f, h, 2)
         left = float(np.std(h - np.polyval([bend, slope, level], f)))

@@ -8,7 +8,7 @@ import pytest
 from vision.evidence.frames import Frame, FrameSource
 from vision.measurement import MeasurementError
 from vision.motion.detect import find_silhouettes
-from vision.motion.follow import follow
+from vision.motion.follow import _falling_way, follow
 from vision.motion.scene import learn_scene
 from vision.synthetic.film import Look, film, to_picture
 from vision.synthetic.motion import draw_drop
@@ -191,3 +191,10 @@ def test_a_seed_that_rests_for_most_of_the_film_is_not_background():
         column, row = (int(v[0]) for v in to_picture(look, *MOTION.path(np.array([time]))[:2]))
         assert scene.background[row, column] == pytest.approx(look.ground_grey, abs=6)
     assert np.median(np.stack(frames), axis=0)[row, column] > 150  # control: the plain median shows the seed
+
+
+def test_a_seed_at_rest_to_the_sub_pixel_falls_no_way():
+    frames, y = np.arange(40.0), np.full(40, 200.0)
+    y[20:] = 200 - 2.0 * np.arange(20)
+    assert _falling_way(frames[:20], y[:20]) == 0.0
+    assert _falling_way(frames, y) >= 0.0
