@@ -46,7 +46,7 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
     if not physical:
         missing = (["scale"] if track.unit == "px" else []) + ([] if track.timed else ["frame rate"])
         text = f"{' and '.join(missing)} unknown: lengths in {track.unit}, times in {track.time_unit}; ratios do not need them"
-        return Gravity(None), [text]
+        return Gravity(None, recording.camera.scale_sd if track.unit == "mm" else 0.0), [text]
     speed = math.sqrt(max(np.ptp(track.y), 1e-9) / 1000 * 2 * 9.80665)
     drag = drag_per_metre(recording, 0.75 * speed)
     if drag is None:
@@ -57,19 +57,20 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
     return Gravity(G_MM_S2, recording.camera.scale_sd, OTHER_SD, drag / 1000), notes  # the drag's own error: other_drag
 
 
-def other_drag(flights: Flights, gravity: Gravity, recording: Recording) -> float | None:
+def other_drag(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> float | None:
     """The drag, per length unit of the track, one standard deviation from the one assumed; None where there is no air.
 
-    Drag that was allowed for is known to SHAPE_SD. Where it was not, all of UNKNOWN_DRAG_PER_M is the error; gravity itself
-    gives the picture's scale for it, and where the clock is unknown too, the fall is taken for 310 mm.
+    Drag that was allowed for is known to SHAPE_SD. Where it was not, all of UNKNOWN_DRAG_PER_M is the error. Without a scale
+    gravity itself gives the picture's for it, and where the clock is unknown too, the fall is taken for 310 mm.
     """
     if recording.air.density_kg_m3 == 0:
         return None
     if gravity.drag > 0:
         return gravity.drag * (1 + SHAPE_SD)
-    if recording.camera.mm_per_px is None and recording.camera.fps is None and gravity.value is None:
-        return UNKNOWN_DRAG_PER_M * 0.31 / max(flights.fall(), 1e-9)
-    length_m = 1e-3 if gravity.value is not None else G_MM_S2 / 1000 / max(flights.free, 1e-9)
+    if not track.timed:
+        length_m = 1e-3 if track.unit == "mm" else 0.31 / max(flights.fall(), 1e-9)
+    else:
+        length_m = 1e-3 if gravity.value is not None else G_MM_S2 / 1000 / max(flights.free, 1e-9)
     return UNKNOWN_DRAG_PER_M * length_m
 
 

@@ -114,7 +114,7 @@ def _air_error(used: Track, up, flights: Flights, values, gravity: Gravity, reco
 
     It is common to a whole recording and bends all parabolas alike, so no residual shows it.
     """
-    other = other_drag(flights, gravity, recording)
+    other = other_drag(flights, used, gravity, recording)
     if other is None:
         return np.zeros_like(values)
     again = fit_flights(used.time, used.frame, up, used.sd, replace(gravity, drag=other))

@@ -12,7 +12,7 @@ from vision.motion.flight import drag_shift
 from vision.motion.gravity import drag_per_metre
 from vision.motion.impacts import measure_impacts
 from vision.motion.rebound import measure_rebound
-from vision.motion.track import make_track
+from vision.motion.track import make_track, track_from_table
 from vision.recording import Air, Camera, Drop, Recording, Seed
 from vision.synthetic.motion import correlated_noise, draw_drop, film_track
 
@@ -169,6 +169,24 @@ def test_without_scale_or_frame_rate_there_are_still_ratios():
     timed = measure_rebound(replace(bare, t_s=track.t_s), drop(fps=5200))
     told = next(note for note in timed.notes if "mm per px" in note)
     assert float(told.split("makes it ")[1].split(" ")[0]) == pytest.approx(0.25, rel=1e-3)
+
+
+@pytest.mark.parametrize("unit", ["mm", "px"])
+def test_a_scale_without_a_clock_gives_ratios_and_lengths(unit):
+    """Under the default air, and with the stated scale's error in the lengths."""
+    track = film_track(draw_drop(), np.random.default_rng(0), fps=1000)
+    camera = Camera(mm_per_px=0.25) if unit == "px" else Camera()
+    table = pd.DataFrame({"frame": track.frame, f"x_{unit}": track.x, f"y_{unit}": track.y})
+    if unit == "px":
+        table[["x_px", "y_px"]] /= 0.25
+    known = Recording("d", Path("d"), "drop", "track.csv", (), camera=camera, drop=Drop(height_mm=310))
+    found = named(measure_rebound(track_from_table(table, camera), known))
+    assert {q.quality for q in found.values()} == {"good"}
+    assert abs(found["restitution_normal"].value - 0.5) < 3 * found["restitution_normal"].sd < 0.02
+    height = found["rebound_height"]
+    assert abs(height.value - 77.5) < 2 * height.sd and height.unit == "mm"
+    assert height.sd > 0.9 * camera.scale_sd * 77.5
+    assert found["impact_speed"].unit == "mm/frame"
 
 
 def test_air_drag_is_allowed_for_where_the_seed_is_described():
