@@ -46,6 +46,7 @@ class _Tilt:
     cos2: np.ndarray
     sd: float
     pictured: bool
+    assumed: str  # what the angle rests on beyond measurement; "" where it was measured
 
 
 def measure_slide(track: Track, recording: Recording) -> Slide:
@@ -84,6 +85,8 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
         kinetic = failed("kinetic_friction", "1", f"the acceleration is known in pixels or frames only; {unknown} is needed")
     quantities = [slide_angle, static, kinetic]
     quantities = [_doubts(q, track, onset, onset_sd, stop, found, noise, travel, kinetic, static) for q in quantities]
+    if tilt.assumed:
+        quantities = [q if q.quality == "failed" else q.doubt(tilt.assumed) for q in quantities]
     if found.rho > 0.3:
         notes.append(f"successive frames err together (AR(1) ρ = {found.rho:.2f}); the standard deviations allow for it")
     if stop < len(x):
@@ -93,7 +96,7 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
 
 def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
     """The plate's angle from the track's column or from the stated rate; MeasurementError naming both when neither is there."""
-    time, notes, sd = track.time, [], TILT_SD_DEG
+    time, notes, sd, assumed = track.time, [], TILT_SD_DEG, ""
     rate = recording.slide.tilt_rate_deg_s
     if track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 4:
         known = np.isfinite(track.tilt_deg)
@@ -102,14 +105,15 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
     elif rate is not None and track.timed:
         angle = rate * time
         sd = math.hypot(TILT_SD_DEG, 0.01 * 20)
-        notes.append(f"the plate is taken to be level at t = 0 and to tilt at {rate:g} °/s throughout, known to 1 %")
+        assumed = f"the plate is taken to be level at t = 0 and to tilt at {rate:g} °/s throughout, known to 1 %"
+        notes.append(assumed)
     else:
         text = "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide] tilt_rate_deg_s"
         raise MeasurementError(f"{recording.toml}: {text}" + ("" if track.timed or not rate else " together with camera.fps"))
     theta = np.radians(angle)
     gradient = np.gradient(theta, time)
     integrals = (*_integrals(time, G_MM_S2 * np.sin(theta)), *_integrals(time, G_MM_S2 * np.cos(theta)))
-    return _Tilt(theta, gradient, *integrals, sd, track.tilt_sd_deg is not None), notes
+    return _Tilt(theta, gradient, *integrals, sd, track.tilt_sd_deg is not None, assumed), notes
 
 
 def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -64,6 +64,8 @@ def test_the_tilt_rate_stands_in_for_the_column_and_says_what_it_assumes():
     result = measure_slide(replace(track, tilt_deg=None), known)
     assert abs(named(result)["slide_angle"].value - motion.truth["slide_angle"]) < 0.05
     assert any("level at t = 0" in note for note in result.notes)
+    assert all(q.quality == "doubtful" and "level at t = 0" in q.reason for q in result.quantities)
+    assert {q.quality for q in measure_slide(track, KNOWN).quantities} == {"good"}  # control: a measured tilt
 
 
 def test_without_any_tilt_both_keys_are_named():
