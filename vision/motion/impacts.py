@@ -16,6 +16,8 @@ from vision.recording import Recording
 
 G = 9.80665
 TIME_SD_S = 2e-4  # of one impact in a sound record: the rise of the click
+LONGEST_S = 20.0  # an interval longer than this (490 m up) is no seed's bounce but a time in another unit
+JUMP = 2.0  # by more than this factor no restitution differs from the next
 
 
 def measure_impacts(times: np.ndarray, recording: Recording) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
@@ -58,12 +60,36 @@ def measure_impacts(times: np.ndarray, recording: Recording) -> tuple[tuple[Quan
             )
         else:
             quantities.append(failed("restitution_normal", "1", text))
-    if (longer := np.flatnonzero(e > 1)).size:
-        first = int(longer[0])
-        what = f"interval {first + 1} ({gap[first]:.4g} s) is longer than what went before it allows: was an impact missed?"
-        quantities = [q if q.quality == "failed" else q.doubt(what) for q in quantities] if first < 2 else quantities
+    if wrong := _wrong_unit(gap, e, top, recording):
+        return tuple(failed(q.name, q.unit, wrong) for q in quantities), bounces, [*notes, wrong]
+    if (at := _missing(e)) is not None:
+        what = f"an impact seems to be missing: interval {at + 1} ({gap[at]:.4g} s) does not fit the others"
+        if at < 2:
+            quantities = [q if q.quality == "failed" or q.name == "impact_speed" else q.doubt(what) for q in quantities]
         notes.append(what)
     return tuple(quantities), bounces, notes
+
+
+def _wrong_unit(gap: np.ndarray, e: np.ndarray, top: float, recording: Recording) -> str:
+    """Why times and heights cannot be in the units they should be in; "" when they can."""
+    if gap.max() > LONGEST_S:
+        return f"an interval of {gap.max():.4g} s between impacts: t_s is to be in seconds (are these milliseconds?)"
+    height = recording.drop.height_mm
+    if height and e[0] > 1.05:
+        return (
+            f"the first interval of {gap[0]:.4g} s is a rebound of {top:.4g} mm, higher than the drop ([drop] height_mm = "
+            f"{height:g}): is height_mm in millimetres and t_s in seconds, or was an impact missed?"
+        )
+    return ""
+
+
+def _missing(e: np.ndarray) -> int | None:
+    """The first interval that is too long for its neighbours, as when two were taken for one; None where all fit."""
+    longer = np.flatnonzero(e > 1)
+    known = np.isfinite(e[:-1])
+    jump = np.abs(np.log(e[1:] / e[:-1], where=known, out=np.zeros(len(e) - 1))) > math.log(JUMP)
+    jumps = [int(k) if e[k] > e[k + 1] else int(k) + 1 for k in np.flatnonzero(jump)]
+    return min([*map(int, longer), *jumps], default=None)
 
 
 def _rounding(times: np.ndarray) -> float:

@@ -263,7 +263,26 @@ def test_impact_intervals_are_honest_and_a_missed_impact_is_said():
     missed = measure_impacts(np.delete(times, 1), drop())
     assert any("missed" in note for note in missed[2]) or missed[0][0].quality == "doubtful"
     later = measure_impacts(np.delete(times, 2), drop())
-    assert any("missed" in note for note in later[2])
+    assert any("missing" in note for note in later[2])
+
+
+def test_a_missing_impact_and_a_wrong_unit():
+    times = np.array([b["t_s"] for b in draw_drop(max_bounces=5).truth["bounces"]])
+
+    def measured(times, known=None):
+        return {q.name: q for q in measure_impacts(times, known or drop())[0]}
+
+    assert {q.quality for q in measured(times).values()} == {"good"}  # control
+    gone = measured(np.delete(times, 1))  # restitutions .75, .167, .50
+    for name in ("rebound_height", "rebound_speed", "restitution", "restitution_normal"):
+        assert gone[name].quality == "doubtful" and "an impact seems to be missing" in gone[name].reason
+    assert gone["impact_speed"].quality == "good"
+    late = measure_impacts(np.delete(times, 3), drop())
+    assert {q.quality for q in late[0]} == {"good"} and any("impact seems to be missing" in note for note in late[2])
+    without = measured(np.delete(times, 1), drop(height=None))
+    assert without["restitution_normal"].quality == "doubtful" and "missing" in without["restitution_normal"].reason
+    for wrong, says in ((measured(1000 * times), "milliseconds"), (measured(times, drop(height=31)), "in millimetres")):
+        assert all(q.quality == "failed" and says in q.reason for q in wrong.values())
 
 
 def test_impact_times_without_a_height_ask_for_it():
