@@ -135,4 +135,6 @@ def _baseline(text: str) -> tuple[float, float, float, float] | None:
     if not text:
         return None
     numbers = _numbers(text, "--baseline", (1, 4))
+    if len(numbers) == 4 and abs(numbers[2] - numbers[0]) < 10 * abs(numbers[3] - numbers[1]):
+        raise MeasurementError(f"--baseline {text}: the two points must lie side by side (X1,Y1,X2,Y2)")
     return tuple(numbers) if len(numbers) == 4 else (0.0, numbers[0], 1000.0, numbers[0])

@@ -18,8 +18,8 @@ def find_base_line(cut, ground, silhouette, surface, options, camera, roi) -> Ba
     edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
     if options.baseline is not None:
         x1, y1, x2, y2 = options.baseline
-        if x1 == x2:
-            raise MeasurementError("--baseline: the two points must differ in x")
+        if x1 == x2 or not -cut.shape[0] < (y1 + y2) / 2 - roi[1] < 2 * cut.shape[0]:
+            raise MeasurementError(f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture")
         slope = (y2 - y1) / (x2 - x1)
         return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
     if (plate := _line_through(surface, ground.factor, share=0.08 * surface.size)) is not None:

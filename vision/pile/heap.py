@@ -107,7 +107,8 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
         return Heap(crest, top, (), walls, "no pile in the picture: nothing rises above the plate")
     if profile[crest] <= 1:
         return Heap(crest, top, (), walls, "the pile is cut by the picture's top border")
-    flanks = tuple(_flank(side, smooth, crest, top, low, high, window) for side in ("left", "right"))
+    sharp = median_filter(np.where(np.isfinite(height), height, 0.0), 5, mode="nearest")
+    flanks = tuple(_flank(side, smooth, sharp, crest, top, low, high, window) for side in ("left", "right"))
     return Heap(crest, top, flanks, walls, _second_pile(smooth, free, pieces, crest, flanks))
 
 
@@ -170,11 +171,20 @@ def _runs(flags: np.ndarray, gap: int) -> list[tuple[int, int]]:
     return list(zip(starts.tolist(), ends.tolist()))
 
 
-def _flank(side: str, smooth: np.ndarray, crest: int, top: float, low: int, high: int, window: tuple[float, float]) -> Flank:
+def _flank(
+    side: str, smooth: np.ndarray, sharp: np.ndarray, crest: int, top: float, low: int, high: int, window: tuple[float, float]
+) -> Flank:
     """From the crest outwards to the first column lower than TOE of the height, or to where the surface ends."""
     outward = smooth[low : crest + 1][::-1] if side == "left" else smooth[crest:high]
     ends = np.flatnonzero(outward < TOE * top)
     length = int(ends[0]) if ends.size else outward.size - 1
+    if ends.size:  # the running mean has rounded the toe: where, near it, does the surface itself come down?
+        reach = max(3, smooth.size // 50)
+        raw = sharp[low : crest + 1][::-1] if side == "left" else sharp[crest:high]
+        near = np.arange(max(length - reach, 1), min(length + reach, raw.size))
+        above = near[raw[near] >= TOE * top]
+        length = int(above[-1]) + 1 if above.size else length
+        length = min(length, outward.size - 1)
     toe = crest - length if side == "left" else crest + length
     lowest = float(np.nanmin(outward[: length + 1])) / top
     at_border = toe <= 1 or toe >= smooth.size - 2
@@ -196,5 +206,5 @@ def _second_pile(smooth: np.ndarray, free: np.ndarray, pieces, crest: int, flank
     outside[low : high + 1] = 0.0
     for a, b in _runs(outside > 0.4 * smooth[crest], gap=1):
         if b - a >= 0.1 * smooth[crest] and a > 2 and b < smooth.size - 2:
-            return f"two piles in the picture (crests near x = {crest} and {(a + b) // 2} of the small picture)"
+            return "two piles in the picture: name the one to measure by --roi"
     return ""

@@ -64,6 +64,8 @@ def _refine(image, ground: Ground, columns, slope, intercept, sign, floor) -> Li
     rise = np.clip(np.gradient(cv2.blur(level, (1, 3)), axis=0), 0, None) ** 2
     weight = rise.sum(axis=0)
     clear = weight > 0.1 * np.median(weight)
+    if clear.sum() < 16:
+        return None
     y = (rows * rise).sum(axis=0) / np.maximum(weight, 1e-9)
     line = fit_line(x[clear], y[clear], floor)
     return line if line.rms < max(1.0, 0.7 * factor) and line.left_out < 0.4 else None

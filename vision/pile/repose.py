@@ -182,7 +182,8 @@ def _height_over_radius(heap, base, slopes, toes, crest_x, factor, doubts) -> Qu
     radius, height = float(np.mean(known)), heap.height_px * factor * (1 - TOE)
     ratio = height / radius
     rough = float(np.mean([s.line.rms for s in slopes]))
-    sd_ratio = np.hypot(rough / height, max(rough / ratio, factor) / radius / np.sqrt(len(known))) * ratio
+    blunt = 1.5 * factor  # px: a running median of 5 takes that much off a sharp crest
+    sd_ratio = np.hypot(max(rough, blunt) / height, max(rough / ratio, factor) / radius / np.sqrt(len(known))) * ratio
     return _angle(name, float(np.degrees(np.arctan(ratio))), float(np.degrees(sd_ratio / (1 + ratio**2))), doubts)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from vision.pile.heap import BaseLine, Flank, Heap
 from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 
+ROUGH_SD_DEG, STEEP_DEG = 1.0, 50.0  # beyond these an angle is doubtful
 BENT_DEG = 8.0  # local slopes that differ by more than this inside the window: one line is the wrong model
 
 
@@ -36,11 +37,15 @@ def fit_slope(surface, base: BaseLine, heap: Heap, flank: Flank, factor, window,
     margin = 0.01 * surface.size
     if base.source == "toe" and not margin < toe < surface.size - 1 - margin:
         doubts.append(f"the pile is cut by the picture's {flank.side} border: the window is of the height that shows")
+    if line.angle_sd_deg > ROUGH_SD_DEG:
+        doubts.append(f"the surface is too rough for its length: ± {line.angle_sd_deg:.1f}°")
     sign = 1 if flank.side == "right" else -1
     angle = sign * (line.angle_deg - horizontal)
     rise = abs(line.slope) * (line.x_high - line.x_low)
     if angle < 3 or line.rms > 0.25 * rise:
         return None
+    if angle > STEEP_DEG:
+        doubts.append(f"steeper than {STEEP_DEG:.0f}°: is the picture turned, or is this no slope of grains?")
     return Slope(flank.side, line, angle, float(np.hypot(line.angle_sd_deg, horizontal_sd)), tuple(doubts))
 
 
@@ -79,5 +84,3 @@ def _slope_doubts(line: Line, rise: float):
         yield f"the line is only {line.lengths:.0f} correlation lengths of the surface's roughness long"
     if line.left_out > 0.1:
         yield f"{100 * line.left_out:.0f} % of the surface lies off the line and was left out"
-    if line.rms > 0.08 * rise:
-        yield "the surface is rough for its length"

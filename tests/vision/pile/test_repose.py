@@ -251,3 +251,22 @@ def test_a_textured_wall_and_a_shadow_do_not_matter():
         image *= 1 - rng.uniform(0, 0.4) * np.exp(-(((x - 1000) / 400) ** 2) - ((y - 650) / 200) ** 2)
         angle = value(measure_repose(np.clip(image, 0, 255).astype(np.uint8)))
         assert abs(angle.value - scene.angle_deg) <= max(3 * angle.sd, 0.3), i
+
+
+def test_height_over_radius_is_within_its_claim():
+    """Straight heaps of many sizes: the true angle lies within 2.5 claimed sd of atan(h/r)."""
+    cases = [(30, 300, (1200, 800)), (20, 180, (1200, 800)), (33, 55, (200, 150)), (30, 250, (3000, 600))]
+    for i, (angle, height, size) in enumerate(cases):
+        q = value(measure_repose(draw(seed=i, angle_deg=angle, pile_height=height, size=size)), "height_over_radius_angle")
+        assert abs(q.value - angle) <= 2.5 * q.sd, (angle, size)
+
+
+def test_a_picture_on_its_side_is_doubted():
+    q = value(measure_repose(np.rot90(draw(sides="right", angle_deg=32, size=(1000, 700), pile_height=300)).copy()))
+    assert q.quality == DOUBTFUL
+
+
+def test_a_surface_too_rough_for_its_length_is_doubted():
+    found = [value(measure_repose(draw(seed=i, grain_px=40, size=(900, 600), pile_height=220, angle_deg=33))) for i in range(6)]
+    assert all(q.quality == DOUBTFUL or q.sd <= 1.0 for q in found)
+    assert any(q.quality == DOUBTFUL for q in found)
