@@ -53,8 +53,9 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     notes: list[str] = []
     speed, top = _speeds(time, x)
     stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
-    place, place_sd, more = _junction(track, x, speed, stop_row, recording, sign, seen)
+    place, place_sd, more, unsure = _junction(track, x, speed, stop_row, recording, sign, seen)
     notes += more
+    doubts = [*doubts, *unsure, *_jumps(track, x, speed)]
     length = stop - place
     if length <= 0:
         raise MeasurementError("the seed stops before the junction: it never reaches the level plate")
@@ -139,28 +140,61 @@ def _extrapolated(track: Track, x: np.ndarray, end_speed: float, top: float) -> 
     return float(place + ahead), sd, len(x) - 1, [f"{text}; the stop is extrapolated by {ahead:.3g} {track.unit}"]
 
 
-def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign: float, seen) -> tuple[float, float, list[str]]:
-    """Where the incline meets the level, along the path: from the picture, from the release, or from the motion."""
-    if seen is not None:
-        return sign * seen[0], seen[1], []
-    way = recording.roll.incline_length_mm
-    rest = np.flatnonzero(speed > 0.05 * np.percentile(speed, 98))[0]
-    released = rest >= 4
+def _jumps(track: Track, x: np.ndarray, speed: np.ndarray) -> list[str]:
+    """A doubt when the seed goes further in one step than its greatest speed and the noise allow."""
+    excess = np.abs(np.diff(x)) - 2 * float(speed.max()) * np.diff(track.time) - 8 * _noise(x)
+    at = int(np.argmax(excess))
+    if excess[at] <= 0:
+        return []
+    when = f"{track.time[at + 1]:.4g} {track.time_unit}"
+    return [f"the track jumps by {x[at + 1] - x[at]:+.3g} {track.unit} in one step at {when}"]
+
+
+def _noise(x: np.ndarray) -> float:
+    """Of one place, from third differences, which a seed that speeds up or slows down does not show."""
+    return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / math.sqrt(20)
+
+
+def _rest_rows(track: Track, x: np.ndarray, speed: np.ndarray) -> int:
+    """Rows at the start in which the seed rests, 0 when the track begins with a seed on its way."""
+    near = x <= np.median(x[:5]) + 4 * _noise(x) + 1e-6 * np.ptp(x)
+    rows = int(np.flatnonzero(near)[-1]) + 1
+    if rows < 4 or np.polyfit(track.time[:rows], x[:rows], 1)[0] > 0.25 * np.percentile(speed, 98):
+        return 0
+    return rows
+
+
+def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign: float, seen):
+    """Where the incline meets the level, along the path: from the picture, from the release, or from the motion.
+
+    Returns place, sd, notes, and what makes it doubtful.
+    """
     kinematic = _turning_place(track, x, speed, stop_row)
-    if way is not None and track.unit == "mm":
-        start, start_sd = mean(x[: max(rest - 1, 2)], track.frame[: max(rest - 1, 2)]) if released else (0.0, LENGTH_SD_MM)
-        place = start + way
-        sd = math.hypot(start_sd if math.isfinite(start_sd) else 0.0, LENGTH_SD_MM)
-        where = "where the seed rests at first" if released else "x = 0, taken to be the release"
+    way = recording.roll.incline_length_mm
+    if seen is not None:
+        place, sd, notes = sign * seen[0], seen[1], []
+    elif way is not None and track.unit == "mm":
+        rest = _rest_rows(track, x, speed)
+        start, start_sd = mean(x[:rest], track.frame[:rest]) if rest else (0.0, LENGTH_SD_MM)
+        place, sd = start + way, math.hypot(start_sd, LENGTH_SD_MM)
+        where = "where the seed rests at first" if rest else "x = 0, taken to be the release"
         notes = [f"the junction is {way:g} mm along the path from {where}"]
-        if kinematic is not None and abs(kinematic[0] - place) > 4 * math.hypot(kinematic[1], sd) + 0.03 * np.ptp(x):
-            notes.append(
-                f"but the seed is fastest at {kinematic[0] - place:+.3g} mm from there: check incline_length_mm and the scale"
+        if not rest and kinematic is None:
+            return (
+                place,
+                sd,
+                notes,
+                ["the release is not in the track: x = 0 is taken for it, and no motion shows it"],
             )
-        return place, sd, notes
-    if kinematic is None:
+    elif kinematic is None:
         raise MeasurementError(f"{recording.toml}: [roll] incline_length_mm is needed: the motion does not show the junction")
-    return *kinematic, ["the junction is taken where speeding up turns into slowing down"]
+    else:
+        return *kinematic, ["the junction is taken where speeding up turns into slowing down"], []
+    if kinematic is None or abs(kinematic[0] - place) <= 4 * math.hypot(kinematic[1], sd) + 0.03 * np.ptp(x):
+        return place, sd, notes, []
+    check = "the scale" if seen is not None else "incline_length_mm and the scale"
+    off = f"the seed is fastest at {kinematic[0] - place:+.3g} {track.unit} from where the junction is taken to be: check {check}"
+    return place, sd, notes, [off]
 
 
 def _turning_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int) -> tuple[float, float] | None:

@@ -77,7 +77,23 @@ def test_the_other_direction_and_a_junction_that_does_not_fit():
     track = film_track(motion, np.random.default_rng(0), fps=240, noise_mm=0.05)
     assert abs(named(measure_run_out(track, KNOWN))["run_out"].value - motion.truth["run_out"]) < 1
     wrong = measure_run_out(track, replace(KNOWN, roll=Roll(incline_deg=15, incline_length_mm=60)))
-    assert any("check incline_length_mm" in note for note in wrong.notes)
+    for q in wrong.quantities:
+        assert q.quality == "doubtful" and "check incline_length_mm" in q.reason
+
+
+def test_wrong_units_a_jump_and_an_origin_elsewhere():
+    track = film_track(draw_roll(), np.random.default_rng(0), fps=120, noise_mm=0.1)
+    plain = measure_run_out(track, KNOWN)
+    assert {q.quality for q in plain.quantities} == {"good"}  # control
+    centimetres = replace(track, x=track.x / 10, y=track.y / 10)
+    jumped = replace(track, x=track.x + np.where(track.t_s > 1, 20, 0))
+    started = track.take(track.x > 30)
+    for wrong, says in ((centimetres, "seed is fastest"), (jumped, "jumps by +2"), (started, "release is not in the track")):
+        for q in measure_run_out(wrong, KNOWN).quantities:
+            assert q.quality == "doubtful" and says in q.reason
+    elsewhere = measure_run_out(replace(track, x=track.x + 500), KNOWN)
+    for q, usual in zip(elsewhere.quantities, plain.quantities, strict=True):
+        assert q.quality == "good" and q.value == pytest.approx(usual.value)
 
 
 def test_a_seed_that_does_not_roll():
