@@ -219,6 +219,10 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
         if len(second) < 5:
             quantity = quantity.doubt(f"only {len(second)} frames of the first rebound")
         if track.time[second[-1]] < flights.apex_time(1):
+            share = _rise_seen(flights, track)
+            if quantity.name in ("rebound_height", "restitution") and (len(second) < 8 or share < 0.6):
+                text = f"the recording stops before the rebound's highest point ({len(second)} frames, {100 * share:.0f} % of it)"
+                return failed(quantity.name, quantity.unit, quantity.reason if quantity.quality == "failed" else text)
             quantity = quantity.doubt("the track ends before the rebound's highest place, which is extrapolated")
         if not 0.02 < e < 1:
             quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
@@ -231,3 +235,9 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
         text = f"places scatter {flights.noise:.2g} {track.unit} about the parabolas, their stated sd is {sd:.2g}"
         quantity = quantity.doubt(text)
     return quantity
+
+
+def _rise_seen(flights: Flights, track: Track) -> float:
+    """The share of the first rebound's rise that its last row has reached."""
+    low, top = (flights.height(1, t) for t in (flights.meeting(0), flights.apex_time(1)))
+    return float((flights.height(1, track.time[flights.rows[1][-1]]) - low) / max(top - low, 1e-12))

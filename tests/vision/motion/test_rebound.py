@@ -224,6 +224,16 @@ def test_a_rebound_cut_short_is_doubtful():
     assert abs(found["rebound_height"].value - 77.5) < 4 * found["rebound_height"].sd
 
 
+@pytest.mark.parametrize(("fps", "until"), [(300, 0.293), (300, 0.32), (120, 0.33)])
+def test_a_rebound_of_which_little_was_seen_fails(fps, until):
+    track = film_track(draw_drop(), np.random.default_rng(0), fps=fps, until_s=until, noise_mm=0.05)
+    found = named(measure_rebound(track, drop(fps=fps, mm_per_px=0.25)))
+    for name in ("rebound_height", "restitution"):
+        assert found[name].quality == "failed" and "stops before the rebound's highest point" in found[name].reason
+    assert found["rebound_speed"].quality == found["restitution_normal"].quality == "doubtful"
+    assert found["impact_speed"].quality == "good"
+
+
 def test_a_release_out_of_sight_asks_for_the_height():
     track = film_track(draw_drop(), np.random.default_rng(0), start_s=0.15)
     missing = named(measure_rebound(track, drop(height=None)))["restitution"]
