@@ -136,21 +136,38 @@ def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
     return start + apex + int(low[0]) + 1 if len(low) else len(height)
 
 
+def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Running median, how far each row is off it, and how far a row may be: two of the seed's greatest steps, or ten noises."""
+    middle = median_filter(height, 7, mode="nearest")
+    off = np.abs(height - middle)
+    steps = np.abs(np.diff(median_filter(height, 3, mode="nearest")))  # the seed's own: single rows off are not in it
+    return middle, off, max(10 * float(np.median(off)), 2.0 * float(np.percentile(steps, 98)))
+
+
 def _despiked(height: np.ndarray) -> np.ndarray:
     """Single rows far off their neighbours replaced, so that a spike is not taken for a contact."""
     if len(height) < 15:
         return height
-    middle = median_filter(height, 7, mode="nearest")
-    off = np.abs(height - middle)
-    limit = max(10 * np.median(off), 2.0 * np.percentile(np.abs(np.diff(height)), 98))
+    middle, off, limit = _off_neighbours(height)
     return np.where(off > limit, middle, height)
+
+
+def _single_spikes(height: np.ndarray) -> np.ndarray:
+    """Rows that stand out from both neighbours further than a bouncing seed can: outliers before anything is fitted."""
+    spikes = np.zeros(len(height), dtype=bool)
+    if len(height) < 15:
+        return spikes
+    _, off, limit = _off_neighbours(height)
+    before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
+    spikes[1:-1] = (off[1:-1] > limit) & (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > limit)
+    return spikes
 
 
 def fit_flights(time: np.ndarray, frame: np.ndarray, height: np.ndarray, sd: np.ndarray, gravity: Gravity) -> Flights:
     """Fit all flights of a track together. sd (n,) of each row, or NaN. Raises MeasurementError when nothing flies."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
-    outlier = np.zeros(len(time), dtype=bool)
+    outlier = _single_spikes(height)
     ranges = split(time, height)
     contacts = [time[stop - 1] for _, stop in ranges[:-1]]
     for turn in range(4):

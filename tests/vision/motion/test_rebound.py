@@ -132,6 +132,18 @@ def test_outliers_are_marked_and_left_out():
     assert named(result)["restitution_normal"].value == pytest.approx(0.5, abs=0.002)
 
 
+@pytest.mark.parametrize(("every", "off"), [(50, 40.0), (50, -40.0), (10_000, 40.0), (20, 40.0)])
+def test_single_rows_far_off_are_marked_and_nothing_else(every, off):
+    """1000 fps, one row in 50 (or one in all) 40 mm off: those rows are outliers, hardly any other is."""
+    track = film_track(draw_drop(), np.random.default_rng(0), fps=1000, noise_mm=0.05)
+    wrong = np.arange(len(track)) % every == (3 if every < 100 else 150)
+    result = measure_rebound(replace(track, y=track.y + off * wrong), drop(fps=1000))
+    assert result.track.outlier[wrong].all() and (result.track.outlier & ~wrong).sum() <= 3
+    for name, q in named(result).items():
+        truth = 0.5 if name.startswith("restitution") else draw_drop().truth[name]
+        assert q.quality == "good" and abs(q.value - truth) < 3 * q.sd, name
+
+
 @pytest.mark.parametrize(
     ("fps_factor", "scale_factor", "says"),
     [(1.2, 1.0, "frame rate is stated 1.2 × too high"), (1.0, 0.5, "scale (mm_per_px) 2 × too small")],
