@@ -4,10 +4,10 @@ python benchmarks/tracking.py [recordings for the coverage study, default 200 [a
 """
 
 import os
+import re
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core: what is stated is per core
 
-import resource
 import subprocess
 import sys
 import tempfile
@@ -204,7 +204,9 @@ def track_alone(folder: str) -> None:
     from vision.recording import read_recording
 
     found = observe_moving(read_recording(Path(folder)))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    # ru_maxrss would hand on what the parent held when it forked; VmHWM is this program's own.
+    status = Path("/proc/self/status")
+    peak = int(re.search(r"VmHWM:\s+(\d+)", status.read_text())[1]) / 1024 if status.exists() else float("nan")
     print(f"peak memory {peak:.0f} MB, {len(found.track)} frames with the seed")
 
 
