@@ -33,11 +33,14 @@ def _kernels():
     }
 
 
-def choose_skin(radii: np.ndarray, primitives: int) -> float:
-    """Skin [m] of a run's lists; endless where everything may be listed for good."""
+def choose_skin(radii: np.ndarray, primitives: int, reach: float = 0.0) -> float:
+    """Skin [m] of a run's lists; endless where everything may be listed for good.
+
+    Never less than the farthest `reach` [m] of a law: surfaces that still act on each other must stay listed.
+    """
     if len(radii) * (len(radii) + 2 * primitives) <= FEW:
         return 1e9
-    return SKIN * 2.0 * float(np.min(radii))
+    return max(SKIN * 2.0 * float(np.min(radii)), 1.01 * reach)
 
 
 def ball_counts(tables: Tables, shape_of: np.ndarray) -> np.ndarray:

@@ -47,6 +47,14 @@ def tables_of(world: World) -> Tables:
     return tabulate_world(world)
 
 
+def farthest_reach(world: World, radii: np.ndarray) -> float:
+    """How far apart [m] surfaces may be and still act on each other: for the largest ball and the softest material."""
+    materials = {m.name: m for m in (*(s.material for s in world.seeds), *(w.material for w in world.walls))}.values()
+    softest = min(m.young_modulus_pa / (1 - m.poisson_ratio**2) / 2 for m in materials)
+    reaches = [c.law.reach(float(radii.max()), softest, *c.numbers) for c in world.active_laws if c.law.reach is not None]
+    return max(reaches, default=0.0)
+
+
 def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-3) -> State:
     """The state at t = 0: seeds placed, lists made, forces known.
 
@@ -68,7 +76,8 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
     ball[:, 3] = tables.shape_ball[numbers, 3]
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
     state = State(
-        step=0, dt=time_step(world), skin=lists.choose_skin(ball[:, 3], len(walls.kind)), ids=np.arange(n), motion=motion, turn=q,
+        step=0, dt=time_step(world), skin=lists.choose_skin(ball[:, 3], len(walls.kind), farthest_reach(world, ball[:, 3])),
+        ids=np.arange(n), motion=motion, turn=q,
         spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind],
         ball=ball, owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32),
         ball_start=ball_start,

@@ -58,7 +58,7 @@ def test_a_clumps_restitution_does_not_depend_on_how_many_balls_touch(balls):
 
 def test_unequal_overlaps_share_nearly_as_well():
     """Three balls of which the middle one is 4 µm larger: it touches first, the others join on the way, at a tenth of the depth.
-    The sum is no pure δ^1.5 spring any more, for which alone e is exact: measured 0.5205 (in EDEM's way 0.37)."""
+    The sum is no pure δ^1.5 spring any more, for which alone e is exact: 0.5205 was measured."""
     r = 2e-3
     seed = Seed.from_spheres([[-1.5 * r, 0, 0], [0, 0, 0], [1.5 * r, 0, 0]], [r, 1.002 * r, r], 1250.0)
     assert rebounds(seed, SOYBEAN, 0.54, 1.0, 0.05) == pytest.approx(0.54, rel=4e-2)
