@@ -1,7 +1,7 @@
 """Neighbour lists against the naive way: all pairs, every step."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from sim.engine import lists
@@ -57,7 +57,7 @@ def naive(state) -> set:
     return set(zip(np.minimum(a, b).tolist(), np.maximum(a, b).tolist(), strict=True))
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(2, 48), moving=st.booleans())
 def test_lists_find_what_all_pairs_find(seed, count, moving):
     world = scene(np.random.default_rng(seed), count, moving)
@@ -67,12 +67,16 @@ def test_lists_find_what_all_pairs_find(seed, count, moving):
         assert touching(state) == naive(state)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**32 - 1), moving=st.booleans())
 def test_motion_is_that_with_everything_listed(seed, moving):
     """Endless lists never need making anew; sums are then in another order, and equal to rounding grown over 200 steps."""
     world = scene(np.random.default_rng(seed), 40, moving)
-    listed = run(world, init(world, np.random.default_rng(0)), steps=200)
+    try:
+        start = init(world, np.random.default_rng(0))
+    except ValueError:  # drawn on top of each other
+        assume(False)
+    listed = run(world, start, steps=200)
     few, lists.FEW = lists.FEW, 10**9
     try:
         naive_run = run(world, init(world, np.random.default_rng(0)), steps=200)

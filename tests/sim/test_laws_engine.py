@@ -101,11 +101,12 @@ def test_film_adhesion_takes_its_energy_and_holds():
 
 def test_a_film_longer_than_the_usual_skin_acts_on_many_as_on_one():
     """Sixty balls keep lists with a skin, one ball lists everything for good: a film must not break when lists are remade."""
-    film = {"pull": 2e-3, "rupture": 1.5 * 0.4 * R}
+    film = {"pull": 4e-3, "rupture": 0.8 * R}  # twice the usual skin
     alone = world(BALL, R + 1e-4, (0, 0, -0.5), e=1.0, gravity=0.0, film_adhesion=film)
     places = np.array([[4 * R * (i % 8), 4 * R * (i // 8), R + 1e-4] for i in range(60)])
     still = np.zeros(60, int)
     placed = Placed((BALL,), SOYBEAN, places, velocities=np.tile([0, 0, -0.5], (60, 1)), shape_of=still)
+    alone = replace(alone, walls=(Plane("plate", Q235),))  # a plate at rest is listed like anything else
     many = replace(alone, seeds=(placed,))
     speeds = [run(w, init(w, np.random.default_rng(0)), until=0.03).velocities[:, 2] for w in (alone, many)]
     np.testing.assert_allclose(speeds[1], speeds[0][0], rtol=1e-9)
