@@ -1,6 +1,7 @@
 """Frames of a recording, one at a time: from a folder of pictures or from a video, never all in memory."""
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +25,7 @@ class Frame:
 
 
 @dataclass
-class FrameSource:
+class FrameSource(ABC):
     """The frames of one recording: `iterate()` streams them, `sample(n)` gives n spread over the whole for the background.
 
     `notes` gathers what was skipped, with frame numbers. `count` is the number of frames expected.
@@ -35,11 +36,14 @@ class FrameSource:
     fps: float | None
     notes: list[str] = field(default_factory=list)
 
+    @abstractmethod
     def iterate(self) -> Iterator[Frame]:
-        raise NotImplementedError
+        """The frames in order, one at a time."""
 
     def picked(self, n: int) -> list[Frame]:
-        raise NotImplementedError
+        """About n frames spread over the whole; sources that can skip do better than read them all."""
+        step = max(1, -(-self.count // n))
+        return [frame for i, frame in enumerate(self.iterate()) if i % step == 0]
 
     def sample(self, n: int) -> list[np.ndarray]:
         """About n pictures spread over the whole recording, all of one size, fewer where they are large."""
