@@ -193,8 +193,9 @@ def _flank(
     if lowest > window[0] * 0.9:
         what = f"the pile is cut by the picture's {side} border" if at_border else "the surface ends"
         return Flank(side, crest, toe, f"{what} at {100 * lowest:.0f} % of its height")
-    rise = np.nanmax(np.maximum.accumulate(outward[: length + 1][::-1]) - outward[: length + 1][::-1])
-    if rise > 0.2 * top:
+    upwards = outward[: length + 1][::-1]
+    upwards = upwards[np.isfinite(upwards)]  # one gap must not hide all that lies above it
+    if np.max(np.maximum.accumulate(upwards) - upwards, initial=0.0) > 0.2 * top:
         return Flank(side, crest, toe, "the surface falls and rises again: two piles, or something in front of it")
     return Flank(side, crest, toe)
 
