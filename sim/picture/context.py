@@ -1,0 +1,97 @@
+"""An off-screen OpenGL context with pyrender's renderer in it, and the clear word where there is none."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+Array = np.ndarray
+
+EGL_PACKAGES = "libegl1 libegl-mesa0 libgl1-mesa-dri"  # the same as scripts/system-packages.sh
+SHADERS = Path(__file__).parent / "shaders"
+
+
+class RenderingUnavailable(RuntimeError):
+    """Pictures cannot be rendered here; the message says what to install."""
+
+
+def _pyrender():
+    """pyrender, imported late: it takes a second, needs EGL, and measuring must do without either.
+
+    Written for numpy 1: `Mesh.bounds`, `Scene.bounds` and shadows ask for np.infty, so they cannot be used.
+    """
+    os.environ["PYOPENGL_PLATFORM"] = "egl"  # off-screen; read by OpenGL when it is first imported
+    import pyrender
+    import pyrender.platforms.egl
+
+    return pyrender
+
+
+class Context:
+    """An EGL context with pyrender's renderer in it, of one thread; ours as pyrender's own ends the display for all others."""
+
+    def __init__(self):
+        try:
+            pyrender = _pyrender()
+            from OpenGL import GL
+
+            device = pyrender.platforms.egl.get_device_by_index(int(os.environ.get("EGL_DEVICE_ID", "0")))
+            self.platform = pyrender.platforms.egl.EGLPlatform(64, 64, device=device)
+            self.platform.init_context()
+        except Exception as error:  # EGL is missing in a dozen ways: no library, no driver, no device, no context
+            raise RenderingUnavailable(
+                f"pictures cannot be rendered: no EGL ({type(error).__name__}: {error}). On Debian or Ubuntu install it by"
+                f"   sudo apt-get update && sudo apt-get install -y --no-install-recommends {EGL_PACKAGES}"
+            ) from error
+        self.gl, self.pyrender = GL, pyrender
+        self.renderer = _renderer(pyrender, GL)(64, 64)
+        self.renderer._program_cache.shader_dir = str(SHADERS)
+
+    def name(self) -> str:
+        """Driver and version."""
+        self.platform.make_current()
+        return " · ".join(self.gl.glGetString(s).decode() for s in (self.gl.GL_RENDERER, self.gl.GL_VERSION))
+
+    def draw(self, scene, width: int, height: int) -> Array:
+        """The scene's RGBA, uint8 (height, width, 4), alpha = how much of the pixel is covered, colour times alpha."""
+        self.platform.make_current()
+        self.renderer.viewport_width, self.renderer.viewport_height = width, height
+        flags = self.pyrender.RenderFlags
+        return self.renderer.render(scene, flags.OFFSCREEN | flags.RGBA)
+
+    def close(self) -> None:
+        from OpenGL import EGL
+
+        self.platform.make_current()
+        self.renderer.delete()
+        display = self.platform._egl_display
+        EGL.eglMakeCurrent(display, EGL.EGL_NO_SURFACE, EGL.EGL_NO_SURFACE, EGL.EGL_NO_CONTEXT)
+        EGL.eglDestroyContext(display, self.platform._egl_context)
+        self.platform._egl_context = self.platform._egl_display = None
+
+
+def _renderer(pyrender, GL):
+    class ColourRenderer(pyrender.Renderer):
+        """pyrender's renderer without the depth picture, which cost more than the drawing."""
+
+        def _read_main_framebuffer(self, scene, flags):
+            width, height = self._main_fb_dims
+            box = (0, 0, width, height)
+            GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._main_fb_ms)
+            GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, self._main_fb)
+            GL.glBlitFramebuffer(*box, *box, GL.GL_COLOR_BUFFER_BIT, GL.GL_NEAREST)
+            GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._main_fb)
+            pixels = np.empty((height, width, 4), np.uint8)
+            GL.glReadPixels(*box, GL.GL_RGBA, GL.GL_UNSIGNED_BYTE, pixels)
+            return pixels[::-1]
+
+    return ColourRenderer
+
+
+def renderer_name() -> str:
+    """Driver and version of the machine's EGL, such as "llvmpipe (LLVM 15.0.6, 256 bits) · 4.5 (Core Profile) Mesa 22.3.6"."""
+    context = Context()
+    try:
+        return context.name()
+    finally:
+        context.close()
