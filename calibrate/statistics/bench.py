@@ -1,0 +1,82 @@
+"""The mean of repeated bench readings with its standard deviation, and recordings that contradict each other."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+
+@dataclass(frozen=True)
+class BenchMean:
+    """value: mean of n readings; scatter_sd: its standard deviation from their scatter, on df degrees of freedom;
+    shared_sd: error that all readings share (scale, plumb), taken as known; same unit throughout."""
+
+    value: float
+    scatter_sd: float
+    df: float
+    shared_sd: float
+    n: int
+
+    @property
+    def sd(self) -> float:
+        return float(np.hypot(self.scatter_sd, self.shared_sd))
+
+
+def bench_mean(readings, *, name: str, reading_sd=0.0, shared_sd: float = 0.0, trimmed: int = 0) -> BenchMean:
+    """Mean of repeated readings.
+
+    name: what is read, for error messages; reading_sd: measuring error of each reading, one or n (the scatter contains it; it
+    counts where the scatter shows less than it); shared_sd: error common to all readings, which repeats do not lessen.
+    trimmed: how many highest and how many lowest readings were left out before (the paper: 1 of each of 12). What is left
+    scatters too little; the standard error is then the trimmed mean's, s_w/((1 − 2γ)√N) with winsorised s_w on n − 1 degrees
+    of freedom (Tukey & McLaughlin 1963).
+    Raises ValueError: one reading only, readings not finite, all equal with no reading_sd, a negative sd.
+    """
+    x = np.asarray(readings, dtype=float)
+    own = np.broadcast_to(np.asarray(reading_sd, dtype=float), x.shape)
+    if x.ndim != 1 or x.size < 2:
+        raise ValueError(f"{name}: {x.size} reading has no scatter; give at least two")
+    if not np.isfinite(x).all():
+        raise ValueError(f"{name}: reading {int(np.flatnonzero(~np.isfinite(x))[0]) + 1} is not finite")
+    if (own < 0).any() or shared_sd < 0 or trimmed < 0:
+        raise ValueError(f"{name}: reading_sd, shared_sd and trimmed must not be negative")
+    measured = float(np.sqrt(np.mean(own**2)))
+    if np.ptp(x) == 0 and measured == 0:
+        raise ValueError(f"{name}: all {x.size} readings equal {x[0]:g}; resolution hides their scatter: state reading_sd")
+    full = x.size + 2 * trimmed
+    winsorised = np.concatenate([x, np.repeat([x.min(), x.max()], trimmed)])
+    scatter = winsorised.std(ddof=1) / (x.size / full * np.sqrt(full))
+    return BenchMean(float(x.mean()), float(max(scatter, measured / np.sqrt(x.size))), x.size - 1.0, float(shared_sd), x.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Whether recordings of one quantity agree: Cochran's Q on df with p, and per recording its distance from the others.
+
+    table: columns name, value, sd, others (weighted mean of the others), z (distance in standard deviations), contradicts.
+    """
+
+    q: float
+    df: int
+    p: float
+    table: pd.DataFrame
+
+
+def agreement(names, values, sds, alpha: float = 0.01) -> Agreement:
+    """Compare recordings of one quantity, each value with its sd; those farther from the rest than chance allows are flagged.
+
+    `contradicts` at level alpha/n. Raises ValueError with fewer than two recordings or an sd that is not positive.
+    """
+    y, s = np.asarray(values, dtype=float), np.asarray(sds, dtype=float)
+    if y.size < 2:
+        raise ValueError("agreement needs at least two recordings")
+    if not (s > 0).all():
+        raise ValueError(f"{list(names)[int(np.argmin(s))]}: sd must be positive")
+    w = 1 / s**2
+    others = (np.sum(w * y) - w * y) / (np.sum(w) - w)
+    z = (y - others) / np.sqrt(s**2 + 1 / (np.sum(w) - w))
+    q = float(np.sum(w * (y - np.sum(w * y) / np.sum(w)) ** 2))
+    limit = stats.norm.ppf(1 - alpha / (2 * y.size))
+    table = pd.DataFrame({"name": list(names), "value": y, "sd": s, "others": others, "z": z, "contradicts": abs(z) > limit})
+    return Agreement(q, y.size - 1, float(stats.chi2.sf(q, y.size - 1)), table)

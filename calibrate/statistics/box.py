@@ -1,0 +1,68 @@
+"""The box of factors that a design spans, and its two units: natural (a friction of 0.5) and coded (−1 low … +1 high)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from calibrate.statistics.columns import numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """Factors with the natural values that are coded −1 and +1.
+
+    names: k factor names, also the column names in tables; low, high: (k,) natural values.
+    Raises ValueError, naming the factor, where low ≥ high, a limit is not finite or a name comes twice.
+    """
+
+    names: tuple[str, ...]
+    low: np.ndarray
+    high: np.ndarray
+
+    def __post_init__(self):
+        object.__setattr__(self, "names", tuple(self.names))
+        for side in ("low", "high"):
+            limits = np.asarray(getattr(self, side), dtype=float)
+            if limits.shape != (len(self.names),):
+                raise ValueError(f"{side}: {len(self.names)} factors need as many limits; here are {limits.size}")
+            object.__setattr__(self, side, limits)
+        if not self.names:
+            raise ValueError("a box needs at least one factor")
+        if len(set(self.names)) < len(self.names):
+            raise ValueError(f"factor names must differ: {', '.join(self.names)}")
+        for name, low, high in zip(self.names, self.low, self.high):
+            if not np.isfinite([low, high]).all():
+                raise ValueError(f"{name}: limits must be finite; here are {low:g} and {high:g}")
+            if low >= high:
+                raise ValueError(f"{name}: low must be below high; here are {low:g} and {high:g}")
+
+    @classmethod
+    def of(cls, ranges: Mapping[str, tuple[float, float]]) -> "Box":
+        """Box from {name: (low, high)}.
+
+        >>> Box.of({"restitution": (0.55, 0.65)}).natural([[0.5]])
+        array([[0.625]])
+        """
+        return cls(tuple(ranges), [r[0] for r in ranges.values()], [r[1] for r in ranges.values()])
+
+    @property
+    def centre(self) -> np.ndarray:
+        return (self.low + self.high) / 2
+
+    @property
+    def half_width(self) -> np.ndarray:
+        return (self.high - self.low) / 2
+
+    def coded(self, natural) -> np.ndarray:
+        """Natural (…, k) → coded (…, k)."""
+        return (np.asarray(natural, dtype=float) - self.centre) / self.half_width
+
+    def natural(self, coded) -> np.ndarray:
+        """Coded (…, k) → natural (…, k)."""
+        return self.centre + np.asarray(coded, dtype=float) * self.half_width
+
+    def points(self, table: pd.DataFrame) -> np.ndarray:
+        """The factor columns of a table in natural units, (n, k); ValueError names a column that is missing or not numbers."""
+        return numbers(table, self.names)
