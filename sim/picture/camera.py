@@ -30,7 +30,8 @@ class Camera:
     at +x). elevation_deg: positive stands above and looks down. roll_deg: gravity's direction in the picture, clockwise from
     straight down: `camera.plumb_deg` of a recording. distortion k: a point at r from the centre is seen at r (1 + k r²/R²), R
     being the corner's distance: k is the corner's relative displacement, positive outwards (pincushion).
-    exposure_s: the shutter is open over t ± exposure/2; subframes: moments averaged over it, where anything moves.
+    exposure_s: the shutter is open over t ± exposure/2; subframes: moments averaged over it, at
+    most; less where what moves goes less than half a pixel between them.
     Raises ValueError naming the parameter and its range.
     """
 

@@ -15,6 +15,7 @@ Array = np.ndarray
 Box = tuple[int, int, int, int]  # columns x0…x1 and rows y0…y1, ends excluded
 
 TILE_PX = 2_000_000  # rendered pixels at once, samples included: 4 multisamples of colour and depth are 64 MB
+STEP_PX = 0.5  # sub-frames farther apart than this would show as steps; a blur of less than this needs one only
 MARGIN = 4  # pixels round what moves: softness of the lens reaches that far
 
 
@@ -29,7 +30,8 @@ def photo(motion: Motion, camera: Camera, look: Look | None = None, *, frame: in
     look = look or Look()
     with Stage(motion, camera, look, of=of) as stage:
         _check(stage, [frame])
-        image = _expose(stage, look, frame, (0, 0, camera.width_px, camera.height_px), fine)
+        whole = (0, 0, camera.width_px, camera.height_px)
+        image = _expose(stage, look, frame, _moments(stage, frame), whole, fine)
     return _digitise(image, look, rng)
 
 
@@ -45,11 +47,12 @@ def film(motion: Motion, camera: Camera, look: Look | None = None, *, of: str = 
         scene = _develop(stage, look, whole, fine)
         still = _digitise(scene, look, None) if not look.noise else None
         for frame in range(motion.frames):
-            box = _box(stage, frame, moving)
+            moments = _moments(stage, frame)
+            box = _box(stage, frame, moments, moving)
             if box is None:
                 yield still.copy() if still is not None else _digitise(scene, look, rng)
                 continue
-            part = _expose(stage, look, frame, box, fine)
+            part = _expose(stage, look, frame, moments, box, fine)
             if still is not None:
                 image = still.copy()
                 image[box[1] : box[3], box[0] : box[2]] = _digitise(part, look, None)
@@ -92,17 +95,25 @@ def _moving(motion: Motion) -> Array:
     return ~np.r_[same, [bool((p.poses == p.poses[:1]).all()) for p in motion.parts]]
 
 
-def _moments(camera: Camera) -> Array:
-    """Middles of the sub-frames, from the frame's moment [s]."""
+def _moments(stage: Stage, frame: int) -> Array:
+    """Middles of the sub-frames, from the frame's moment [s]: one a STEP_PX that anything moves, camera.subframes at most."""
+    camera, motion = stage.camera, stage.motion
     if not camera.exposure_s:
         return np.zeros(1)
-    return camera.exposure_s * ((np.arange(camera.subframes) + 0.5) / camera.subframes - 0.5)
+    stage.place(frame, -camera.exposure_s / 2)
+    first, there = stage.boxes(), stage.there
+    stage.place(frame, camera.exposure_s / 2)
+    way = float(np.abs(stage.boxes() - first)[there & stage.there].max(initial=0.0))
+    turn = camera.exposure_s * np.linalg.norm(np.nan_to_num(motion.spins_rad_s[frame]), axis=1) * stage.reach_m[: motion.seeds]
+    way = max(way, float(turn.max(initial=0.0)) * 1e3 / camera.mm_per_px)
+    count = int(np.clip(np.ceil(way / STEP_PX), 1, camera.subframes))
+    return camera.exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
 
 
-def _box(stage: Stage, frame: int, moving: Array) -> Box | None:
+def _box(stage: Stage, frame: int, moments: Array, moving: Array) -> Box | None:
     """The part of the picture that what moves touches during a frame's exposure."""
     camera, boxes = stage.camera, []
-    for later in _moments(camera)[[0, -1]]:
+    for later in moments[[0, -1]]:
         stage.place(frame, later)
         boxes.append(stage.boxes()[moving])
     boxes = np.vstack(boxes)
@@ -117,10 +128,9 @@ def _box(stage: Stage, frame: int, moving: Array) -> Box | None:
     return (int(x0), int(y0), int(x1), int(y1)) if x1 > x0 and y1 > y0 else None
 
 
-def _expose(stage: Stage, look: Look, frame: int, box: Box, fine: int) -> Array:
+def _expose(stage: Stage, look: Look, frame: int, moments: Array, box: Box, fine: int) -> Array:
     """The mean of the sub-frames' pictures: float32 (rows, columns, channels) [levels]."""
     total = None
-    moments = _moments(stage.camera)
     for later in moments:
         stage.place(frame, later)
         image = _develop(stage, look, box, fine)

@@ -65,14 +65,14 @@ class Stage:
         self.scene = pyrender.Scene(bg_color=np.zeros(4), ambient_light=np.full(3, look.ambient))
         self.lens = self.scene.add(pyrender.IntrinsicsCamera(1.0, 1.0, 0.0, 0.0), pose=_camera_pose(self.camera))
         right, down, away = axes(self.camera)
-        towards = np.array(look.light) @ np.array([right, -down, -away]) / np.linalg.norm(look.light)
-        self.scene.add(pyrender.DirectionalLight(np.ones(3), intensity=1.0 - look.ambient), pose=_facing(towards))
+        self.towards = np.array(look.light) @ np.array([right, -down, -away]) / np.linalg.norm(look.light)
+        self.scene.add(pyrender.DirectionalLight(np.ones(3), intensity=1.0 - look.ambient), pose=_facing(self.towards))
         self.forms = []
         for shape, seed in enumerate(self.motion.shapes):
             who = np.flatnonzero(self.motion.shape_of == shape)
             if who.size:
                 size_px = seed.bounding_radius_m * 1e3 / self.camera.mm_per_px
-                self._add(silhouette_true(seed, level_for(size_px), of), who)
+                self._add(silhouette_true(seed, level_for(size_px, self.motion.seeds), of), who)
         for number, part in enumerate(self.motion.parts):
             self._add(flat(part.mesh), np.array([self.motion.seeds + number]))
 
@@ -88,6 +88,9 @@ class Stage:
         self.there = np.isfinite(self.places_m).all(axis=1) & (True if only is None else only)
         self.poses = matrices(self.places_m, turns)
         self.poses[:, 3, :3] = self.colours
+        seeds = self.motion.seeds
+        lit = looks.openness(self.places_m[:seeds], self.reach_m[:seeds], self.towards)
+        self.poses[:seeds, 3, :3] *= lit[:, None]
 
     def boxes(self) -> Array:
         """Columns and rows x0, y0, x1, y1 (n, 4) [px] of the undistorted picture that hold each thing placed; NaN: not there."""
@@ -109,6 +112,8 @@ class Stage:
             inside = (bounds[:, 0] < x1) & (bounds[:, 2] > x0) & (bounds[:, 1] < y1) & (bounds[:, 3] > y0)
         for form in self.forms:
             self._fill(form, form.who[inside[form.who]])
+        if not inside.any():
+            return np.zeros(((y1 - y0) * fine, (x1 - x0) * fine, 4), np.uint8)
         return self.context.draw(self.scene, (x1 - x0) * fine, (y1 - y0) * fine)
 
     def _fill(self, form: _Form, who: Array) -> None:
