@@ -1,0 +1,136 @@
+"""What the four rigs of one bench share: seeds, steel, what happens where they touch, air, gravity, and how it is computed."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.engine.state import State
+from sim.engine.walls import Wall
+from sim.engine.world import Placed, Scattered, World
+from sim.laws import LAWS, Chosen
+from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact, Material
+from sim.seed import Seed
+from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
+from sim.seed.sizes import Sizes
+
+GRAVITY_M_S2 = 9.80665
+# Largest shear modulus of seeds in one-seed rigs and in piles [Pa]; benchmarks/modulus.py tells what these change.
+SOFT_PA = 3.0e7
+SOFT_PILE_PA = 3.0e6
+
+Watch = Callable[[str, float], None]  # (stage, share of it that is done)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """One pair of materials on a bench.
+
+    sizes: how the lot scatters (`sim.seed.sizes.Sizes`), or one (length, width, thickness) [m] for every seed. spheres,
+    arrangement, mass_of: as in `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is
+    softened to, None for the real one. air_density_kg_m3: 0 leaves the air out. laws: plug-ins besides the contacts' own
+    and drag.
+    """
+
+    seed_wall: Contact = SOYBEAN_Q235
+    seed_seed: Contact = SOYBEAN_SOYBEAN
+    seed: Material = SOYBEAN
+    wall: Material = Q235
+    sizes: Sizes | tuple[float, float, float] = SOYBEAN_SIZES
+    spheres: int = 5
+    arrangement: str = "axial"
+    mass_of: str = "union"
+    shear_modulus_pa: float | None = SOFT_PA
+    air_density_kg_m3: float = 1.20
+    air_viscosity_pa_s: float = 1.81e-5
+    laws: tuple[Chosen, ...] = ()
+    rayleigh_fraction: float = 0.2
+
+    @property
+    def grain(self) -> Material:
+        """The seeds' material as it is computed with."""
+        if self.shear_modulus_pa is None or self.shear_modulus_pa >= self.seed.shear_modulus_pa:
+            return self.seed
+        return self.seed.softened(self.shear_modulus_pa)
+
+    def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
+        """`count` seeds of the lot, each of its own size."""
+        how = {"density_kg_m3": self.seed.density_kg_m3, "arrangement": self.arrangement, "mass_of": self.mass_of}
+        if isinstance(self.sizes, Sizes):
+            return self.sizes.sample_batch(rng, count, self.spheres, **how)
+        return [Seed.from_dimensions(*self.sizes, self.spheres, **how)] * count
+
+    def world(
+        self, seeds: Placed | Scattered, walls: Sequence[Wall], *, domain=None, contacts: Sequence[Contact] = (), **options
+    ) -> World:
+        """Seeds and walls under this bench's gravity, air, contacts and laws."""
+        laws = self.laws
+        if self.air_density_kg_m3 > 0 and not any(c.law.name == "drag" for c in laws):
+            laws = (LAWS["drag"].use(air_density=self.air_density_kg_m3, viscosity=self.air_viscosity_pa_s), *laws)
+        return World(
+            (seeds,), tuple(walls), (self.seed_wall, self.seed_seed, *contacts), laws, (0.0, 0.0, -GRAVITY_M_S2), domain,
+            rayleigh_fraction=self.rayleigh_fraction, **options,
+        )  # fmt: skip
+
+
+def no_watch(stage: str, share: float) -> None:
+    """Nobody looks on."""
+
+
+class Frames:
+    """An observer for `Every(1/fps, …)`: where the seeds are at multiples of 1/fps [s], in the order of `init`.
+
+    The engine looks at the nearest step; the rest of the way, at most half a step, is made up for at the seed's own speed.
+    """
+
+    def __init__(self, count: int, fps: float, begin_s: float = 0.0) -> None:
+        self.count, self.fps, self.begin_s = count, fps, begin_s
+        self.t_s: list[float] = []
+        self.rows: list[tuple[np.ndarray, ...]] = []
+
+    def __call__(self, world: World, state: State) -> None:
+        self.take(state, round(state.time_s * self.fps) / self.fps)
+
+    def take(self, state: State, exact: float) -> None:
+        """Keep the places of this state as those of the moment `exact` [s]."""
+        self.t_s.append(exact - self.begin_s)
+        row = [np.full((self.count, width), np.nan) for width in (3, 4, 3, 3)]
+        which = np.sort(state.ids)
+        values = (state.positions + (exact - state.time_s) * state.velocities, state.orientations, state.velocities, state.spins)
+        for column, value in zip(row, values, strict=True):
+            column[which] = value
+        self.rows.append(tuple(row))
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The moving columns of a `Motion`."""
+        names = ("positions_m", "orientations", "velocities_m_s", "spins_rad_s")
+        return {"t_s": np.array(self.t_s)} | {n: np.stack(v) for n, v in zip(names, zip(*self.rows, strict=True), strict=True)}
+
+
+def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) turned by unit quaternions (..., 4), (w, x, y, z)."""
+    w, u = q[..., :1], q[..., 1:]
+    twice = 2.0 * np.cross(u, v)
+    return v + w * twice + np.cross(u, twice)
+
+
+def product(p: Sequence[float], q: Sequence[float]) -> np.ndarray:
+    """Quaternion of the turn q followed by the turn p."""
+    a, b = np.asarray(p, float), np.asarray(q, float)
+    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])])
+
+
+def about(axis: Sequence[float], angle_rad: float) -> np.ndarray:
+    """Quaternion of a right-handed turn about a unit axis."""
+    return np.concatenate([[np.cos(angle_rad / 2)], np.sin(angle_rad / 2) * np.asarray(axis, float)])
+
+
+def any_turn(rng: np.random.Generator) -> np.ndarray:
+    """An orientation, every one as likely as any other."""
+    q = rng.normal(size=4)
+    return q / np.linalg.norm(q)
+
+
+def reach(seed: Seed, q: np.ndarray, direction: Sequence[float]) -> float:
+    """How far [m] the turned seed's balls reach from its centre of mass along a unit direction."""
+    return float(np.max(turned(q, seed.centres_m) @ np.asarray(direction, float) + seed.radii_m))

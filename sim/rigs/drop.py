@@ -1,0 +1,130 @@
+"""Drop: one seed let go above a level plate, and its bounces."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sim.engine.state import State
+from sim.engine.step import Every, init, run
+from sim.engine.walls import Rectangle
+from sim.engine.world import Placed, World
+from sim.motion import Motion
+from sim.rigs.bench import GRAVITY_M_S2, Bench, Frames, Watch, about, any_turn, no_watch, product, reach
+from sim.rigs.parts import slab
+from sim.seed import Seed
+
+PLATE_THICKNESS_M = 5e-3
+ONE_IMPACT_S = 0.02  # touches closer than this (one end of a seed, then the other) are one impact
+LONGEST_S = 5.0
+
+
+@dataclass(frozen=True)
+class Drop:
+    """height_m: release to plate, of the seed's lowest point. plate_m: its length (x) and width (y). bounces: flights after the
+    first impact that are waited for. spin_rad_s (3,): at the release, None: drawn, each component normal with spin_sd_rad_s.
+    hold_s: how long the seed is seen held before the release.
+    orientation: "flat", as tweezers hold it: the long axis level in any direction, tipped by an angle that is normal with
+    tip_sd_deg, and turned about itself by any angle; "any", every orientation as likely; or a unit quaternion (w, x, y, z).
+    It decides the rebound: a seed that lands on an end goes on spinning instead of rising.
+    """
+
+    height_m: float = 0.310
+    plate_m: tuple[float, float] = (0.300, 0.200)
+    bounces: int = 3
+    orientation: str | tuple[float, float, float, float] = "flat"
+    tip_sd_deg: float = 6.0
+    spin_rad_s: tuple[float, float, float] | None = None
+    spin_sd_rad_s: float = 0.0
+    hold_s: float = 0.01
+
+    def __post_init__(self) -> None:
+        if self.bounces < 1:
+            raise ValueError(f"bounces = {self.bounces}: at least 1 flight after the first impact is needed")
+        if not self.height_m > 0 or not min(self.plate_m) > 0 or not self.hold_s >= 0 or not self.spin_sd_rad_s >= 0:
+            raise ValueError(f"height, plate, hold and spin must be positive lengths, times and speeds, not {self}")
+        if isinstance(self.orientation, str) and self.orientation not in ("flat", "any"):
+            raise ValueError(f"orientation = {self.orientation!r}: 'flat', 'any' or four numbers (w, x, y, z)")
+
+
+def run_drop(rig: Drop, bench: Bench, rng: np.random.Generator, *, fps: float = 1000.0, watch: Watch = no_watch) -> Motion:
+    """Drop one seed of the lot; over when it has touched `bounces` + 1 times, left the plate or lies still."""
+    (seed,) = bench.draw(rng, 1)
+    q = _orientation(rig, rng)
+    spin = rng.normal(0.0, rig.spin_sd_rad_s, 3) if rig.spin_rad_s is None else np.asarray(rig.spin_rad_s, float)
+    x, y = np.array(rig.plate_m) / 2
+    start = np.array([0.0, 0.0, rig.height_m + reach(seed, q, (0, 0, -1))])
+    plate = Rectangle("plate", bench.wall, (-x, -y, 0.0), (2 * x, 0, 0), (0, 2 * y, 0))
+    world = bench.world(Placed((seed,), bench.grain, start[None], q[None], spins=spin[None]), [plate])
+    frames, over = Frames(1, fps), Impacts(rig.bounces + 1, rig.plate_m, watch)
+    run(world, init(world, rng), LONGEST_S, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
+    columns = _held(frames.columns(), round(rig.hold_s * fps), 1 / fps)
+    parts = (slab("plate", (-x, -y, -PLATE_THICKNESS_M), (x, y, 0.0)),)
+    motion = Motion(shapes=(seed,), shape_of=np.zeros(1, int), parts=parts, **columns)
+    motion.truth.update(_truth(motion, seed, rig, over, round(rig.hold_s * fps) / fps))
+    return motion
+
+
+def _orientation(rig: Drop, rng: np.random.Generator) -> np.ndarray:
+    if rig.orientation == "any":
+        return any_turn(rng)
+    if rig.orientation == "flat":
+        heading, own = rng.uniform(0, 2 * np.pi, 2)
+        tip = np.radians(rig.tip_sd_deg) * rng.normal()
+        return product(about((0, 0, 1), heading), product(about((0, 1, 0), tip), about((1, 0, 0), own)))
+    return np.asarray(rig.orientation, float)
+
+
+@dataclass
+class Impacts:
+    """An observer that counts impacts, and ends the run after `most`, off the plate, or when the seed lies still."""
+
+    most: int
+    plate_m: tuple[float, float]
+    watch: Watch
+    times_s: list[list[float]] = field(default_factory=list)  # [before its first touch, after its last] of each impact
+    _push: float = 0.0
+    _last: float = 0.0
+
+    def __call__(self, world: World, state: State) -> bool:
+        push = float(np.abs(state.wall_push_ns).sum())
+        if push > self._push:
+            if self.times_s and self._last - self.times_s[-1][1] < ONE_IMPACT_S:
+                self.times_s[-1][1] = state.time_s
+            else:
+                self.times_s.append([self._last, state.time_s])
+                self.watch("falling and bouncing", min(len(self.times_s) / self.most, 1.0))
+        touching = push > self._push
+        self._push, self._last = push, state.time_s
+        x, y, z = state.positions[0]
+        gone = abs(x) > self.plate_m[0] or abs(y) > self.plate_m[1] or z < -0.02
+        longest = touching and state.time_s - self.times_s[-1][0] > 10 * ONE_IMPACT_S  # it rolls or lies
+        return gone or longest or (len(self.times_s) >= self.most and not touching)
+
+
+def _held(columns: dict[str, np.ndarray], frames: int, step_s: float) -> dict[str, np.ndarray]:
+    """The same with `frames` frames of the seed at rest in front."""
+    held = {name: np.concatenate([np.repeat(values[:1], frames, axis=0), values]) for name, values in columns.items()}
+    held["t_s"] = np.arange(len(held["t_s"])) * step_s
+    held["velocities_m_s"][:frames] = 0.0
+    held["spins_rad_s"][:frames] = 0.0
+    return held
+
+
+def _truth(motion: Motion, seed: Seed, rig: Drop, over: Impacts, begin_s: float) -> dict[str, float]:
+    """Rise of the centre of mass from where it was at contact, as bench and measuring code mean it: flights before and after an
+    impact are continued as parabolas until they meet."""
+    t, z, v = motion.t_s - begin_s, motion.positions_m[:, 0, 2], motion.velocities_m_s[:, 0, 2]
+    first, second = over.times_s[0] if over.times_s else [np.inf, np.inf], (over.times_s[1:2] or [[t[-1], t[-1]]])[0]
+    before, after = np.flatnonzero((t <= first[0]) & (t >= 0)), np.flatnonzero((t >= first[1]) & (t <= second[0]))
+    if not len(before) or not len(after):
+        return {}
+    a, b = before[-1], after[0]
+    h, g = t[b] - t[a], GRAVITY_M_S2
+    # z_a + v_a s − g s²/2 = z_b + v_b (s − h) − g (s − h)²/2, linear in s
+    s = (z[b] - z[a] - v[b] * h - g * h * h / 2) / (v[a] - v[b] - g * h)
+    contact = z[a] + v[a] * s - g * s * s / 2
+    top = int(after[np.argmin(np.abs(v[after]))])
+    rise = z[top] + v[top] ** 2 / (2 * g) - contact
+    fall = z[np.flatnonzero(t >= 0)[0]] - contact
+    speeds = {"impact_speed_m_s": g * s - v[a], "rebound_speed_m_s": v[b] + g * (h - s)}
+    return {"rebound_height_mm": 1e3 * rise, "fall_mm": 1e3 * fall, "restitution": float(np.sqrt(max(rise, 0) / fall)), **speeds}

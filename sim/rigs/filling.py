@@ -1,0 +1,83 @@
+"""Filling a vessel: seeds rain in through a chute of its own cross-section, come to rest, and are struck off at a height."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sim.engine.filling import scatter
+from sim.engine.observe import Settled, kinetic_per_seed
+from sim.engine.state import State
+from sim.engine.step import init, run
+from sim.engine.world import Placed, Scattered, World
+from sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, reach
+from sim.seed import Seed
+
+PACKED = 0.64  # volume fraction that is never exceeded by such a rain: how many seeds are enough
+SPARE = 1.06  # that many more, to have something to strike off
+QUIET = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)  # rolling friction against own spin creeps by 2e-3 a window
+LONGEST_S = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Filled:
+    """Seeds at rest in their vessel: shapes, and where each lies."""
+
+    shapes: tuple[Seed, ...]
+    positions_m: np.ndarray
+    orientations: np.ndarray
+
+    def placed(self, bench: Bench) -> Placed:
+        return Placed(self.shapes, bench.grain, self.positions_m, self.orientations, shape_of=np.arange(len(self.shapes)))
+
+
+def count_for(bench: Bench, rng: np.random.Generator, volume_m3: float) -> list[Seed]:
+    """Seeds of the lot, more than enough to fill a volume [m3]."""
+    mean = float(np.mean([seed.volume_m3 for seed in bench.draw(np.random.default_rng(0), 200)]))
+    count = int(np.ceil(SPARE * PACKED * volume_m3 / mean))
+    if count < 10:
+        raise ValueError(f"the vessel holds about {count} seeds only: a pile needs a larger box or a higher filling")
+    return bench.draw(rng, count)
+
+
+def rain(bench: Bench, rng: np.random.Generator, seeds: list[Seed], low, high, make: Callable[[Placed], World], level_m: float, *,
+         threads: int, watch: Watch) -> Filled:  # fmt: skip
+    """Let seeds fall between corners `low` and `high` (the vessel's inside, [m]), wait until they lie still, and take away those
+    that stand out above `level_m`. make: the vessel, its walls going up to `chute_height`, with given seeds in it."""
+    shapes = tuple(seeds)
+    scattered = Scattered(shapes, bench.grain, len(seeds), low, (high[0], high[1], chute_height(seeds, low, high)), (0, 0, -0.5))
+    world = make(_each_once(scattered, rng))
+    state = settle(world, init(world, rng), "filling", threads=threads, watch=watch)
+    top = np.array([reach(s, q, (0, 0, 1)) for s, q in zip(shapes, state.orientations)]) + state.positions[:, 2]
+    keep = np.flatnonzero(top <= level_m)
+    if len(keep) > 0.995 * len(seeds):
+        raise ValueError(f"the filling reaches {1e3 * top.max():.0f} mm only, not {1e3 * level_m:.0f} mm")
+    return Filled(tuple(shapes[k] for k in keep), state.positions[keep], state.orientations[keep])
+
+
+def chute_height(seeds: list[Seed], low, high) -> float:
+    """Height [m] of the column in which that many seeds hang without touching."""
+    pitch = 2.0 * max(seed.bounding_radius_m for seed in seeds) * 1.03
+    a_layer = max(int((high[0] - low[0]) / pitch), 1) * max(int((high[1] - low[1]) / pitch), 1)
+    return low[2] + pitch * (np.ceil(len(seeds) / a_layer) + 1)
+
+
+def _each_once(scattered: Scattered, rng: np.random.Generator) -> Placed:
+    """The same rain with every shape used once: the lot's own seeds, not draws from them."""
+    return replace(scatter(scattered, rng), shape_of=np.arange(scattered.count))
+
+
+def settle(world: World, state: State, stage: str, *, threads: int, watch: Watch, longest_s: float = LONGEST_S) -> State:
+    """Run until every seed lies still; the share done is told from how the kinetic energy falls."""
+    begin, quiet = state.time_s, replace(QUIET)
+    highest = [1e-12]
+
+    def look(world: World, state: State) -> bool:
+        now = kinetic_per_seed(state)
+        highest[0] = max(highest[0], now)
+        scale = float(state.masses.mean()) * GRAVITY_M_S2 * 0.006 * QUIET.kinetic
+        share = np.log(highest[0] / max(now, scale)) / np.log(max(highest[0] / scale, 2.0))
+        watch(stage, float(np.clip(share, 0.0, 0.99)))
+        return quiet(world, state) or state.time_s - begin > longest_s
+
+    return run(world, state, observers=[], until=look, threads=threads, every_s=0.01)

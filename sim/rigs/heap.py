@@ -1,0 +1,113 @@
+"""The way of every heap: a vessel is filled, part of it is lifted, the seeds flow, come to rest and are looked at."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.engine.observe import Settled
+from sim.engine.state import State
+from sim.engine.step import Every, init, run
+from sim.engine.walls import Wall
+from sim.engine.world import Placed, World
+from sim.laws import LAWS, Chosen
+from sim.material import Contact
+from sim.motion import Motion, Part
+from sim.rigs.bench import Bench, Frames, Watch
+from sim.rigs.filling import Filled, chute_height, count_for, rain, settle
+from sim.rigs.profile import outline, slope_angle
+
+RAIN_OVERLAP = 0.25  # of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
+LONGEST_S = 6.0
+# Rolling friction against each seed's own spin never quite holds: such a heap creeps by some 1e-2 diameters a second.
+REST = {"window_s": 0.05, "displacement": 1e-2, "kinetic": 1e-5}
+
+
+@dataclass(frozen=True)
+class Vessel:
+    """low, high: corners of what is filled [m]; volume_m3 up to fill_height_m. lift_m_s: how fast the part that moves goes up;
+    lift_m: how far. photo_s: when the picture is taken after the lift began, None: when all lie still. walls(tall, lift): the
+    vessel with walls up to `tall` [m] and its moving part under the law `lift`. domain: what leaves it is gone. opening_m: the
+    narrowest way out. parts: what the camera sees at the end."""
+
+    low: Sequence[float]
+    high: Sequence[float]
+    volume_m3: float
+    fill_height_m: float
+    lift_m_s: float
+    lift_m: float
+    photo_s: float | None
+    walls: Callable[[float, Chosen], list[Wall]]
+    domain: tuple
+    opening_m: float
+    parts: tuple[Part, ...]
+    contacts: tuple[Contact, ...] = ()
+
+    def lift(self, begin_s: float | None) -> Chosen:
+        """The law of the lift; None: it stands (by the same law, which then need not be compiled twice)."""
+        rate = 0.0 if begin_s is None else self.lift_m_s
+        return LAWS["motion_steady"].use(rate=rate, start=begin_s or 0.0, duration=self.lift_m / self.lift_m_s)
+
+
+def fill(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, threads: int, watch: Watch) -> Filled:
+    """Rain seeds into the standing vessel and strike them off at the fill height; ValueError where they would jam."""
+    seeds = count_for(bench, rng, vessel.volume_m3)
+    widest = max(2 * float(s.radii_m.max()) for s in seeds)
+    if vessel.opening_m < 1.5 * widest:
+        raise ValueError(f"seeds {1e3 * widest:.1f} mm wide jam in an opening of {1e3 * vessel.opening_m:g} mm")
+    tall = chute_height(seeds, vessel.low, vessel.high)
+
+    def standing(placed: Placed) -> World:
+        walls = vessel.walls(tall, vessel.lift(None))
+        return bench.world(placed, walls, contacts=vessel.contacts, most_overlap=RAIN_OVERLAP)
+
+    return rain(bench, rng, seeds, vessel.low, vessel.high, standing, vessel.fill_height_m, threads=threads, watch=watch)
+
+
+def run_heap(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, fps: float, watch: Watch, threads: int,
+             filled: Filled | None) -> Motion:  # fmt: skip
+    """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the frames before the photo are its film."""
+    filled = filled or fill(vessel, bench, rng, threads=threads, watch=watch)
+
+    def world(begin_s: float | None) -> World:
+        walls = vessel.walls(0.0, vessel.lift(begin_s))
+        return bench.world(filled.placed(bench), walls, domain=vessel.domain, contacts=vessel.contacts)
+
+    still = world(None)
+    state = settle(still, init(still, rng, allowed_overlap=0.2), "coming to rest", threads=threads, watch=watch)
+    begin = state.time_s
+    frames, flow = Frames(len(filled.shapes), fps or 1.0, begin), Flow(vessel, begin, watch)
+    state = run(world(begin), state, flow, [Every(1 / fps, frames)] if fps > 0 else [], threads=threads, every_s=0.01)
+    frames.take(state, state.time_s)
+    motion = Motion(shapes=filled.shapes, shape_of=np.arange(len(filled.shapes)), parts=vessel.parts, **frames.columns())
+    motion.truth.update(_truth(motion) | {"lies_still": float(flow.still), "retained_seeds": float(state.count)})
+    return motion
+
+
+class Flow:
+    """An observer that ends the run at the time of the photo, or when nothing moves any more behind the lift."""
+
+    def __init__(self, vessel: Vessel, begin_s: float, watch: Watch) -> None:
+        self.vessel, self.begin_s, self.watch = vessel, begin_s, watch
+        self.settled, self.still = Settled(**REST), False
+        self.out_s = (vessel.fill_height_m + 0.01) / vessel.lift_m_s
+
+    def __call__(self, world: World, state: State) -> bool:
+        since = state.time_s - self.begin_s
+        lifting = since < self.out_s
+        stage, share = ("lifting", since / self.out_s) if lifting else ("settling", (since - self.out_s) / 1.0)
+        self.watch(stage, min(share, 0.99))
+        self.still = self.settled(world, state)
+        if self.vessel.photo_s is not None:
+            return since >= self.vessel.photo_s
+        return not lifting and (self.still or since > self.out_s + LONGEST_S)
+
+
+def _truth(motion: Motion) -> dict[str, float]:
+    """Angle of repose (mean of both flanks where there are two) and crest's height of the true outline, and when it was read."""
+    places = motion.positions_m[-1, :, 0]
+    x = np.arange(np.nanmin(places) - 0.01, np.nanmax(places) + 0.01, 1e-4)
+    height = outline(motion, x)
+    flanks = [slope_angle(x, height), slope_angle(-x[::-1], height[::-1])]
+    angle, crest = float(np.nanmean(flanks)), 1e3 * float(height.max())
+    return {"repose_angle_deg": angle, "crest_mm": crest, "photo_s": float(motion.t_s[-1])}

@@ -1,0 +1,31 @@
+"""Pieces of a rig as meshes: slabs and prisms with flat faces."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sim.motion import Part
+from sim.seed.surface import Mesh
+
+
+def slab(name: str, low: Sequence[float], high: Sequence[float], finish: str = "steel") -> Part:
+    """A cuboid from corner `low` to corner `high` [m]."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    return prism(name, [(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, finish)
+
+
+def prism(name: str, outline: Sequence[tuple[float, float]], front_m: float, back_m: float, finish: str = "steel") -> Part:
+    """A convex outline of points (x, z) [m], counter-clockwise as the camera sees it, drawn out from y = front_m to back_m."""
+    flat = np.asarray(outline, float)
+    n = len(flat)
+    front, back = (np.column_stack([flat[:, 0], np.full(n, y), flat[:, 1]]) for y in (front_m, back_m))
+    polygons = [front, back[::-1]]
+    polygons += [np.array([front[(k + 1) % n], front[k], back[k], back[(k + 1) % n]]) for k in range(n)]
+    vertices, faces, normals = [], [], []
+    for polygon in polygons:  # faces share no vertices: edges stay sharp
+        start = len(vertices)
+        normal = np.cross(polygon[1] - polygon[0], polygon[2] - polygon[0])
+        vertices += list(polygon)
+        normals += [normal / np.linalg.norm(normal)] * len(polygon)
+        faces += [(start, start + k, start + k + 1) for k in range(1, len(polygon) - 1)]
+    return Part(name, Mesh(np.array(vertices), np.array(faces, np.int32), np.array(normals)), finish)
