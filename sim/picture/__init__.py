@@ -7,7 +7,7 @@ project(camera, points_m) → where points are seen. camera.roll_deg is a record
 
 from sim.picture.camera import Camera, project
 from sim.picture.context import RenderingUnavailable, renderer_name
-from sim.picture.film import coverage, film, photo
+from sim.picture.exposure import coverage, film, photo
 from sim.picture.look import Look
 
 __all__ = ["Camera", "Look", "RenderingUnavailable", "coverage", "film", "photo", "project", "renderer_name"]

@@ -1,6 +1,7 @@
 """An off-screen OpenGL context with pyrender's renderer in it, and the clear word where there is none."""
 
 import os
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,10 @@ Array = np.ndarray
 
 EGL_PACKAGES = "libegl1 libegl-mesa0 libgl1-mesa-dri"  # the same as scripts/system-packages.sh
 SHADERS = Path(__file__).parent / "shaders"
+
+
+_lock = threading.Lock()
+_open: dict[int, int] = {}  # contexts open in each process: the display belongs to all of a process, the last one ends it
 
 
 class RenderingUnavailable(RuntimeError):
@@ -28,24 +33,40 @@ def _pyrender():
 
 
 class Context:
-    """An EGL context with pyrender's renderer in it, of one thread; ours as pyrender's own ends the display for all others."""
+    """An EGL context with pyrender's renderer in it, for one thread; several may be open side by side, in threads or processes.
+
+    pyrender's own OffscreenRenderer ends the whole process's display when one of them is closed. A process that was forked
+    while its parent had one open cannot render (the driver's threads are not copied) and is told so, where it would hang.
+    """
 
     def __init__(self):
+        inherited = [pid for pid, count in _open.items() if count and pid != os.getpid()]
+        if inherited:
+            raise RenderingUnavailable(
+                f"process {os.getpid()} was forked while process {inherited[0]} was rendering, and cannot render: close films"
+                " before forking, or start worker processes with multiprocessing.get_context('spawn')"
+            )
+        with _lock:
+            self._create()
+            self.pid = os.getpid()
+            _open[self.pid] = _open.get(self.pid, 0) + 1
+        self.renderer = _renderer(self.pyrender, self.gl)(64, 64)
+        self.renderer._program_cache.shader_dir = str(SHADERS)
+
+    def _create(self) -> None:
         try:
-            pyrender = _pyrender()
+            self.pyrender = _pyrender()
             from OpenGL import GL
 
-            device = pyrender.platforms.egl.get_device_by_index(int(os.environ.get("EGL_DEVICE_ID", "0")))
-            self.platform = pyrender.platforms.egl.EGLPlatform(64, 64, device=device)
+            device = self.pyrender.platforms.egl.get_device_by_index(int(os.environ.get("EGL_DEVICE_ID", "0")))
+            self.platform = self.pyrender.platforms.egl.EGLPlatform(64, 64, device=device)
             self.platform.init_context()
         except Exception as error:  # EGL is missing in a dozen ways: no library, no driver, no device, no context
             raise RenderingUnavailable(
                 f"pictures cannot be rendered: no EGL ({type(error).__name__}: {error}). On Debian or Ubuntu install it by"
                 f"   sudo apt-get update && sudo apt-get install -y --no-install-recommends {EGL_PACKAGES}"
             ) from error
-        self.gl, self.pyrender = GL, pyrender
-        self.renderer = _renderer(pyrender, GL)(64, 64)
-        self.renderer._program_cache.shader_dir = str(SHADERS)
+        self.gl = GL
 
     def name(self) -> str:
         """Driver and version."""
@@ -60,14 +81,22 @@ class Context:
         return self.renderer.render(scene, flags.OFFSCREEN | flags.RGBA)
 
     def close(self) -> None:
-        from OpenGL import EGL
+        """Free everything; the process's last one ends the display. Not in a forked copy: it is its parent's."""
+        from OpenGL import EGL, contextdata
 
+        if self.pid != os.getpid():
+            return
         self.platform.make_current()
         self.renderer.delete()
-        display = self.platform._egl_display
-        EGL.eglMakeCurrent(display, EGL.EGL_NO_SURFACE, EGL.EGL_NO_SURFACE, EGL.EGL_NO_CONTEXT)
-        EGL.eglDestroyContext(display, self.platform._egl_context)
-        self.platform._egl_context = self.platform._egl_display = None
+        contextdata.cleanupContext()
+        with _lock:
+            display = self.platform._egl_display
+            EGL.eglMakeCurrent(display, EGL.EGL_NO_SURFACE, EGL.EGL_NO_SURFACE, EGL.EGL_NO_CONTEXT)
+            EGL.eglDestroyContext(display, self.platform._egl_context)
+            _open[self.pid] -= 1
+            if not _open[self.pid]:
+                EGL.eglTerminate(display)
+            self.platform._egl_context = self.platform._egl_display = None
 
 
 def _renderer(pyrender, GL):
