@@ -54,7 +54,8 @@ def bench_mean(readings, *, name: str, reading_sd=0.0, shared_sd: float = 0.0, t
 class Agreement:
     """Whether recordings of one quantity agree: Cochran's Q on df with p, and per recording its distance from the others.
 
-    table: columns name, value, sd, others (weighted mean of the others), z (distance in standard deviations), contradicts.
+    table: columns name, value, sd, others (weighted mean of those others that do not contradict), z (distance from it in standard
+    deviations), contradicts.
     """
 
     q: float
@@ -66,7 +67,8 @@ class Agreement:
 def agreement(names, values, sds, alpha: float = 0.01) -> Agreement:
     """Compare recordings of one quantity, each value with its sd; those farther from the rest than chance allows are flagged.
 
-    `contradicts` at level alpha/n. Raises ValueError with fewer than two recordings or an sd that is not positive.
+    The farthest is set aside first, at level alpha/n, and the rest compared anew, so that one bad recording does not accuse
+    the others; of two, both are flagged. Raises ValueError with fewer than two recordings or an sd that is not positive.
     """
     y, s = np.asarray(values, dtype=float), np.asarray(sds, dtype=float)
     if y.size < 2:
@@ -74,9 +76,19 @@ def agreement(names, values, sds, alpha: float = 0.01) -> Agreement:
     if not (s > 0).all():
         raise ValueError(f"{list(names)[int(np.argmin(s))]}: sd must be positive")
     w = 1 / s**2
-    others = (np.sum(w * y) - w * y) / (np.sum(w) - w)
-    z = (y - others) / np.sqrt(s**2 + 1 / (np.sum(w) - w))
     q = float(np.sum(w * (y - np.sum(w * y) / np.sum(w)) ** 2))
     limit = stats.norm.ppf(1 - alpha / (2 * y.size))
-    table = pd.DataFrame({"name": list(names), "value": y, "sd": s, "others": others, "z": z, "contradicts": abs(z) > limit})
+    aside = np.zeros(y.size, dtype=bool)
+    while True:
+        weight = np.where(aside, 0.0, w).sum() - np.where(aside, 0.0, w)
+        others = (np.sum(w[~aside] * y[~aside]) - np.where(aside, 0.0, w * y)) / weight
+        z = (y - others) / np.sqrt(s**2 + 1 / weight)
+        farthest = int(np.argmax(np.where(aside, 0.0, abs(z))))
+        if abs(z[farthest]) <= limit:
+            break
+        if (~aside).sum() == 2:
+            aside[:] = True
+            break
+        aside[farthest] = True
+    table = pd.DataFrame({"name": list(names), "value": y, "sd": s, "others": others, "z": z, "contradicts": aside})
     return Agreement(q, y.size - 1, float(stats.chi2.sf(q, y.size - 1)), table)

@@ -128,7 +128,7 @@ class Monotone:
 
 def fit_monotone(
     table: pd.DataFrame, x: str, y: str, *, rng: np.random.Generator, sd: str | None = None, repeats: str | None = None,
-    draws: int = 400,
+    draws: int = 200,
 ) -> Monotone:  # fmt: skip
     """Isotonic regression of the rows, joined by PCHIP; its error by drawing the rows anew.
 
@@ -152,27 +152,29 @@ def fit_monotone(
     else:
         row_variance = 1 / weight
     sign = 1.0 if stats.spearmanr(nodes, raw).statistic >= 0 else -1.0
-    level = sign * isotonic(sign * raw, 1 / np.maximum(row_variance, 1e-300))
+    weight_of_row = 1 / row_variance if row_variance.all() else np.ones_like(row_variance)
+    level = sign * isotonic(sign * raw, weight_of_row)
     noise = rng.standard_normal((draws, nodes.size)) * np.sqrt(row_variance)
-    redrawn = np.array([sign * isotonic(sign * (level + e), 1 / np.maximum(row_variance, 1e-300)) for e in noise])
+    redrawn = sign * isotonic(sign * (level + noise), weight_of_row)
     return Monotone(x, y, nodes, level, np.sqrt(row_variance), redrawn, df)
 
 
 def isotonic(y: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Weighted non-decreasing least-squares fit of y by pooling adjacent violators (Barlow et al. 1972).
+    """Weighted non-decreasing least-squares fits of each row of y, (…, n), weights w (n,): max over j ≤ i of min over k ≥ i of
+    the mean of y_j … y_k (Barlow et al. 1972).
 
     >>> isotonic(np.array([1.0, 3.0, 2.0]), np.ones(3))
     array([1. , 2.5, 2.5])
     """
-    level, weight, count = [], [], []
-    for value, own in zip(y, w):
-        level.append(float(value)), weight.append(float(own)), count.append(1)
-        while len(level) > 1 and level[-2] > level[-1]:
-            total = weight[-2] + weight[-1]
-            level[-2] = (level[-2] * weight[-2] + level[-1] * weight[-1]) / total
-            weight[-2], count[-2] = total, count[-2] + count[-1]
-            del level[-1], weight[-1], count[-1]
-    return np.repeat(level, count)
+    n = w.size
+    weight = np.concatenate([[0.0], np.cumsum(w)])
+    total = np.concatenate([np.zeros((*y.shape[:-1], 1)), np.cumsum(w * y, axis=-1)], axis=-1)
+    j, k = np.triu_indices(n)
+    mean = np.full((*y.shape[:-1], n, n), np.inf)
+    mean[..., j, k] = (total[..., k + 1] - total[..., j]) / (weight[k + 1] - weight[j])
+    least = np.minimum.accumulate(mean[..., ::-1], axis=-1)[..., ::-1]  # [j, i]: min over k ≥ i
+    least = np.where(np.triu(np.ones((n, n), dtype=bool)), least, -np.inf)
+    return least.max(axis=-2)
 
 
 def _neighbour_variance(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from scipy import stats
 from calibrate.statistics.bench import BenchMean
 from calibrate.statistics.curves import Monotone, Polynomial
 
-GRID = 4001  # steps of 1/4000 of the range, roots interpolated between them
+GRID = 2001  # steps of 1/2000 of the range, roots interpolated between them
 
 
 class OutsideRange(ValueError):

@@ -5,6 +5,7 @@ Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
@@ -66,7 +67,7 @@ class Surface:
         """
         return float(np.sqrt(self.pure_ss / self.pure_df if self.pure_df >= 3 else self.residual_ms))
 
-    @property
+    @cached_property
     def lack_sd(self) -> float:
         """How far the surface is off beyond noise, √(MS_lack − MS_pure), where lack of fit is believed (p < LACK_P); else 0."""
         df = self.residual_df - self.pure_df
@@ -81,8 +82,10 @@ class Surface:
 
     def variance(self, coded) -> np.ndarray:
         """Variance (n,) of the predicted mean at coded points (n, k): s² xᵀ(XᵀX)⁻¹x + lack of fit."""
-        x = polynomial.matrix(coded, self.terms)
-        return self.residual_ms * np.einsum("ij,jk,ik->i", x, self.inverse, x) + self.lack_sd**2
+        return self._variance(polynomial.matrix(coded, self.terms))
+
+    def _variance(self, x: np.ndarray) -> np.ndarray:
+        return self.residual_ms * np.sum(x @ self.inverse * x, axis=1) + self.lack_sd**2
 
     def gradient(self, coded) -> np.ndarray:
         """∂ŷ/∂z (n, k) at coded points (n, k), response unit per coded unit."""
@@ -90,8 +93,8 @@ class Surface:
 
     def evaluate(self, natural) -> tuple[np.ndarray, np.ndarray]:
         """Mean (n,) and its variance (n,) at natural points (n, k): what the posterior asks a surrogate for."""
-        coded = self.box.coded(natural)
-        return self.mean(coded), self.variance(coded)
+        x = polynomial.matrix(self.box.coded(natural), self.terms)
+        return x @ self.coefficients, self._variance(x)
 
 
 def fit_surface(

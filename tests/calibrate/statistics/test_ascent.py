@@ -1,0 +1,68 @@
+"""The path of steepest ascent and the centre: the paper's Tables 7 and 8, and what they contradict."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibrate.statistics.ascent import along_gradient, check_published, choose_centre, equal_steps, relative_error
+from calibrate.statistics.box import Box
+
+FACTORS = ("restitution", "static_friction", "rolling_friction")
+
+
+@pytest.fixture
+def levels():
+    values = [[0.55, 0.4, 0.03], [0.60, 0.5, 0.04], [0.65, 0.6, 0.05]]
+    return pd.DataFrame(values, columns=list(FACTORS)).assign(coded=[-1, 0, 1])
+
+
+def test_table_7_is_equal_steps_through_the_ranges(path):
+    box = Box(FACTORS, [0.45, 0.20, 0.01], [0.70, 0.70, 0.06])
+    np.testing.assert_allclose(equal_steps(box, 6)[list(FACTORS)], path[list(FACTORS)], atol=1e-12)
+
+
+def test_equation_4_gives_the_printed_errors(path):
+    printed = [22.58, 15.48, 9.35, 3.23, 2.90, 9.03]
+    np.testing.assert_allclose(100 * relative_error(path["repose_angle_deg"], 31.0), printed, atol=0.005)
+
+
+def test_the_nearest_group_is_the_centre(path):
+    centre = choose_centre(path, "repose_angle_deg", 31.0, FACTORS)
+    assert centre.group == 5 and list(centre.levels["group"]) == [4, 5, 6] and not centre.notes
+    assert centre.levels.set_index("coded").loc[0, "static_friction"] == pytest.approx(0.6)
+    assert "group 4 is as near" in choose_centre(path, "repose_angle_deg", 31.0, FACTORS, noise_sd=0.3).notes[0]
+
+
+def test_the_papers_levels_are_flagged_and_consistent_ones_are_not(path, levels):
+    flags = check_published(path, "repose_angle_deg", 31.0, levels, said_centre=5)
+    assert flags == ["the text takes group 5 as level 0, the levels used are groups 3, 4, 5 as −1, 0, +1"]
+    shifted = levels.assign(restitution=[0.6, 0.65, 0.7], static_friction=[0.5, 0.6, 0.7], rolling_friction=[0.04, 0.05, 0.06])
+    assert check_published(path, "repose_angle_deg", 31.0, shifted, said_centre=5) == []
+    assert len(check_published(path, "repose_angle_deg", 31.0, levels, said_centre=4)) == 1
+
+
+def test_an_end_of_the_path_asks_for_more_path(path):
+    centre = choose_centre(path, "repose_angle_deg", 36.0, FACTORS)
+    assert centre.group == 6 and list(centre.levels["group"]) == [4, 5, 6]
+    assert "beyond its end" in centre.notes[0] and "does not bracket" in centre.notes[1]
+
+
+def test_the_path_along_a_gradient_goes_towards_the_target(surface):
+    up, down = along_gradient(surface, 32.0, 4), along_gradient(surface, 28.0, 4)
+    assert (np.diff(up["predicted"]) > 0).all() and (np.diff(down["predicted"]) < 0).all()
+    steps = surface.box.coded(up[list(FACTORS)].to_numpy())[1]
+    np.testing.assert_allclose(steps, 0.25 * np.array([0.5875, 0.8375, 0.775]) / 0.8375)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda p: equal_steps(Box.of({"e": (0, 1)}), 2), "steps"),
+        (lambda p: relative_error([1.0], 0.0), "bench"),
+        (lambda p: choose_centre(p.head(2), "repose_angle_deg", 31.0, FACTORS), "at least 3 groups"),
+        (lambda p: choose_centre(p, "repose_angle_rad", 31.0, FACTORS), "repose_angle_deg has another unit"),
+    ],
+)
+def test_bad_paths_are_refused(path, call, message):
+    with pytest.raises(ValueError, match=message):
+        call(path)
