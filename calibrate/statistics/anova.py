@@ -8,7 +8,7 @@ import pandas as pd
 from scipy import stats
 
 from calibrate.statistics import terms as polynomial
-from calibrate.statistics.surface import Surface
+from calibrate.statistics.surface import Surface, total_ss
 
 
 def anova_table(surface: Surface) -> pd.DataFrame:
@@ -17,8 +17,7 @@ def anova_table(surface: Surface) -> pd.DataFrame:
 
     Model and terms are tested against the residual, lack of fit against pure error; where there is none of these, NaN.
     """
-    y = surface.response
-    total = float(np.sum((y - y.mean()) ** 2))
+    total = total_ss(surface)
     rows = [("Model", total - surface.residual_ss, len(surface.terms) - 1, "residual")]
     for j, term in enumerate(surface.terms):
         if any(term):
@@ -27,7 +26,7 @@ def anova_table(surface: Surface) -> pd.DataFrame:
     lack_df = surface.residual_df - surface.pure_df
     rows.append(("Lack of fit", surface.residual_ss - surface.pure_ss, lack_df, "pure"))
     rows.append(("Pure error", surface.pure_ss, surface.pure_df, None))
-    rows.append(("Total", total, len(y) - 1, None))
+    rows.append(("Total", total, len(surface.response) - 1, None))
     against = {"residual": (surface.residual_ss, surface.residual_df), "pure": (surface.pure_ss, surface.pure_df)}
     return pd.DataFrame([_row(source, ss, df, against.get(error)) for source, ss, df, error in rows])
 

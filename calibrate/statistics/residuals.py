@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from calibrate.statistics.surface import Surface, leverage
+from calibrate.statistics.surface import Surface, leverage, residuals
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,8 @@ def residual_table(surface: Surface, alpha: float = 0.05) -> pd.DataFrame:
     student_internal: e/(s√(1−h)); student_external: with s from the other runs; cook: r²h/(p(1−h));
     outlier: |student_external| beyond t at alpha/n (Bonferroni). NaN where a run decides its own prediction alone (h = 1).
     """
-    y, predicted, h = surface.response, surface.mean(surface.points), leverage(surface)
+    y, predicted, h, e = surface.response, surface.mean(surface.points), leverage(surface), residuals(surface)
     n, p, df = len(y), len(surface.terms), surface.residual_df
-    e = y - predicted
     free = np.where(h < 1 - 1e-9, 1 - h, np.nan)
     internal = e / np.sqrt(surface.residual_ms * free)
     # the residual variance without run i, by the deletion formula; with one degree of freedom nothing is left to estimate it

@@ -14,6 +14,7 @@ from scipy import stats
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.box import Box
 from calibrate.statistics.columns import numbers
+from calibrate.statistics.packings import share
 
 LACK_P = 0.10  # lack of fit this unlikely by chance is believed, and added to the surface's own error
 
@@ -24,6 +25,8 @@ class Surface:
 
     response_name: with its unit; terms: p tuples of exponents; coefficients: (p,) coded; inverse: (p, p) (XᵀX)⁻¹;
     points: (n, k) coded; response: (n,); residual_ss on residual_df; of it pure_ss on pure_df from repeated points.
+    Runs on common packings: root (n, n) makes them independent (`packings.py`; X and y above stand for root·X and root·y),
+    shared is λ = σ²_packing/σ²_own, packings their number. Else root is None.
     """
 
     response_name: str
@@ -37,6 +40,9 @@ class Surface:
     residual_df: int
     pure_ss: float
     pure_df: int
+    root: np.ndarray | None = None
+    shared: float = 0.0
+    packings: int = 0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -52,8 +58,8 @@ class Surface:
 
     @property
     def df(self) -> int:
-        """Degrees of freedom of the error variance."""
-        return self.residual_df
+        """Degrees of freedom of a prediction's variance; with common packings, whose scatter the mean level carries, theirs."""
+        return self.packings - 1 if self.shared else self.residual_df
 
     @property
     def covariance(self) -> np.ndarray:
@@ -65,7 +71,8 @@ class Surface:
         """Scatter of one run about the surface: from repeated points where there are three degrees of freedom, else the
         residual.
         """
-        return float(np.sqrt(self.pure_ss / self.pure_df if self.pure_df >= 3 else self.residual_ms))
+        own = self.pure_ss / self.pure_df if self.pure_df >= 3 else self.residual_ms
+        return float(np.sqrt(own * (1 + self.shared)))
 
     @cached_property
     def lack_sd(self) -> float:
@@ -98,22 +105,37 @@ class Surface:
 
 
 def fit_surface(
-    table: pd.DataFrame, response: str, box: Box, *, terms="quadratic", coded_columns: tuple[str, ...] | None = None
-) -> Surface:
+    table: pd.DataFrame, response: str, box: Box, *, terms="quadratic", coded_columns: tuple[str, ...] | None = None,
+    packing: str | None = None,
+) -> Surface:  # fmt: skip
     """Least-squares surface through the runs of a table, one row a run, replicates as rows of their own.
 
     table: columns `box.names` in natural units, or `coded_columns` (in the box's order) in coded ones, and `response`.
     terms: "linear", "interactions", "quadratic", or tuples of exponents.
+    packing: column that names the packing of each run, where design points share packings: what runs of a packing have in
+    common is then kept out of the effects' error and in the mean level's.
     Raises ValueError: a column missing, responses all equal, fewer runs than terms + 1, a design that cannot tell terms apart.
     """
     points = numbers(table, coded_columns) if coded_columns else box.coded(box.points(table))
     y = numbers(table, [response])[:, 0]
     chosen = polynomial.full(len(box.names), terms) if isinstance(terms, str) else tuple(terms)
-    return _solve(response, box, chosen, points, y)
+    x = polynomial.matrix(points, chosen)
+    _check(response, chosen, x, y)
+    if packing is None:
+        return _solve(response, box, chosen, points, y)
+    if packing not in table:
+        raise ValueError(f"column {packing} is missing")
+    shared, root = share(x, y, table[packing].to_numpy())
+    return _solve(response, box, chosen, points, y, root=root, shared=shared, packings=table[packing].nunique())
 
 
-def _solve(response: str, box: Box, terms: tuple[polynomial.Term, ...], points: np.ndarray, y: np.ndarray) -> Surface:
-    x = polynomial.matrix(points, terms)
+def refit(surface: Surface, terms: tuple[polynomial.Term, ...]) -> Surface:
+    """The same runs with other terms; what packings share is kept as it was found."""
+    packing = {"root": surface.root, "shared": surface.shared, "packings": surface.packings}
+    return _solve(surface.response_name, surface.box, terms, surface.points, surface.response, **packing)
+
+
+def _check(response: str, terms: tuple[polynomial.Term, ...], x: np.ndarray, y: np.ndarray) -> None:
     n, p = x.shape
     if n <= p:
         raise ValueError(f"{response}: {p} terms need at least {p + 1} runs; here are {n}")
@@ -122,14 +144,24 @@ def _solve(response: str, box: Box, terms: tuple[polynomial.Term, ...], points: 
     aliased = _aliased(x, terms)
     if aliased:
         raise ValueError(f"singular design: its {n} runs cannot tell {', '.join(aliased)} from the other terms")
+
+
+def _solve(
+    response: str, box: Box, terms: tuple[polynomial.Term, ...], points: np.ndarray, y: np.ndarray, *,
+    root: np.ndarray | None = None, **packing,
+) -> Surface:  # fmt: skip
+    x, weighed = polynomial.matrix(points, terms), y
+    if root is not None:
+        x, weighed = root @ x, root @ y
     q, r = np.linalg.qr(x)
-    coefficients = np.linalg.solve(r, q.T @ y)
+    coefficients = np.linalg.solve(r, q.T @ weighed)
     r_inverse = np.linalg.inv(r)
-    pure_ss, pure_df = pure_error(points, y)
-    residual_ss = float(np.sum((y - x @ coefficients) ** 2))
+    pure_ss, pure_df = pure_error(points, y, root)
+    residual_ss = float(np.sum((weighed - x @ coefficients) ** 2))
     return Surface(
         response_name=response, box=box, terms=terms, coefficients=coefficients, inverse=r_inverse @ r_inverse.T,
-        points=points, response=y, residual_ss=residual_ss, residual_df=n - p, pure_ss=min(pure_ss, residual_ss), pure_df=pure_df,
+        points=points, response=y, residual_ss=residual_ss, residual_df=len(y) - len(terms),
+        pure_ss=min(pure_ss, residual_ss), pure_df=pure_df, root=root, **packing,
     )  # fmt: skip
 
 
@@ -144,104 +176,32 @@ def _aliased(x: np.ndarray, terms: tuple[polynomial.Term, ...]) -> list[str]:
     return found
 
 
-def pure_error(points: np.ndarray, y: np.ndarray) -> tuple[float, int]:
-    """Sum of squares and degrees of freedom within groups of runs at the same coded point."""
-    groups = pd.DataFrame(np.round(points, 9) + 0.0).groupby(list(range(points.shape[1])), sort=False).ngroup()
-    within = pd.Series(y).groupby(groups.to_numpy()).transform(lambda v: v - v.mean())
-    return float(np.sum(within**2)), int(len(y) - groups.nunique())
+def pure_error(points: np.ndarray, y: np.ndarray, root: np.ndarray | None = None) -> tuple[float, int]:
+    """Sum of squares and degrees of freedom that one mean for every coded point leaves."""
+    _, cell = np.unique(np.round(points, 9) + 0.0, axis=0, return_inverse=True)
+    member = (cell.ravel()[:, None] == np.arange(cell.max() + 1)).astype(float)
+    if root is not None:
+        member, y = root @ member, root @ y
+    means = np.linalg.lstsq(member, y, rcond=None)[0]
+    return float(np.sum((y - member @ means) ** 2)), len(y) - member.shape[1]
 
 
-@dataclass(frozen=True)
-class Quality:
-    """How well a surface describes its runs and predicts others.
-
-    press: Σ (residual/(1 − leverage))²; r2_predicted: 1 − press/SS_total; adequate_precision: range of predictions over their
-    mean standard error, (max ŷ − min ŷ)/√(p s²/n), above 4 wanted; sd: √s²; cv_percent: sd over the mean response.
-    """
-
-    r2: float
-    r2_adjusted: float
-    r2_predicted: float
-    press: float
-    adequate_precision: float
-    mean: float
-    sd: float
-    cv_percent: float
-
-
-def quality(surface: Surface) -> Quality:
-    """R², adjusted and predicted R², PRESS, adequate precision; definitions in `Quality`."""
-    y, predicted = surface.response, surface.mean(surface.points)
-    n, p = len(y), len(surface.terms)
-    total = float(np.sum((y - y.mean()) ** 2))
-    free = 1 - leverage(surface)
-    press = float(np.sum(((y - predicted) / free) ** 2)) if (free > 1e-9).all() else np.nan
-    sd, mean = float(np.sqrt(surface.residual_ms)), float(y.mean())
-    return Quality(
-        r2=1 - surface.residual_ss / total, r2_adjusted=1 - surface.residual_ms / (total / (n - 1)),
-        r2_predicted=1 - press / total, press=press,
-        adequate_precision=float(np.ptp(predicted) / (sd * np.sqrt(p / n))) if sd else np.inf,
-        mean=mean, sd=sd, cv_percent=100 * sd / abs(mean) if mean else np.nan,
-    )  # fmt: skip
+def residuals(surface: Surface) -> np.ndarray:
+    """(n,) response − prediction; with common packings made independent by `root`."""
+    off = surface.response - surface.mean(surface.points)
+    return off if surface.root is None else surface.root @ off
 
 
 def leverage(surface: Surface) -> np.ndarray:
     """(n,) diagonal of X(XᵀX)⁻¹Xᵀ: how much each run decides its own prediction."""
     x = polynomial.matrix(surface.points, surface.terms)
-    return np.einsum("ij,jk,ik->i", x, surface.inverse, x)
+    x = x if surface.root is None else surface.root @ x
+    return np.sum(x @ surface.inverse * x, axis=1)
 
 
-def coefficients(surface: Surface, level: float = 0.95) -> pd.DataFrame:
-    """Table of coded coefficients: term, coefficient, se, low, high (a `level` interval), t, p; units of the response."""
-    se = np.sqrt(np.diag(surface.covariance))
-    reach = stats.t.ppf((1 + level) / 2, surface.residual_df) * se
-    t = surface.coefficients / se
-    p = 2 * stats.t.sf(abs(t), surface.residual_df)
-    table = pd.DataFrame({"term": surface.term_names, "coefficient": surface.coefficients, "se": se})
-    return table.assign(low=surface.coefficients - reach, high=surface.coefficients + reach, t=t, p=p)
-
-
-def natural_coefficients(surface: Surface) -> pd.Series:
-    """Coefficients of the same surface in natural units, indexed by term; lower-order terms appear where a reduced model needs
-    them.
-    """
-    found = polynomial.natural_coefficients(surface.box, surface.terms, surface.coefficients)
-    ordered = sorted(found, key=lambda t: (sum(t), max(t, default=0), [-e for e in t]))
-    return pd.Series({polynomial.name(t): found[t] for t in ordered})
-
-
-def predict(surface: Surface, table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
-    """Prediction at natural points: predicted, se (of the mean), low, high (of the mean), run_low, run_high (of one further
-    run).
-    """
-    coded = surface.box.coded(surface.box.points(table))
-    mean, variance = surface.mean(coded), surface.variance(coded)
-    t = stats.t.ppf((1 + level) / 2, surface.residual_df)
-    mean_reach, run_reach = t * np.sqrt(variance), t * np.sqrt(variance + surface.residual_ms)
-    return table[list(surface.names)].assign(
-        predicted=mean, se=np.sqrt(variance), low=mean - mean_reach, high=mean + mean_reach,
-        run_low=mean - run_reach, run_high=mean + run_reach,
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Reduction:
-    """A surface with its significant terms only, and the terms left out in order: steps has term, p."""
-
-    surface: Surface
-    steps: pd.DataFrame
-
-
-def reduce(surface: Surface, alpha: float = 0.05) -> Reduction:
-    """Backward elimination to terms with p < alpha, keeping a term as long as a higher-order relative of it stays (hierarchy)."""
-    steps = []
-    while len(surface.terms) > 1:
-        p = coefficients(surface)["p"].to_numpy()
-        free = [i for i, t in enumerate(surface.terms) if any(t) and not any(polynomial.inside(t, o) for o in surface.terms)]
-        worst = max(free, key=lambda i: p[i])
-        if p[worst] < alpha:
-            break
-        steps.append({"term": polynomial.name(surface.terms[worst]), "p": float(p[worst])})
-        kept = surface.terms[:worst] + surface.terms[worst + 1 :]
-        surface = _solve(surface.response_name, surface.box, kept, surface.points, surface.response)
-    return Reduction(surface, pd.DataFrame(steps, columns=["term", "p"]))
+def total_ss(surface: Surface) -> float:
+    """Sum of squares about the mean; with common packings about the mean that weighs them."""
+    y, one = surface.response, np.ones(len(surface.response))
+    if surface.root is not None:
+        y, one = surface.root @ y, surface.root @ one
+    return float(np.sum((y - one * (one @ y) / (one @ one)) ** 2))

@@ -9,7 +9,8 @@ from statsmodels.stats.anova import anova_lm
 from calibrate.statistics.anova import anova_table, contributions
 from calibrate.statistics.designs import box_behnken
 from calibrate.statistics.printed import compare, flatten, follows
-from calibrate.statistics.surface import fit_surface, reduce
+from calibrate.statistics.reduction import reduce
+from calibrate.statistics.surface import fit_surface
 
 TABLE_10 = """
 Model 14.40 9 1.60 24.37 <0.01

@@ -7,9 +7,10 @@ from scipy import stats
 from statsmodels.stats.power import TTestIndPower
 
 from calibrate.statistics import terms as polynomial
+from calibrate.statistics.assessment import coefficients
 from calibrate.statistics.designs import box_behnken
 from calibrate.statistics.replicates import Noise, common_packing, packing_noise, plan, power
-from calibrate.statistics.surface import coefficients, fit_surface
+from calibrate.statistics.surface import fit_surface
 
 
 @pytest.fixture

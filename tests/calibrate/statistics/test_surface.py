@@ -8,10 +8,12 @@ from scipy import stats
 from statsmodels.stats.outliers_influence import OLSInfluence
 
 from calibrate.statistics import terms as polynomial
+from calibrate.statistics.assessment import coefficients, natural_coefficients, predict, quality
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
+from calibrate.statistics.reduction import reduce
 from calibrate.statistics.residuals import normality, residual_table
-from calibrate.statistics.surface import coefficients, fit_surface, leverage, natural_coefficients, predict, quality, reduce
+from calibrate.statistics.surface import fit_surface, leverage
 
 EQ8 = [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]
 

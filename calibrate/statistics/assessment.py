@@ -1,0 +1,79 @@
+"""What a fitted surface says and how far to believe it: coefficients, R² and its kin, predictions with intervals.
+
+Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.), chapter 2.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibrate.statistics import terms as polynomial
+from calibrate.statistics.surface import Surface, leverage, residuals, total_ss
+
+
+def coefficients(surface: Surface, level: float = 0.95) -> pd.DataFrame:
+    """Table of coded coefficients: term, coefficient, se, low, high (a `level` interval), t, p; units of the response."""
+    se = np.sqrt(np.diag(surface.covariance))
+    reach = stats.t.ppf((1 + level) / 2, surface.residual_df) * se
+    t = surface.coefficients / se
+    p = 2 * stats.t.sf(abs(t), surface.residual_df)
+    table = pd.DataFrame({"term": surface.term_names, "coefficient": surface.coefficients, "se": se})
+    return table.assign(low=surface.coefficients - reach, high=surface.coefficients + reach, t=t, p=p)
+
+
+def natural_coefficients(surface: Surface) -> pd.Series:
+    """Coefficients of the same surface in natural units, indexed by term; lower-order terms appear where a reduced model needs
+    them.
+    """
+    found = polynomial.natural_coefficients(surface.box, surface.terms, surface.coefficients)
+    ordered = sorted(found, key=lambda t: (sum(t), max(t, default=0), [-e for e in t]))
+    return pd.Series({polynomial.name(t): found[t] for t in ordered})
+
+
+def predict(surface: Surface, table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
+    """Prediction at natural points: predicted, se (of the mean), low, high (of the mean), run_low, run_high (of one further
+    run).
+    """
+    coded = surface.box.coded(surface.box.points(table))
+    mean, variance = surface.mean(coded), surface.variance(coded)
+    t = stats.t.ppf((1 + level) / 2, surface.residual_df)
+    mean_reach, run_reach = t * np.sqrt(variance), t * np.sqrt(variance + surface.residual_ms)
+    return table[list(surface.names)].assign(
+        predicted=mean, se=np.sqrt(variance), low=mean - mean_reach, high=mean + mean_reach,
+        run_low=mean - run_reach, run_high=mean + run_reach,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How well a surface describes its runs and predicts others.
+
+    press: Σ (residual/(1 − leverage))²; r2_predicted: 1 − press/SS_total; adequate_precision: range of predictions over their
+    mean standard error, (max ŷ − min ŷ)/√(p s²/n), above 4 wanted; sd: √s²; cv_percent: sd over the mean response.
+    """
+
+    r2: float
+    r2_adjusted: float
+    r2_predicted: float
+    press: float
+    adequate_precision: float
+    mean: float
+    sd: float
+    cv_percent: float
+
+
+def quality(surface: Surface) -> Quality:
+    """R², adjusted and predicted R², PRESS, adequate precision; definitions in `Quality`."""
+    y, predicted = surface.response, surface.mean(surface.points)
+    n, p = len(y), len(surface.terms)
+    total, free = total_ss(surface), 1 - leverage(surface)
+    press = float(np.sum((residuals(surface) / free) ** 2)) if (free > 1e-9).all() else np.nan
+    sd, mean = float(np.sqrt(surface.residual_ms)), float(y.mean())
+    return Quality(
+        r2=1 - surface.residual_ss / total, r2_adjusted=1 - surface.residual_ms / (total / (n - 1)),
+        r2_predicted=1 - press / total, press=press,
+        adequate_precision=float(np.ptp(predicted) / (sd * np.sqrt(p / n))) if sd else np.inf,
+        mean=mean, sd=sd, cv_percent=100 * sd / abs(mean) if mean else np.nan,
+    )  # fmt: skip
