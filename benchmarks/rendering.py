@@ -42,10 +42,12 @@ def still(positions_m, orientations, *, shapes=(SOYBEAN,), shape_of=None, parts=
 
 
 def heap(seeds: int = 3500, angle_deg: float = 30.0, rng: np.random.Generator | None = None) -> Motion:
-    """The `seeds` lowest places under a cone's surface, on a plate as wide as it takes."""
+    """The `seeds` lowest places under a cone's surface, on a plate as wide as it takes; columns shifted: no steps."""
     rng = rng or np.random.default_rng(1)
     reach = np.arange(-30, 31) * PITCH_M
-    x, y, z = (v.ravel() for v in np.meshgrid(reach, reach, np.arange(0, 30) * 0.85 * PITCH_M + 3.4e-3, indexing="ij"))
+    x, y, z = np.meshgrid(reach, reach, np.arange(0, 30) * 0.85 * PITCH_M + 3.4e-3, indexing="ij")
+    z[:, :, 1:] += rng.uniform(0.0, 0.85 * PITCH_M, z.shape[:2])[:, :, None]
+    x, y, z = x.ravel(), y.ravel(), z.ravel()
     under = z + np.tan(np.radians(angle_deg)) * np.hypot(x, y)  # height of the cone that just holds it
     chosen = np.argsort(under, kind="stable")[:seeds]
     places = np.c_[x, y, z][chosen] + rng.uniform(-0.8e-3, 0.8e-3, (seeds, 3)) * [1, 1, 0.3]

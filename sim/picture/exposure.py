@@ -168,10 +168,11 @@ def _layer(stage: Stage, box: Box, fine: int) -> Array:
 def _bent(stage: Stage, box: Box, fine: int) -> Array:
     """The samples of `box` as the lens bends them, from a straight picture of where they come from."""
     x0, y0, x1, y1 = box
-    columns = (np.arange((x1 - x0) * fine) + 0.5) / fine - 0.5 + x0 - stage.camera.centre_px[0]
-    rows = (np.arange((y1 - y0) * fine) + 0.5) / fine - 0.5 + y0 - stage.camera.centre_px[1]
-    offset = undistort(stage.camera, np.stack(np.meshgrid(columns, rows), axis=-1))
-    source = (offset + stage.camera.centre_px).astype(np.float32)
+    grid = np.meshgrid(np.arange(x0 - 1, x1 + 1, dtype=np.float32), np.arange(y0 - 1, y1 + 1, dtype=np.float32))
+    centre = stage.camera.centre_px.astype(np.float32)
+    source = (undistort(stage.camera, np.stack(grid, axis=-1) - centre) + centre).astype(np.float32)
+    # Worked out a pixel, interpolated to the samples; the rim of one pixel keeps the interpolation off the ends.
+    source = cv2.resize(source, None, fx=fine, fy=fine, interpolation=cv2.INTER_LINEAR)[fine:-fine, fine:-fine]
     low = np.floor(source.min(axis=(0, 1))).astype(int) - 1
     high = np.ceil(source.max(axis=(0, 1))).astype(int) + 2
     straight = stage.draw((*low, *high), fine)

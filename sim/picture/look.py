@@ -29,8 +29,8 @@ class Look:
     texture: float = 0.0
     seed: tuple[float, float, float] = SOYBEAN
     variation: float = 0.08
-    light: tuple[float, float, float] = (-0.35, 0.75, 0.6)
-    ambient: float = 0.45
+    light: tuple[float, float, float] = (-0.15, 0.6, 0.8)
+    ambient: float = 0.5
     noise: float = 0.0
     blur_px: float = 0.5
 
@@ -61,7 +61,7 @@ def seed_colours(look: Look, seeds: int) -> Array:
 
 
 def openness(places_m: Array, reach_m: Array, towards: Array) -> Array:
-    """How much light reaches each seed past its neighbours (n,), 0.3 to 1: without it a heap looks flat.
+    """How much light reaches each seed past its neighbours (n,), 0.4 to 1: without it a heap looks flat.
 
     1/(1 + (b/3)²), b = Σ (u·s)⁺ over the neighbours nearer than 2.4 radii: u the direction to them, s that to light and camera.
     """
@@ -75,7 +75,7 @@ def openness(places_m: Array, reach_m: Array, towards: Array) -> Array:
     cosine = (apart @ towards) / np.maximum(np.linalg.norm(apart, axis=1), 1e-12)
     blocked = np.bincount(pairs[:, 0], np.maximum(cosine, 0.0), there.size)
     blocked += np.bincount(pairs[:, 1], np.maximum(-cosine, 0.0), there.size)
-    light[there] = np.maximum(1.0 / (1.0 + (blocked / 3.0) ** 2), 0.3)
+    light[there] = np.maximum(1.0 / (1.0 + (blocked / 3.0) ** 2), 0.4)
     return light
 
 

@@ -99,6 +99,14 @@ class Stage:
         scale = self.camera.focal_px / np.where(depth > 0.01 * self.camera.distance_m, depth, 0.01 * self.camera.distance_m)
         middle, reach = seen[:, :2] * scale[:, None], (self.reach_m * scale)[:, None]
         boxes = np.hstack([middle - reach, middle + reach]) + np.tile(self.camera.centre_px, 2)
+        for number, part in enumerate(
+            self.motion.parts, start=self.motion.seeds
+        ):  # long and flat: a sphere would be far too large
+            corners = self.places_m[number] + part.mesh.vertices_m @ self.poses[number, :3, :3].T
+            seen = view(self.camera, corners)
+            depth = np.maximum(self.camera.distance_m + seen[:, 2], 0.01 * self.camera.distance_m)
+            flat_px = seen[:, :2] * (self.camera.focal_px / depth)[:, None] + self.camera.centre_px
+            boxes[number] = np.r_[flat_px.min(axis=0), flat_px.max(axis=0)]
         return np.where(self.there[:, None], boxes, np.nan)
 
     def draw(self, box: tuple[int, int, int, int], fine: int) -> Array:
