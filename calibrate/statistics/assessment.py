@@ -46,6 +46,27 @@ def predict(surface: Surface, table: pd.DataFrame, level: float = 0.95) -> pd.Da
     )  # fmt: skip
 
 
+def response_grid(
+    surface: Surface, across: str, along: str, *, steps: int = 41, at: dict[str, float] | None = None
+) -> pd.DataFrame:
+    """The surface over two factors, for drawing: columns `across`, `along`, predicted, se; steps² rows.
+
+    at: natural values of the other factors; default the box's centre. Raises ValueError for a factor that the box has not.
+    """
+    box = surface.box
+    unknown = [n for n in (across, along, *(at or {})) if n not in box.names]
+    if unknown or across == along:
+        raise ValueError(f"a grid needs two different factors of {', '.join(box.names)}, not {across}, {along}, {at or {}}")
+    place = dict(zip(box.names, box.centre)) | (at or {})
+    i, j = box.names.index(across), box.names.index(along)
+    axes = [np.linspace(box.low[f], box.high[f], steps) for f in (i, j)]
+    grid = np.meshgrid(*axes, indexing="ij")
+    natural = np.tile([place[n] for n in box.names], (steps**2, 1))
+    natural[:, i], natural[:, j] = grid[0].ravel(), grid[1].ravel()
+    mean, variance = surface.evaluate(natural)
+    return pd.DataFrame({across: natural[:, i], along: natural[:, j], "predicted": mean, "se": np.sqrt(variance)})
+
+
 @dataclass(frozen=True)
 class Quality:
     """How well a surface describes its runs and predicts others.

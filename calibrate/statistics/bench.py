@@ -50,6 +50,51 @@ def bench_mean(readings, *, name: str, reading_sd=0.0, shared_sd: float = 0.0, t
     return BenchMean(float(x.mean()), float(max(scatter, measured / np.sqrt(x.size))), x.size - 1.0, float(shared_sd), x.size)
 
 
+def one_reading(value: float, *, name: str, scatter_sd: float, df: float, shared_sd: float = 0.0) -> BenchMean:
+    """A single reading whose scatter is known from elsewhere, say a photo of one pile and the simulated piles' packing noise
+    on df.
+
+    Raises ValueError for an sd that is not positive or df below 1.
+    """
+    if not (np.isfinite(value) and scatter_sd > 0 and df >= 1 and shared_sd >= 0):
+        raise ValueError(f"{name}: one reading needs a scatter_sd above 0 from elsewhere, on df of at least 1")
+    return BenchMean(float(value), float(scatter_sd), float(df), float(shared_sd), 1)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Simulated repeats at the calibrated parameters beside the bench (the paper's relative errors).
+
+    simulated: their mean, sd: its standard deviation; relative_error: |simulated − bench|/bench; t, p: of the difference,
+    Welch's test with the measuring error in it; agrees: p ≥ alpha.
+    """
+
+    simulated: float
+    sd: float
+    bench: float
+    relative_error: float
+    t: float
+    p: float
+    agrees: bool
+
+
+def verify(repeats, bench: BenchMean, *, name: str, alpha: float = 0.05) -> Verification:
+    """Compare verification runs with the bench's mean. Raises ValueError with fewer than two repeats or a bench value of zero."""
+    y = np.asarray(repeats, dtype=float)
+    if y.ndim != 1 or y.size < 2 or not np.isfinite(y).all():
+        raise ValueError(f"{name}: verification needs at least two finite repeats; here are {y.size}")
+    if bench.value == 0:
+        raise ValueError(f"{name}: a relative error needs a bench value other than zero")
+    own = y.var(ddof=1) / y.size
+    variance = own + bench.sd**2
+    df = variance**2 / (own**2 / (y.size - 1) + bench.scatter_sd**4 / bench.df)
+    difference = float(y.mean() - bench.value)
+    t = difference / np.sqrt(variance)
+    p = float(2 * stats.t.sf(abs(t), df))
+    error = abs(difference / bench.value)
+    return Verification(float(y.mean()), float(np.sqrt(own)), bench.value, error, float(t), p, p >= alpha)
+
+
 @dataclass(frozen=True, eq=False)
 class Agreement:
     """Whether recordings of one quantity agree: Cochran's Q on df with p, and per recording its distance from the others.

@@ -10,13 +10,29 @@ import pandas as pd
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
 
+from calibrate.statistics.box import Box
 from calibrate.statistics.columns import numbers
 
 PRIOR_DF = 4  # the pooled variance counts this many degrees of freedom beside a row's own: with five repeats, one half
 
 
+class Curve:
+    """What both curves share: each is a surrogate of one parameter, so that the posterior can take a rig of its own beside the
+    pile.
+    """
+
+    @property
+    def box(self) -> Box:
+        return Box((self.x_name,), [self.low], [self.high])
+
+    def evaluate(self, natural) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (n,) and its variance (n,) at natural points (n, 1)."""
+        x = np.asarray(natural, dtype=float)[:, 0]
+        return self.mean(x), self.variance(x)
+
+
 @dataclass(frozen=True, eq=False)
-class Polynomial:
+class Polynomial(Curve):
     """y = Σ c_i x^(degree − i).
 
     coefficients: highest power first, in natural units (what the paper prints); scaled, covariance: ascending in
@@ -90,7 +106,7 @@ def fit_polynomial(
 
 
 @dataclass(frozen=True, eq=False)
-class Monotone:
+class Monotone(Curve):
     """A curve that only rises or only falls, smooth between its rows, free of any formula.
 
     x, y: (n,) rows after isotonic regression; row_sd: (n,) of each row's mean; draws: (m, n) rows drawn anew within their

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from calibrate.statistics.bench import BenchMean
-from calibrate.statistics.curves import Monotone, Polynomial
+from calibrate.statistics.curves import Curve, Monotone, Polynomial
 
 GRID = 2001  # steps of 1/2000 of the range, roots interpolated between them
 
@@ -47,7 +47,7 @@ class Inverse:
     notes: tuple[str, ...]
 
 
-def invert(curve: Polynomial | Monotone, bench: BenchMean, *, level: float = 0.95, beyond: float = 0.0) -> Inverse:
+def invert(curve: Curve, bench: BenchMean, *, level: float = 0.95, beyond: float = 0.0) -> Inverse:
     """The x at which the curve meets the bench's mean.
 
     beyond: how far outside the simulated range a polynomial may be followed, as a fraction of it (default: not at all); a root

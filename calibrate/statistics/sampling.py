@@ -35,8 +35,9 @@ def sample(
         sampler.random_state = np.random.MT19937(int(rng.integers(2**32))).state
         samplers.append(sampler)
         states.append(box.coded(prior.draw(walkers, rng)))
-    steps, block = 0, 500
+    steps = 0
     while steps < max_steps:
+        block = min(500, max_steps - steps)
         states = [s.run_mcmc(state, block, skip_initial_state_check=True) for s, state in zip(samplers, states)]
         steps += block
         # the first third is on the way from the prior

@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
+from scipy import stats
 from scipy.optimize import isotonic_regression
 
-from calibrate.statistics.bench import BenchMean, agreement, bench_mean
+from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading, verify
 from calibrate.statistics.curves import fit_monotone, fit_polynomial, isotonic
 from calibrate.statistics.inversion import OutsideRange, invert
 
@@ -204,6 +205,23 @@ def test_contradicting_recordings_are_flagged():
     assert agreement(["one", "two"], [10.0, 11.0], [0.1, 0.1]).table["contradicts"].all()
     fine = agreement(["one", "two", "three"], [10.0, 10.1, 9.9], [0.1, 0.1, 0.1])
     assert not fine.table["contradicts"].any() and fine.p > 0.1
+
+
+def test_verification_is_welchs_test_with_the_papers_relative_error(rng):
+    simulated = 94 + 4 * rng.standard_normal(10)
+    found = verify(simulated, bench_mean(REBOUND, name="height"), name="height")
+    reference = stats.ttest_ind(simulated, REBOUND, equal_var=False)
+    assert (found.t, found.p) == pytest.approx((reference.statistic, reference.pvalue), rel=1e-9)
+    assert found.relative_error == pytest.approx(abs(simulated.mean() - 95) / 95) and found.agrees
+    assert not verify(simulated + 20, bench_mean(REBOUND, name="height"), name="height").agrees
+    with pytest.raises(ValueError, match="height: verification needs at least two"):
+        verify([94.0], bench_mean(REBOUND, name="height"), name="height")
+
+
+def test_one_reading_takes_its_scatter_from_elsewhere():
+    assert one_reading(31.0, name="angle", scatter_sd=1.3, df=4, shared_sd=0.1).sd == pytest.approx(np.hypot(1.3, 0.1))
+    with pytest.raises(ValueError, match="angle: one reading needs"):
+        one_reading(31.0, name="angle", scatter_sd=0.0, df=4)
 
 
 @pytest.mark.parametrize(

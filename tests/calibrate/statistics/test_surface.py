@@ -8,9 +8,10 @@ from scipy import stats
 from statsmodels.stats.outliers_influence import OLSInfluence
 
 from calibrate.statistics import terms as polynomial
-from calibrate.statistics.assessment import coefficients, natural_coefficients, predict, quality
+from calibrate.statistics.assessment import coefficients, natural_coefficients, predict, quality, response_grid
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
+from calibrate.statistics.printed import compare
 from calibrate.statistics.reduction import reduce
 from calibrate.statistics.residuals import normality, residual_table
 from calibrate.statistics.surface import fit_surface, leverage
@@ -89,6 +90,22 @@ def test_prediction_agrees_with_statsmodels(surface, reference):
     assert surface.lack_sd == 0
     columns = ["mean", "mean_se", "mean_ci_lower", "mean_ci_upper", "obs_ci_lower", "obs_ci_upper"]
     np.testing.assert_allclose(got[["predicted", "se", "low", "high", "run_low", "run_high"]], expected[columns], rtol=1e-9)
+
+
+def test_equation_8_as_printed_follows_from_table_9(surface):
+    printed = ["30.04", "0.59", "0.84", "0.78", "0.075", "0.1", "0.35", "-0.033", "-0.28", "-0.26"]
+    found = compare(dict(zip(surface.term_names, printed)), dict(zip(surface.term_names, surface.coefficients)))
+    assert found["follows"].all()
+
+
+def test_a_response_grid_is_the_surface(surface):
+    grid = response_grid(surface, "static_friction", "rolling_friction", steps=5, at={"restitution": 0.65})
+    assert len(grid) == 25
+    corner = grid[(grid["static_friction"] == 0.6) & (grid["rolling_friction"] == 0.05)].iloc[0]
+    assert corner["predicted"] == pytest.approx(surface.mean([[1, 1, 1]])[0])
+    for bad in (("static_friction", "static_friction", {}), ("static_friction", "mu", {}), (*surface.names[:2], {"mu": 1.0})):
+        with pytest.raises(ValueError, match="two different factors"):
+            response_grid(surface, *bad[:2], at=bad[2])
 
 
 def test_reduction_keeps_the_significant_terms_and_hierarchy(surface):
