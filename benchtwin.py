@@ -34,6 +34,46 @@ def measure(
     raise typer.Exit(measure_command(paths, out, window, roi, baseline, trim, seeds, overwrite, quiet))
 
 
+@app.command()
+def simulate(
+    rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, or cylinder (a pile from a lifting cylinder).")],
+    out: Annotated[Path, typer.Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],
+    restitution: Annotated[float | None, typer.Option(help="Seed on steel: coefficient of restitution.")] = None,
+    static_friction: Annotated[float | None, typer.Option(help="Seed on steel.")] = None,
+    rolling_friction: Annotated[float | None, typer.Option(help="Seed on steel; EDEM's standard convention.")] = None,
+    seed_restitution: Annotated[float | None, typer.Option(help="Seed on seed: coefficient of restitution.")] = None,
+    seed_static_friction: Annotated[float | None, typer.Option(help="Seed on seed.")] = None,
+    seed_rolling_friction: Annotated[float | None, typer.Option(help="Seed on seed; EDEM's standard convention.")] = None,
+    repeats: Annotated[int, typer.Option(help="How many recordings, each with seeds, placing and packing of its own.")] = 1,
+    rng: Annotated[int, typer.Option(help="Seed of the random numbers: the same one gives the same recordings.")] = 1,
+    setting: Annotated[list[str], typer.Option("--set", help="KEY=VALUE of anything else: pile.fill_height_mm=80 …")] = [],  # noqa: B006
+    like: Annotated[Path | None, typer.Option("--from", help="A recording.toml whose rig, seed and camera to copy.")] = None,
+    track: Annotated[bool, typer.Option(help="Write the simulation's own track, no pictures: quick.")] = False,
+    threads: Annotated[int, typer.Option(help="Processor cores for one pile.")] = 2,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Simulate a rig, film or photograph it, and measure that as if it came from the bench.
+
+    What is not given has the value that the soybean paper calibrated. Run again, the command goes on where it was stopped.
+    Exit code 0: done and measured; 1: stopped, or nothing could be measured; 2: the command was misused.
+    """
+    from calibrate.simulate_command import simulate_command
+    from vision.command import measure_command
+
+    numbers = {
+        "restitution": restitution,
+        "static_friction": static_friction,
+        "rolling_friction": rolling_friction,
+        "seed_restitution": seed_restitution,
+        "seed_static_friction": seed_static_friction,
+        "seed_rolling_friction": seed_rolling_friction,
+    }
+    code = simulate_command(
+        rig, out, numbers, repeats=repeats, rng=rng, settings=setting, like=like, rendered=not track, threads=threads, quiet=quiet
+    )
+    raise typer.Exit(code or measure_command([out], out / "measured", "20-80", "", "", False, False, True, quiet))
+
+
 def main() -> None:
     app()
 

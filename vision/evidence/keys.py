@@ -16,6 +16,13 @@ _Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
 _Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 _NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+_Finite = Annotated[float, Field(allow_inf_nan=False)]
+_Pixels = Annotated[int, Field(ge=8, le=16384)]
+
+
+def _several(item, count: int):
+    """`count` values in a row; TOML has lists only, so a list is taken for a tuple."""
+    return Annotated[tuple[(item,) * count], Field(strict=False)]
 
 
 class _Section(BaseModel):
@@ -28,6 +35,9 @@ class Seed(_Section):
     thickness_mm: _SeedSize | None = None
     mass_g: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
     density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
+    length_range_mm: _several(_SeedSize, 2) | None = None  # least and greatest of about 100 seeds
+    width_range_mm: _several(_SeedSize, 2) | None = None
+    thickness_range_mm: _several(_SeedSize, 2) | None = None
     count: Annotated[int, Field(ge=1)] | None = None
 
 
@@ -38,6 +48,12 @@ class Camera(_Section):
     plumb_deg: _Angle | None = None
     plumb_sd_deg: _NotNegative | None = None
     exposure_s: Annotated[float, Field(gt=0, lt=10, allow_inf_nan=False)] | None = None
+    # Where a twin's camera stands; measuring needs none of these.
+    width_px: _Pixels | None = None
+    height_px: _Pixels | None = None
+    target_mm: _several(_Finite, 3) | None = None  # the point of the rig that is seen at the picture's centre
+    distance_mm: _Length | None = None
+    distortion: Annotated[float, Field(ge=-0.1, le=0.1)] | None = None
 
     @property
     def scale_sd(self) -> float:
@@ -59,25 +75,43 @@ class Air(_Section):
 
 class Drop(_Section):
     height_mm: _Length | None = None
+    plate_mm: _several(_Length, 2) | None = None
+    bounces: Annotated[int, Field(ge=1, le=100)] | None = None
+    orientation: Literal["flat", "any"] | _several(_Finite, 4) | None = None
+    tip_sd_deg: _NotNegative | None = None
+    spin_rad_s: _several(_Finite, 3) | None = None
+    spin_sd_rad_s: _NotNegative | None = None
+    hold_s: _NotNegative | None = None
 
 
 class Slide(_Section):
     tilt_rate_deg_s: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
     travel_mm: _Length | None = None
+    plate_mm: _several(_Length, 2) | None = None
+    start_mm: _Length | None = None  # from the hinge
+    start_deg: Annotated[float, Field(ge=0, lt=80)] | None = None
 
 
 class Roll(_Section):
     incline_deg: Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)] | None = None
     incline_length_mm: _Length | None = None
     direction: Literal["+x", "-x"] | None = None
+    plate_mm: _several(_Length, 2) | None = None
+    orientation: Literal["across", "any"] | None = None
+    axis_sd_deg: _NotNegative | None = None
+    slope_deg: Annotated[float, Field(gt=-5, lt=5)] | None = None
 
 
 class Pile(_Section):
-    box_mm: Annotated[tuple[_Length, _Length, _Length], Field(strict=False)] | None = None
-    gate_mm: Annotated[tuple[_Length, _Length], Field(strict=False)] | None = None
-    plate_mm: Annotated[tuple[_Length, _Length], Field(strict=False)] | None = None
+    box_mm: _several(_Length, 3) | None = None
+    gate_mm: _several(_Length, 2) | None = None
+    cylinder_mm: _several(_Length, 2) | None = None  # inside diameter and height: a lifting cylinder in the box's place
+    plate_mm: _several(_Length, 2) | None = None
     fill_height_mm: _Length | None = None
     gate_speed_mm_s: _Positive | None = None
+    photo_s: _Positive | None = None  # after the gate began to move; absent: when all seeds lie still
+    side_walls_in_view: bool | None = None
+    slab: bool | None = None
 
 
 class Keys(_Section):

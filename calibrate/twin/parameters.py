@@ -1,0 +1,96 @@
+"""The contact parameters of one bench, as the twin takes them."""
+
+from dataclasses import asdict, dataclass, field, replace
+
+from sim.laws import LAWS
+from sim.material import Q235, SOYBEAN, Contact, Material
+from sim.rigs.bench import Bench
+from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
+from sim.seed.sizes import Size, Sizes
+
+SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 1e7}  # benchmarks/modulus.py: what these change, and what they save
+WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What a calibration asks for, and how it is computed. Dimensionless unless the name says otherwise.
+
+    restitution, static_friction, rolling_friction: seed on steel; seed_…: seed on seed. rolling_convention: which torque the
+    rolling frictions mean (`sim.material.ROLLING_CONVENTIONS`). shear_modulus_pa: what the seeds' modulus is softened to; None:
+    SOFT_PA of the rig. spheres, arrangement, mass_of: the seed's balls (`sim.seed.Seed.from_dimensions`). rayleigh_fraction: the
+    time step. laws: further force laws by name, with their numbers: {"magnus": {…}}.
+    Defaults: what the soybean paper calibrated.
+    """
+
+    restitution: float = 0.54
+    static_friction: float = 0.34
+    rolling_friction: float = 0.01
+    seed_restitution: float = 0.65
+    seed_static_friction: float = 0.55
+    seed_rolling_friction: float = 0.04
+    rolling_convention: str = "edem"
+    shear_modulus_pa: float | None = None
+    spheres: int = 5
+    arrangement: str = "axial"
+    mass_of: str = "union"
+    rayleigh_fraction: float = 0.2
+    laws: dict[str, dict] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in self.laws:
+            if name not in LAWS:
+                raise ValueError(f"laws: no law {name!r}; there are {', '.join(LAWS)}")
+        self.contacts()  # so that a number out of its range is named here
+
+    def contacts(self) -> tuple[Contact, Contact]:
+        """Seed on steel and seed on seed."""
+        own, names = self.rolling_convention, (SOYBEAN.name, Q235.name)
+        return (
+            Contact(names, self.restitution, self.static_friction, self.rolling_friction, own),
+            Contact((SOYBEAN.name,) * 2, self.seed_restitution, self.seed_static_friction, self.seed_rolling_friction, own),
+        )
+
+    def to_dict(self) -> dict:
+        return asdict(self)
+
+
+def bench(parameters: Parameters, rig: str, seed, air) -> Bench:
+    """The bench of a recording: parameters, and what [seed] and [air] state. What [seed] leaves open is the paper's soybean."""
+    on_steel, on_seed = parameters.contacts()
+    return Bench(
+        seed_wall=on_steel,
+        seed_seed=on_seed,
+        seed=material(seed),
+        sizes=sizes(seed),
+        spheres=parameters.spheres,
+        arrangement=parameters.arrangement,
+        mass_of=parameters.mass_of,
+        shear_modulus_pa=parameters.shear_modulus_pa or SOFT_PA[rig],
+        air_density_kg_m3=air.density_kg_m3,
+        air_viscosity_pa_s=air.viscosity_pa_s,
+        laws=tuple(LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()),
+        rayleigh_fraction=parameters.rayleigh_fraction,
+    )
+
+
+def material(seed) -> Material:
+    """Soybean, of the density that [seed] states, or that follows from its mass and dimensions taken as an ellipsoid."""
+    whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
+    density = seed.density_kg_m3
+    if density is None and seed.mass_g is not None and None not in whole:
+        density = 1e6 * seed.mass_g / (0.5235987755982988 * whole[0] * whole[1] * whole[2]) / (seed.count or 1)
+    return SOYBEAN if density is None else replace(SOYBEAN, density_kg_m3=density)
+
+
+def sizes(seed) -> Sizes | tuple[float, float, float]:
+    """The lot: means with ranges scatter; means alone are every seed's size; nothing stated: the paper's soybeans."""
+    whole, ranges = [getattr(seed, f"{name}_mm") for name in WHOLE], [getattr(seed, name + RANGE) for name in WHOLE]
+    if None in whole:
+        if any(v is not None for v in (*whole, *ranges)):
+            raise ValueError("[seed] needs length_mm, width_mm and thickness_mm together")
+        return SOYBEAN_SIZES
+    if None in ranges:
+        return tuple(1e-3 * v for v in whole)
+    scatter = [Size.from_range_of_100(1e-3 * low, 1e-3 * mean, 1e-3 * high) for (low, high), mean in zip(ranges, whole)]
+    return Sizes(*scatter, correlation=SOYBEAN_SIZES.correlation)

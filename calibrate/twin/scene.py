@@ -1,0 +1,126 @@
+"""A recording's description ↔ the rig, the bench and the camera that the simulation takes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from sim.picture import Camera, Look
+from sim.rigs.cylinder import LiftedCylinder, run_cylinder
+from sim.rigs.drop import Drop, run_drop
+from sim.rigs.pile import Pile, run_pile
+from sim.rigs.roll import Roll, run_roll
+from sim.rigs.slide import Slide, run_slide
+from vision.recording import Recording
+
+UNITS = (("_m_s", "_mm_s"), ("_m", "_mm"))
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One kind of rig: its description, what runs it, the frame rate and camera where a recording states none, and its look."""
+
+    describe: type
+    run: Callable
+    fps: float
+    camera: Camera
+    look: Look
+
+
+SETUPS = {
+    "drop": Setup(Drop, run_drop, 1000.0, Camera(800, 1280, 0.27, (0.0, 0.0, 0.155), 10.0), Look(grey=True)),
+    "slide": Setup(Slide, run_slide, 50.0, Camera(1280, 800, 0.2, (0.095, 0.0, 0.055), 10.0), Look(grey=True)),
+    "roll": Setup(Roll, run_roll, 200.0, Camera(1280, 400, 0.26, (0.125, 0.0, 0.02), 10.0), Look(grey=True)),
+    "pile": Setup(Pile, run_pile, 0.0, Camera(2400, 1600, 0.1, (0.1, 0.0, 0.055), 10.0), Look()),
+    "cylinder": Setup(LiftedCylinder, run_cylinder, 0.0, Camera(3000, 1300, 0.1, (0.0, 0.0, 0.045), 10.0), Look()),
+}
+
+
+def setup_of(recording: Recording) -> Setup:
+    """The setup of a recording's rig; a pile with a cylinder in its description is a lifting cylinder."""
+    return SETUPS["cylinder" if recording.rig == "pile" and recording.pile.cylinder_mm else recording.rig]
+
+
+def rig_of(recording: Recording):
+    """The rig as described, lengths in metres; what is not stated has the paper's value. ValueError names what does not fit."""
+    kind, section, given = setup_of(recording).describe, getattr(recording, recording.rig), {}
+    for field in fields(kind):
+        value = getattr(section, key_of(field.name), None)
+        if value is not None:
+            given[field.name] = _scaled(value, 1e-3) if key_of(field.name) != field.name else value
+    if kind is Slide and recording.seed.count is not None:
+        given["count"] = recording.seed.count
+    return kind(**given)
+
+
+def section_of(rig, section):
+    """A recording's section with everything that the rig knows of itself."""
+    stated = {}
+    for field in fields(rig):
+        key, value = key_of(field.name), getattr(rig, field.name)
+        if key in type(section).model_fields and value is not None:
+            stated[key] = _rounded(_scaled(value, 1e3)) if key != field.name else value
+    return section.model_copy(update=stated)
+
+
+def key_of(name: str) -> str:
+    """recording.toml's key of a field: millimetres where the simulation has metres."""
+    for metres, millimetres in UNITS:
+        if name.endswith(metres):
+            return name.removesuffix(metres) + millimetres
+    return name
+
+
+def _scaled(value, factor: float):
+    return tuple(factor * v for v in value) if isinstance(value, tuple | list) else factor * value
+
+
+def _rounded(value):
+    """0.105 m are 105 mm, not 104.99999999999999."""
+    return tuple(float(f"{v:.9g}") for v in value) if isinstance(value, tuple) else float(f"{value:.9g}")
+
+
+def camera_of(recording: Recording) -> Camera:
+    """The camera as the recording describes it, else where the rig's own stands."""
+    stated, camera = recording.camera, setup_of(recording).camera
+    given = {
+        "width_px": stated.width_px,
+        "height_px": stated.height_px,
+        "mm_per_px": stated.mm_per_px,
+        "target_m": None if stated.target_mm is None else _scaled(stated.target_mm, 1e-3),
+        "distance_m": None if stated.distance_mm is None else 1e-3 * stated.distance_mm,
+        "roll_deg": stated.plumb_deg,
+        "distortion": stated.distortion,
+        "exposure_s": stated.exposure_s,
+    }
+    camera = replace(camera, **{key: value for key, value in given.items() if value is not None})
+    if recording.rig == "roll" and recording.roll.direction == "-x" and stated.target_mm is None:
+        x, y, z = camera.target_m
+        camera = replace(camera, target_m=(-x, y, z))
+    return camera
+
+
+def camera_section(camera: Camera, fps: float, section):
+    """A recording's [camera] that states all of it."""
+    stated = {
+        "width_px": camera.width_px,
+        "height_px": camera.height_px,
+        "mm_per_px": camera.mm_per_px,
+        "mm_per_px_sd": section.mm_per_px_sd if section.mm_per_px_sd is not None else 1e-4 * camera.mm_per_px,
+        "plumb_deg": camera.roll_deg,
+        "plumb_sd_deg": section.plumb_sd_deg if section.plumb_sd_deg is not None else 0.02,
+        "target_mm": _rounded(_scaled(camera.target_m, 1e3)),
+        "distance_mm": 1e3 * camera.distance_m,
+        "distortion": camera.distortion,
+        "exposure_s": camera.exposure_s or None,
+        "fps": fps or section.fps,
+    }
+    return section.model_copy(update=stated)
+
+
+def sees(camera: Camera, points_m: np.ndarray) -> np.ndarray:
+    """Which points (n, 3) the picture shows."""
+    from sim.picture import project
+
+    at = project(camera, points_m)
+    return ((at >= 0) & (at <= np.array([camera.width_px - 1, camera.height_px - 1]))).all(axis=1)
