@@ -11,6 +11,7 @@ Array = np.ndarray
 
 SOYBEAN = (222.0, 196.0, 142.0)  # pale yellow, as ripe seeds under daylight
 FINISHES = {"steel": (128.0, 131.0, 135.0), "board": (58.0, 52.0, 48.0)}  # levels of 255 of a surface that faces the light
+SKY = np.array([0.0, 0.85, 0.53])  # whence neighbours shade, in the picture's axes: above, so that outlines stay bright
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -20,7 +21,8 @@ class Look:
 
     grey: one channel, as a high-speed camera. background: what hangs behind; texture: its unevenness [levels, sd].
     light: direction towards the light in the picture's axes (right, up, towards the camera); ambient: the share of light that
-    comes from everywhere. variation: how much seeds differ in brightness, ± relative. noise: the sensor's sd [levels].
+    comes from everywhere (lamps beside the camera: light from above at ambient 0.5 moved measured centroids by 0.04 px, this by
+    0.01). variation: how much seeds differ in brightness, ± relative. noise: the sensor's sd [levels].
     blur_px: sd of the lens's and pixel's softness [px].
     """
 
@@ -29,8 +31,8 @@ class Look:
     texture: float = 0.0
     seed: tuple[float, float, float] = SOYBEAN
     variation: float = 0.08
-    light: tuple[float, float, float] = (-0.15, 0.6, 0.8)
-    ambient: float = 0.5
+    light: tuple[float, float, float] = (-0.1, 0.25, 1.0)
+    ambient: float = 0.65
     noise: float = 0.0
     blur_px: float = 0.5
 
@@ -63,7 +65,7 @@ def seed_colours(look: Look, seeds: int) -> Array:
 def openness(places_m: Array, reach_m: Array, towards: Array) -> Array:
     """How much light reaches each seed past its neighbours (n,), 0.4 to 1: without it a heap looks flat.
 
-    1/(1 + (b/3)²), b = Σ (u·s)⁺ over the neighbours nearer than 2.4 radii: u the direction to them, s that to light and camera.
+    1/(1 + (b/3)²), b = Σ (u·s)⁺ over the neighbours nearer than 2.4 radii: u the direction to them, s = SKY in the world.
     """
     there = np.flatnonzero(np.isfinite(places_m).all(axis=1))
     light = np.ones(len(places_m))

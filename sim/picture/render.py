@@ -65,8 +65,9 @@ class Stage:
         self.scene = pyrender.Scene(bg_color=np.zeros(4), ambient_light=np.full(3, look.ambient))
         self.lens = self.scene.add(pyrender.IntrinsicsCamera(1.0, 1.0, 0.0, 0.0), pose=_camera_pose(self.camera))
         right, down, away = axes(self.camera)
-        self.towards = np.array(look.light) @ np.array([right, -down, -away]) / np.linalg.norm(look.light)
-        self.scene.add(pyrender.DirectionalLight(np.ones(3), intensity=1.0 - look.ambient), pose=_facing(self.towards))
+        self.sky = looks.SKY @ np.array([right, -down, -away])
+        towards = np.array(look.light) @ np.array([right, -down, -away]) / np.linalg.norm(look.light)
+        self.scene.add(pyrender.DirectionalLight(np.ones(3), intensity=1.0 - look.ambient), pose=_facing(towards))
         self.forms = []
         for shape, seed in enumerate(self.motion.shapes):
             who = np.flatnonzero(self.motion.shape_of == shape)
@@ -89,7 +90,7 @@ class Stage:
         self.poses = matrices(self.places_m, turns)
         self.poses[:, 3, :3] = self.colours
         seeds = self.motion.seeds
-        lit = looks.openness(self.places_m[:seeds], self.reach_m[:seeds], self.towards)
+        lit = looks.openness(self.places_m[:seeds], self.reach_m[:seeds], self.sky)
         self.poses[:seeds, 3, :3] *= lit[:, None]
 
     def boxes(self) -> Array:
