@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 import statsmodels.api as sm
 from scipy import stats
+from scipy.interpolate import PchipInterpolator
 from scipy.optimize import isotonic_regression
 
 from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading, verify
@@ -100,6 +101,17 @@ def test_a_monotone_curve_never_turns_and_passes_good_rows(roll_rows, rng):
     spoilt = roll_rows.assign(run_out_mm=[216, 125, 130, 48, 36, 40])
     y = fit_monotone(spoilt, "rolling_friction", "run_out_mm", rng=rng).mean(np.linspace(0.01, 0.06, 300))
     assert (np.diff(y) <= 1e-9).all()
+
+
+def test_a_monotone_curves_error_covers_the_shape_between_sharp_rows(rng):
+    """Rows good to 0.1 mm of a steeply bent run-out; the control is the redrawn rows' scatter alone."""
+    x = np.linspace(0.01, 0.06, 6)
+    between = (x[:-1, None] + [0.0025, 0.005, 0.0075]).ravel()
+    rows = pd.DataFrame({"mu_r": x, "l_mm": 2.6 / (x + 0.002), "sd_mm": 0.1, "n": 10})
+    curve = fit_monotone(rows, "mu_r", "l_mm", rng=rng, sd="sd_mm", repeats="n")
+    off = abs(curve.mean(between) - 2.6 / (between + 0.002))
+    scatter = PchipInterpolator(curve.x, curve.draws, axis=1)(between).std(axis=0)
+    assert np.mean(off < 2 * np.sqrt(curve.variance(between))) > 0.9 and np.mean(off < 2 * scatter) < 0.6
 
 
 def true_height(x):

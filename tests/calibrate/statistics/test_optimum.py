@@ -73,6 +73,19 @@ def test_the_sheet_is_sampled_evenly(box):
     assert len(points) == 4000 and abs(density / 1000 - 1).max() < 0.1
 
 
+def test_a_curved_set_is_sampled_evenly_too():
+    """On a circle all angles are alike; cut by axis-parallel lines alone, the diagonals would get 1.4 times their share."""
+    box = Box.of({"a": (-1, 1), "b": (-1, 1)})
+    z = np.array(np.meshgrid(*[np.linspace(-1, 1, 5)] * 2)).reshape(2, -1).T
+    wobble = 1e-9 * np.cos(np.arange(len(z)))
+    bowl = fit_surface(pd.DataFrame(z, columns=["a", "b"]).assign(y_mm=(z**2).sum(axis=1) + wobble), "y_mm", box)
+    found = solution_set(bowl, 0.49, rng=np.random.default_rng(0), points=4000)
+    angle = np.arctan2(found.table["b"], found.table["a"]) % (np.pi / 2)
+    near_diagonal = np.mean((angle > np.pi / 8) & (angle < 3 * np.pi / 8))
+    assert found.dimensions == 1 and len(angle) == 4000
+    assert near_diagonal == pytest.approx(0.5, abs=3 * 0.5 / np.sqrt(4000))  # 0.541 if not thinned
+
+
 def test_three_factors_leave_a_sheet_and_one_a_point(surface):
     x = np.linspace(-1, 1, 7)
     one = fit_surface(pd.DataFrame({"e": x, "y_deg": 2 * x + 0.3 * x**2 + 1e-3 * x**3}), "y_deg", Box.of({"e": (-1, 1)}))

@@ -87,6 +87,7 @@ def test_analysis_of_variance_and_diagnostics_hold_together(box):
     assert 0 < quality(surface).r2_predicted < quality(surface).r2 < 1
     assert surface.noise_sd == pytest.approx(np.hypot(0.6, 0.4), rel=0.6) and surface.noise_sd > np.sqrt(surface.residual_ms)
     assert reduce(surface).surface.shared == surface.shared
+    assert surface.df == 4 + 3 - 1  # the mean level is known from seven packings, not from all runs
 
 
 def test_packings_that_tell_nothing_are_refused():

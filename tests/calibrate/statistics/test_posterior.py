@@ -60,6 +60,15 @@ def test_a_known_plane_and_normal_priors_give_the_textbook_posterior(rng):
     np.testing.assert_allclose(np.cov(found.draws.T), covariance, atol=0.1 * covariance.max())
 
 
+def test_few_bench_readings_leave_students_tails(rng):
+    """A plane seen by three readings: the posterior is t on two degrees of freedom."""
+    box = Box.of({"a": (-1.0, 1.0)})
+    seen = [Observable("y", Plane(box, [1.0]), BenchMean(0.0, 0.02, 2.0, 0.0, 3))]
+    found = on_grid(seen, Prior.uniform(box), rng=rng, cells=4001, draws=40_000)
+    for q in (0.9, 0.99):
+        assert found.draws["a"].quantile(q) == pytest.approx(0.02 * stats.t.ppf(q, 2), rel=0.08)
+
+
 def test_ensembles_and_grid_agree(angle, rng):
     prior = Prior.uniform(angle.surrogate.box)
     chain, grid = sample([angle], prior, rng=rng), on_grid([angle], prior, rng=rng, draws=20_000)

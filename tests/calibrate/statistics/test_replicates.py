@@ -4,6 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
+from statsmodels.formula import api as smf
+from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.power import TTestIndPower
 
 from calibrate.statistics import terms as polynomial
@@ -79,6 +81,13 @@ def test_correlation_of_common_packings_covers_at_its_rate(rng):
     found = [paired(layout(rng, 6, 8, 0.8, 1.0)) for _ in range(400)]
     hits = [p.low < truth < p.high for p in found]
     assert 0.86 < np.mean(hits) < 0.94
+
+
+def test_correlation_is_that_of_the_two_way_analysis_of_variance(rng):
+    table = layout(rng, 5, 7, 0.8, 1.0)
+    ms = anova_lm(smf.ols("y_deg ~ C(point) + C(packing)", table).fit())["mean_sq"]
+    between = (ms["C(packing)"] - ms["Residual"]) / 5
+    assert paired(table).correlation == pytest.approx(between / (between + ms["Residual"]))
 
 
 def test_common_packings_are_called_worth_it_only_where_they_are(rng):
