@@ -61,6 +61,11 @@ def observe_pile(recording: Recording, options: PileOptions | None = None) -> Ob
     if recording.evidence != "photos":
         raise MeasurementError(f"{recording.path}: a pile is measured on photos, not on {recording.evidence}")
     image = read_photo(recording.files[0])
+    options = options or PileOptions()
+    if not options.side and recording.pile.box_mm is not None and recording.pile.cylinder_mm is None:
+        options = replace(options, side="right")  # the gate's side; the other leans on the box
+    if options.baseline is None and recording.pile.baseline_px is not None:
+        options = replace(options, baseline=recording.pile.baseline_px)
     try:
         found = measure_repose(image, recording.camera, options)
     except MeasurementError as error:

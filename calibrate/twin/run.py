@@ -13,7 +13,7 @@ import numpy as np
 
 from calibrate.twin import write
 from calibrate.twin.parameters import Parameters, bench
-from calibrate.twin.scene import camera_of, camera_section, rig_of, section_of, setup_of
+from calibrate.twin.scene import baseline, camera_of, camera_section, rig_of, section_of, setup_of
 from sim.motion import Motion
 from sim.rigs.bench import no_watch
 from vision.batch import observe as observe  # the same call for bench and twin
@@ -73,14 +73,18 @@ def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generato
     rate = recording.camera.fps or setup.fps
     more = {"threads": threads} if recording.rig in HEAPS else {}
     motion = setup.run(rig, on_bench, rng, fps=0.0 if recording.rig in HEAPS else rate, watch=watch, **more)
+    camera = camera_of(recording)
+    section = section_of(rig, getattr(recording, recording.rig))
+    if recording.rig in HEAPS:
+        section = section.model_copy(update={"baseline_px": baseline(camera)})
     told = replace(
         recording,
         provenance="simulated",
         evidence="",
         files=(),
         seed=write.seed_section(motion, on_bench, recording),
-        camera=camera_section(camera_of(recording), 0.0 if recording.rig in HEAPS else rate, recording.camera),
-        **{recording.rig: section_of(rig, getattr(recording, recording.rig))},
+        camera=camera_section(camera, 0.0 if recording.rig in HEAPS else rate, recording.camera),
+        **{recording.rig: section},
     )
     return motion, told
 

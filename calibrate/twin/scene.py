@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from sim.picture import Camera, Look
+from sim.picture import Camera, Look, project
 from sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from sim.rigs.drop import Drop, run_drop
 from sim.rigs.pile import Pile, run_pile
@@ -118,9 +118,15 @@ def camera_section(camera: Camera, fps: float, section):
     return section.model_copy(update=stated)
 
 
+def baseline(camera: Camera) -> tuple[float, float, float, float]:
+    """Where the plate's surface, z = 0, is seen at mid-depth, left and right [px]: seeds may hide it from the measuring code."""
+    x, y, _ = camera.target_m
+    half = 0.45e-3 * camera.mm_per_px * camera.width_px
+    ends = project(camera, np.array([[x - half, y, 0.0], [x + half, y, 0.0]]))
+    return tuple(float(f"{v:.6g}") for v in ends.ravel())
+
+
 def sees(camera: Camera, points_m: np.ndarray) -> np.ndarray:
     """Which points (n, 3) the picture shows."""
-    from sim.picture import project
-
     at = project(camera, points_m)
     return ((at >= 0) & (at <= np.array([camera.width_px - 1, camera.height_px - 1]))).all(axis=1)

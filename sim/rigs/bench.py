@@ -15,6 +15,7 @@ from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from sim.seed.sizes import Sizes
 
 GRAVITY_M_S2 = 9.80665
+DIFFERENT = 100  # sizes in a heap: as many as callipers measured; each is meshed once for the picture
 # Largest shear modulus of seeds in one-seed rigs and in piles [Pa]; benchmarks/modulus.py tells what these change.
 SOFT_PA = 3.0e7
 SOFT_PILE_PA = 3.0e6
@@ -54,10 +55,11 @@ class Bench:
         return self.seed.softened(self.shear_modulus_pa)
 
     def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
-        """`count` seeds of the lot, each of its own size."""
+        """`count` seeds of the lot, of at most DIFFERENT sizes: seeds of one size are one object."""
         how = {"density_kg_m3": self.seed.density_kg_m3, "arrangement": self.arrangement, "mass_of": self.mass_of}
         if isinstance(self.sizes, Sizes):
-            return self.sizes.sample_batch(rng, count, self.spheres, **how)
+            lot = self.sizes.sample_batch(rng, min(count, DIFFERENT), self.spheres, **how)
+            return [lot[k % len(lot)] for k in range(count)]
         return [Seed.from_dimensions(*self.sizes, self.spheres, **how)] * count
 
     def world(

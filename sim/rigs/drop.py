@@ -87,13 +87,13 @@ class Impacts:
 
     def __call__(self, world: World, state: State) -> bool:
         push = float(np.abs(state.wall_push_ns).sum())
-        if push > self._push:
+        touching = push != self._push  # at the end of contact the plate may pull
+        if touching:
             if self.times_s and self._last - self.times_s[-1][1] < ONE_IMPACT_S:
                 self.times_s[-1][1] = state.time_s
             else:
                 self.times_s.append([self._last, state.time_s])
                 self.watch("falling and bouncing", min(len(self.times_s) / self.most, 1.0))
-        touching = push > self._push
         self._push, self._last = push, state.time_s
         x, y, z = state.positions[0]
         gone = abs(x) > self.plate_m[0] or abs(y) > self.plate_m[1] or z < -0.02

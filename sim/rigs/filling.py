@@ -21,14 +21,15 @@ LONGEST_S = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Filled:
-    """Seeds at rest in their vessel: shapes, and where each lies."""
+    """Seeds at rest in their vessel: the different shapes, which of them each seed has, and where it lies."""
 
     shapes: tuple[Seed, ...]
+    shape_of: np.ndarray
     positions_m: np.ndarray
     orientations: np.ndarray
 
     def placed(self, bench: Bench) -> Placed:
-        return Placed(self.shapes, bench.grain, self.positions_m, self.orientations, shape_of=np.arange(len(self.shapes)))
+        return Placed(self.shapes, bench.grain, self.positions_m, self.orientations, shape_of=self.shape_of)
 
 
 def count_for(bench: Bench, rng: np.random.Generator, volume_m3: float) -> list[Seed]:
@@ -44,15 +45,16 @@ def rain(bench: Bench, rng: np.random.Generator, seeds: list[Seed], low, high, m
          threads: int, watch: Watch) -> Filled:  # fmt: skip
     """Let seeds fall between corners `low` and `high` (the vessel's inside, [m]), wait until they lie still, and take away those
     that stand out above `level_m`. make: the vessel, its walls going up to `chute_height`, with given seeds in it."""
-    shapes = tuple(seeds)
+    shapes = tuple(dict.fromkeys(seeds))
+    shape_of = np.array([shapes.index(seed) for seed in seeds])
     scattered = Scattered(shapes, bench.grain, len(seeds), low, (high[0], high[1], chute_height(seeds, low, high)), (0, 0, -0.5))
-    world = make(_each_once(scattered, rng))
+    world = make(replace(scatter(scattered, rng), shape_of=shape_of))
     state = settle(world, init(world, rng), "filling", threads=threads, watch=watch)
-    top = np.array([reach(s, q, (0, 0, 1)) for s, q in zip(shapes, state.orientations)]) + state.positions[:, 2]
+    top = np.array([reach(s, q, (0, 0, 1)) for s, q in zip(seeds, state.orientations)]) + state.positions[:, 2]
     keep = np.flatnonzero(top <= level_m)
     if len(keep) > 0.995 * len(seeds):
         raise ValueError(f"the filling reaches {1e3 * top.max():.0f} mm only, not {1e3 * level_m:.0f} mm")
-    return Filled(tuple(shapes[k] for k in keep), state.positions[keep], state.orientations[keep])
+    return Filled(shapes, shape_of[keep], state.positions[keep], state.orientations[keep])
 
 
 def chute_height(seeds: list[Seed], low, high) -> float:
@@ -60,11 +62,6 @@ def chute_height(seeds: list[Seed], low, high) -> float:
     pitch = 2.0 * max(seed.bounding_radius_m for seed in seeds) * 1.03
     a_layer = max(int((high[0] - low[0]) / pitch), 1) * max(int((high[1] - low[1]) / pitch), 1)
     return low[2] + pitch * (np.ceil(len(seeds) / a_layer) + 1)
-
-
-def _each_once(scattered: Scattered, rng: np.random.Generator) -> Placed:
-    """The same rain with every shape used once: the lot's own seeds, not draws from them."""
-    return replace(scatter(scattered, rng), shape_of=np.arange(scattered.count))
 
 
 def settle(world: World, state: State, stage: str, *, threads: int, watch: Watch, longest_s: float = LONGEST_S) -> State:

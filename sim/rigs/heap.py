@@ -76,10 +76,10 @@ def run_heap(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, fps: flo
     still = world(None)
     state = settle(still, init(still, rng, allowed_overlap=0.2), "coming to rest", threads=threads, watch=watch)
     begin = state.time_s
-    frames, flow = Frames(len(filled.shapes), fps or 1.0, begin), Flow(vessel, begin, watch)
+    frames, flow = Frames(len(filled.shape_of), fps or 1.0, begin), Flow(vessel, begin, watch)
     state = run(world(begin), state, flow, [Every(1 / fps, frames)] if fps > 0 else [], threads=threads, every_s=0.01)
     frames.take(state, state.time_s)
-    motion = Motion(shapes=filled.shapes, shape_of=np.arange(len(filled.shapes)), parts=vessel.parts, **frames.columns())
+    motion = Motion(shapes=filled.shapes, shape_of=filled.shape_of, parts=vessel.parts, **frames.columns())
     motion.truth.update(_truth(motion) | {"lies_still": float(flow.still), "retained_seeds": float(state.count)})
     return motion
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from sim.motion import Motion
 from sim.rigs.bench import turned
@@ -34,11 +35,28 @@ def outline(motion: Motion, x_m: np.ndarray, frame: int = -1) -> np.ndarray:
 
 def slope_angle(x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] = WINDOW) -> float:
     """Inclination [deg] of the least-squares line through an outline that falls towards +x, between two shares of its crest's
-    height: from where it last exceeds the upper to where it first falls below the lower. NaN without such a stretch."""
-    crest = height_m.max()
-    begin = np.flatnonzero(height_m >= window[1] * crest)[-1]
-    below = np.flatnonzero(height_m[begin:] <= window[0] * crest)
-    if not len(below) or below[0] < 3:
-        return float("nan")
-    rows = slice(begin, begin + below[0])
-    return float(-np.degrees(np.arctan(np.polyfit(x_m[rows], height_m[rows], 1)[0])))
+    height; NaN without such a slope.
+
+    The stretch is where a cubic through the slope lies between these heights, found by repeated fitting: points picked by their
+    own height would cut the bumps off at both ends and flatten the line.
+    """
+    top = float(height_m.max())
+    side = np.arange(len(x_m)) >= int(np.argmax(uniform_filter1d(height_m, max(3, len(x_m) // 50))))
+    side &= np.cumsum(height_m[::-1] > 0.02 * top)[::-1] > 0
+    low, high = window[0] * top, window[1] * top
+    inside, wider = (side & (height_m > low - m * top) & (height_m < high + m * top) for m in (0.0, 0.1))
+    for _ in range(5):
+        if inside.sum() < 12 or wider.sum() < 12:
+            return float("nan")
+        cubic = np.polynomial.Polynomial.fit(x_m[wider], height_m[wider], 3)(x_m)
+        chosen = np.flatnonzero(side & (x_m >= x_m[wider].min()) & (x_m <= x_m[wider].max()) & (cubic > low) & (cubic < high))
+        if len(chosen) < 12:
+            return float("nan")
+        first, last = x_m[chosen[0]], x_m[chosen[-1]]
+        margin = 0.17 * (last - first)
+        again = side & (x_m >= first) & (x_m <= last)
+        wider = side & (x_m >= first - margin) & (x_m <= last + margin)
+        if (again == inside).all():
+            break
+        inside = again
+    return float(-np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0])))

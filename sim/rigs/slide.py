@@ -11,13 +11,14 @@ from sim.engine.walls import Rectangle, Turn
 from sim.engine.world import Placed, World
 from sim.laws import LAWS
 from sim.motion import Motion, Part
-from sim.rigs.bench import Bench, Frames, Watch, about, no_watch, product, reach
+from sim.rigs.bench import Bench, Frames, Watch, about, no_watch, product, reach, turned
 from sim.rigs.parts import slab
 from sim.seed import MOST_SPHERES, Seed
 
 PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins
 TAPE_OVERLAP = 0.01  # of a seed's width: how far neighbours are pressed together
+TIPPED_DEG = 20.0  # turned by more against the plate, the block rolls and does not slide
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
 
 
@@ -47,7 +48,7 @@ class Slide:
 
 
 def run_slide(rig: Slide, bench: Bench, rng: np.random.Generator, *, fps: float = 100.0, watch: Watch = no_watch) -> Motion:
-    """Tilt the plate until the block has slid its travel; ValueError when it does not by 80°."""
+    """Tilt the plate until the block has slid its travel; ValueError when it tips over, or has not slid by 80°."""
     block = taped(bench.draw(rng, rig.count))
     rate, first = np.radians(rig.tilt_rate_deg_s), np.radians(rig.start_deg)
     steady = LAWS["motion_steady"].use(rate=rate, start=LIE_S)
@@ -107,12 +108,18 @@ class Sliding:
         self.t_s: list[float] = []
         self.place: list[np.ndarray] = []
         self.travel_m: list[float] = []
+        self.upright: np.ndarray | None = None
 
     def __call__(self, world: World, state: State) -> bool:
         self.t_s.append(state.time_s)
         self.place.append(state.positions[0])
         ends = np.array([self.place[0], self.place[-1]])
         self.travel_m.append(float(_travel(ends, self._tilt(np.array([0.0, state.time_s])))[1]))
+        tilt = float(self._tilt(np.array(state.time_s)))
+        normal = turned(state.orientations[0] * (1, -1, -1, -1), np.array([-np.sin(tilt), 0.0, np.cos(tilt)]))  # in its own axes
+        self.upright = normal if self.upright is None else self.upright
+        if normal @ self.upright < np.cos(np.radians(TIPPED_DEG)):
+            raise ValueError(f"the block tips over at {np.degrees(tilt):.1f}° before it slides {1e3 * self.rig.travel_m:g} mm")
         if len(self.t_s) % 200 == 0:
             self.watch("tilting until they slide", max(state.time_s / self.end_s, self.travel_m[-1] / self.rig.travel_m))
         return self.travel_m[-1] >= self.rig.travel_m
@@ -125,6 +132,9 @@ class Sliding:
         while the block is slow, is continued back to zero."""
         t, travel = np.array(self.t_s), np.array(self.travel_m)
         speed = np.gradient(travel, t)
+        lying = t <= LIE_S
+        if speed[lying].max() > SLIDES_M_S:
+            raise ValueError(f"the block slides from the start: start_deg = {self.rig.start_deg:g} is too steep for its friction")
         crawling = np.flatnonzero(speed < SLIDES_M_S / 4)[-1]
         slow = slice(crawling + 1, crawling + 1 + max(int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S)), 3))
         slope, offset = np.polyfit(t[slow], np.sqrt(np.clip(speed[slow], 0, None)), 1)

@@ -109,6 +109,7 @@ class Pile(_Section):
     plate_mm: _several(_Length, 2) | None = None
     fill_height_mm: _Length | None = None
     gate_speed_mm_s: _Positive | None = None
+    baseline_px: _several(_Finite, 4) | None = None  # the plate's line in the photo: x1, y1, x2, y2, y down
     photo_s: _Positive | None = None  # after the gate began to move; absent: when all seeds lie still
     side_walls_in_view: bool | None = None
     slab: bool | None = None

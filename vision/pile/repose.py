@@ -21,11 +21,13 @@ NO_SLOPE = "no slope to measure: "
 
 @dataclass(frozen=True)
 class PileOptions:
-    """How a pile photo is read. window: height fractions; roi: x, y, width, height in px; baseline: two points x, y in px."""
+    """How a pile photo is read. window: height fractions; roi: x, y, width, height in px; baseline: two points x, y in px; side:
+    "left" or "right" where the pile has one slope only (it leans on a box), else ""."""
 
     window: tuple[float, float] = (0.2, 0.8)
     roi: tuple[int, int, int, int] | None = None
     baseline: tuple[float, float, float, float] | None = None
+    side: str = ""
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,9 @@ def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: P
     heap = find_heap(small, scaled(base, factor), options.window)
     if heap.problem:
         return heap.problem
+    if options.side:
+        flanks = (f if f.side == options.side else replace(f, problem="a wall, as stated") for f in heap.flanks)
+        heap = replace(heap, flanks=tuple(flanks))
     horizontal, horizontal_sd, doubts = find_horizontal(base, camera)
     if base.source == "toe" and np.nanmax(surface) > 0.985 * cut.shape[0]:
         doubts = (*doubts, "the pile is cut by the picture's bottom border: the window is of the height that shows")
