@@ -1,5 +1,6 @@
 """Frames of a recording, one at a time: from a folder of pictures or from a video, never all in memory."""
 
+import itertools
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -40,10 +41,14 @@ class FrameSource(ABC):
     def iterate(self) -> Iterator[Frame]:
         """The frames in order, one at a time."""
 
-    def picked(self, n: int) -> list[Frame]:
-        """About n frames spread over the whole; sources that can skip do better than read them all."""
-        step = max(1, -(-self.count // n))
-        return [frame for i, frame in enumerate(self.iterate()) if i % step == 0]
+    def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
+        """About n frames spread over the whole, or over those numbered from `between`[0] to `between`[1].
+
+        Sources that can skip do better than read them all.
+        """
+        inside = (frame for frame in self.iterate() if between is None or between[0] <= frame.index <= between[1])
+        expected = self.count if between is None else between[1] - between[0] + 1
+        return list(itertools.islice(inside, 0, None, max(1, -(-expected // n))))
 
     def sample(self, n: int) -> list[np.ndarray]:
         """About n pictures spread over the whole recording, all of one size, fewer where they are large."""
@@ -100,11 +105,11 @@ class FrameFolder(FrameSource):
                 continue
             yield Frame(number, self._time(number), pixels)
 
-    def picked(self, n: int) -> list[Frame]:
+    def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
         frames = []
-        wanted = np.unique(np.linspace(0, self.count - 1, min(n, self.count)).astype(int))
-        for i in wanted:
-            number, file = self._files[i]
+        inside = [entry for entry in self._files if between is None or between[0] <= entry[0] <= between[1]]
+        wanted = np.unique(np.linspace(0, len(inside) - 1, min(n, len(inside))).astype(int))
+        for number, file in (inside[i] for i in wanted):
             try:
                 frames.append(Frame(number, self._time(number), read_photo(file)))
             except MeasurementError:
@@ -147,15 +152,18 @@ class Video(FrameSource):
                 frames, stride = frames[::2], 2 * stride
         return frames
 
-    def picked(self, n: int) -> list[Frame]:
+    def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
         """Decodes the whole film (a video has no random access worth the name) but converts only every so-manieth frame."""
-        return list(self._decode(every=max(1, -(-self.count // n))))[: 2 * n]
+        first, last = between or (0, self.count - 1)
+        every = max(1, -(-(last - first + 1) // n))
+        stop = None if between is None else last + 1  # the count in a file's header may be wrong
+        return list(itertools.islice(self._decode(every, first=first, stop=stop), 2 * n))
 
     def _key_frames(self) -> int:
         with _opened(self.path) as container:
             return sum(packet.is_keyframe for packet in container.demux(container.streams.video[0]))
 
-    def _decode(self, every: int, skip: str | None = None) -> Iterator[Frame]:
+    def _decode(self, every: int, skip: str | None = None, first: int = 0, stop: int | None = None) -> Iterator[Frame]:
         import av
 
         index, start, last, plain = 0, None, -np.inf, None
@@ -178,11 +186,13 @@ class Video(FrameSource):
                 time = index / self.fps if self._stated else own - start
                 if time <= last:
                     self.note(f"frame {index} skipped: its time stamp {own:.4f} s does not increase")
-                elif index % every == 0:
+                elif index >= first and (index - first) % every == 0:
                     plain = _colourless(frame) if plain is None else plain
                     yield Frame(index, time, _upright(_pixels(frame, plain), frame.rotation))
                 last = max(last, time)
                 index += 1
+                if index == stop:
+                    return
         if index == 0:
             raise MeasurementError(f"{self.path}: the video holds no frame that can be read")
         if self.count and index < self.count and not skip:

@@ -71,12 +71,15 @@ class Followed:
     size: float  # diameter of the circle with the seed's silhouette area, px
 
 
-def follow(source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None) -> Followed:
+def follow(
+    source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None
+) -> Followed:
     """Track the seed through all frames. `falling`: it flies (drop); otherwise it rolls or slides.
 
+    scene: what is behind the seed, where the caller knows better than the median of the frames.
     progress(fraction done) is called now and then. Raises MeasurementError when nothing in the picture moves like a seed.
     """
-    scene = learn_scene(source)
+    scene = learn_scene(source) if scene is None else scene
     pieces: list[_Piece] = []
     active: list[_Piece] = []
     done, times, frames = 0, [], []

@@ -1,15 +1,15 @@
 """Straight things in the picture that a seed moves along: the tilting plate of a slide, the two legs of a roll."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
-from vision.evidence.frames import Frame, FrameSource
+from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
 from vision.motion.edge_line import Line, follow_lines
 from vision.motion.follow import Followed, follow
+from vision.motion.scene import learn_scene
+from vision.motion.strip import PlateFrames, without_block
 from vision.motion.track import Track
 from vision.recording import Recording
 
@@ -49,39 +49,6 @@ class Path:
         return places
 
 
-class _PlateFrames(FrameSource):
-    """The frames as the plate sees them: a strip along its line, the same place on the plate in the same pixel."""
-
-    def __init__(
-        self, source: FrameSource, lines: dict[int, Line], pivot: np.ndarray, reach: tuple[int, int], above: int, below: int
-    ):
-        super().__init__(path=source.path, count=len(lines), fps=source.fps, notes=source.notes)
-        self._source, self._lines, self._pivot = source, lines, pivot
-        self._reach, self._above, self._below = reach, above, below
-
-    def iterate(self) -> Iterator[Frame]:
-        for frame in self._source.iterate():
-            if frame.index in self._lines:
-                yield self._seen(frame)
-
-    def picked(self, n: int) -> list[Frame]:
-        return [self._seen(frame) for frame in self._source.picked(n) if frame.index in self._lines]
-
-    def _seen(self, frame: Frame) -> Frame:
-        matrix = self.matrix(frame.index)
-        size = (self._reach[1] - self._reach[0], self._above + self._below)
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        pixels = cv2.warpAffine(frame.pixels, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-        return replace(frame, pixels=pixels)
-
-    def matrix(self, index: int) -> np.ndarray:
-        """Strip pixel → picture pixel."""
-        line = self._lines[index]
-        foot = line.foot(self._pivot)
-        origin = foot + self._reach[0] * line.along - self._above * line.across
-        return np.column_stack([line.along, line.across, origin])
-
-
 def follow_slide(source: FrameSource, recording: Recording, progress=None) -> tuple[Followed, Plate]:
     """The block's travel along the tilting plate [px] with the plate's angle, both from the picture.
 
@@ -99,15 +66,15 @@ def follow_slide(source: FrameSource, recording: Recording, progress=None) -> tu
     unit = shape[1] / 640
     ends = np.array([[line.along @ (line.at(s) - line.foot(pivot)) for s in line.extent] for line in lines.values()])
     reach = (int(ends.min() - 10), int(ends.max() + 10))
-    strip = _PlateFrames(source, lines, pivot, reach, above=round(110 * unit), below=round(14 * unit))
-    followed = follow(strip, falling=False, progress=progress)
+    strip = PlateFrames(source, lines, pivot, reach, above=round(110 * unit), below=round(14 * unit))
+    followed = follow(strip, falling=False, progress=progress, scene=learn_scene(strip, still=without_block))
     plumb = recording.camera.plumb_deg or 0.0
     tilt = np.array([np.degrees(lines[int(f)].angle) for f in followed.track.frame]) - plumb
     flip = -1.0 if np.median(tilt) < 0 else 1.0
     own = float(np.median([line.angle_sd for line in lines.values()]))
     sd = float(np.hypot(recording.camera.plumb_sd, np.degrees(own)))
     track = replace(followed.track, tilt_deg=flip * tilt, tilt_sd_deg=sd)
-    rows = strip._above + strip._below - 1 - track.y
+    rows = strip.height - 1 - track.y
     strip_places = np.column_stack([track.x, rows, np.ones(len(track))])
     places = np.array([strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)])
     ends = [lines[min(lines)], lines[max(lines)]]

@@ -15,6 +15,7 @@ from vision.measurement import MeasurementError
 
 COARSE_WIDTH = 320  # moving things are looked for on a picture about this wide
 MEDIAN_FRAMES = 25
+SHADING = 0.05  # of the greatest change between two frames: below it light changes, nothing moves
 
 
 @dataclass(frozen=True)
@@ -60,14 +61,17 @@ def grey(pixels: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
     return cv2.transform(pixels.astype(np.float32), weights.reshape(1, 3).astype(np.float32)).reshape(pixels.shape[:2])
 
 
-def learn_scene(source: FrameSource) -> Scene:
-    """Background, noise and colour weights from frames sampled over the whole recording."""
+def learn_scene(source: FrameSource, still=None) -> Scene:
+    """Background, noise and colour weights from frames sampled over the whole recording.
+
+    still(pictures) → pictures whose median is the background; without it, those spaced evenly in motion.
+    """
     frames = source.sample(61)
     if len(frames) < 3:
         raise MeasurementError(f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3")
     first = frames[0]
-    chosen = _even_in_motion(frames)
-    middle = _median(chosen)
+    chosen = even_in_motion(frames)
+    middle = _median(chosen if still is None else still(frames))
     weights = _telling_colour(chosen, middle) if middle.ndim == 3 else None
     background = grey(middle, weights)
     height, width = background.shape
@@ -78,22 +82,28 @@ def learn_scene(source: FrameSource) -> Scene:
     return Scene(background, weights, factor, coarse, noise, coarse_noise, spread, float(np.iinfo(first.dtype).max), first)
 
 
-def _even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
+def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     """MEDIAN_FRAMES of the frames, evenly spaced in how much has moved up to each."""
     if len(frames) <= 5:
         return frames
-    height, width = frames[0].shape[:2]
-    size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
-    small = [cv2.resize(grey(f, None), size, interpolation=cv2.INTER_AREA) for f in frames]
-    small = [s / max(float(np.median(s)), 1e-6) for s in small]  # light drift is not motion
-    change = np.array([np.abs(b - a) for a, b in itertools.pairwise(small)])
-    level = 8 * float(np.median(change)) + 0.01
-    moved = (change > level).mean(axis=(1, 2))
+    moved = _motion_between(frames)
     moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
     path = np.concatenate([[0.0], np.cumsum(moved)])
     wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
     # A frame may be taken several times: of a seed that moves for an instant only, those few frames have to outvote its rest.
     return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
+
+
+def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
+    """Share of the picture that changes from each frame to the next, (n − 1,); light that changes slowly is not motion."""
+    height, width = frames[0].shape[:2]
+    size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
+    small = [cv2.resize(grey(f, None), size, interpolation=cv2.INTER_AREA) for f in frames]
+    small = [s / max(float(np.median(s)), 1e-6) for s in small]
+    change = np.array([np.abs(b - a) for a, b in itertools.pairwise(small)])
+    # In a picture without noise the median is 0, and a thing that shades itself as it turns would pass for one that moves.
+    level = max(8 * float(np.median(change)) + 0.01, SHADING * float(change.max()))
+    return (change > level).mean(axis=(1, 2))
 
 
 def _median(frames: list[np.ndarray]) -> np.ndarray:

@@ -12,27 +12,39 @@ FINE = 4  # polygons are drawn this much larger and averaged down
 
 
 def film_slide(motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, start_s=0.0, plate_mm=200.0, thick_mm=8.0,
-               block_mm=(20.0, 6.0), pivot_px=(60.0, 400.0)) -> Iterator[np.ndarray]:  # fmt: skip
-    """A plate hinged at `pivot_px` that tilts upwards to the right; the block slides down it, towards the hinge."""
+               block_mm=(20.0, 6.0), pivot_px=(60.0, 400.0), plate_grey=175.0, beans=False, from_above_deg=0.0, fades=0.0,
+               ) -> Iterator[np.ndarray]:  # fmt: skip
+    """A plate hinged at `pivot_px` that tilts upwards to the right; the block slides down it, towards the hinge.
+
+    beans: the block shows two of its seeds side by side, ellipses that touch, not a box. from_above_deg: the camera looks
+    down on the level plate by so much, and sees its upper face (100 mm deep) until it has tilted that far. fades: the share
+    of its brightness that the block loses per radian of tilt.
+    """
     scene = draw_scene(look, rng)
-    pivot = np.array(pivot_px)
+    pivot, scale = np.array(pivot_px), 1 / look.mm_per_px
     for time in np.arange(start_s, motion.end_s, 1 / fps):
         tilt = np.radians(float(motion.tilt(time)))
         along, up = np.array([np.cos(tilt), -np.sin(tilt)]), np.array([-np.sin(tilt), -np.cos(tilt)])
         travel = float(motion.path(np.array([time]))[0][0])
         image = scene.copy()
-        length, thick = plate_mm / look.mm_per_px, thick_mm / look.mm_per_px
-        _polygon(image, [pivot, pivot + length * along, pivot + length * along - thick * up, pivot - thick * up], 175.0)
-        centre = pivot + (0.75 * length - travel / look.mm_per_px) * along
-        half, high = block_mm[0] / 2 / look.mm_per_px, block_mm[1] / look.mm_per_px
-        block = [
-            centre - half * along,
-            centre + half * along,
-            centre + half * along + high * up,
-            centre - half * along + high * up,
-        ]
-        _polygon(image, block, look.seed_grey)
+        length, thick = plate_mm * scale, thick_mm * scale
+        face = 100 * scale * max(np.sin(np.radians(from_above_deg) - tilt), 0.0)
+        for side, grey in ((face * up, 1.2 * plate_grey), (-thick * up, plate_grey)):
+            _polygon(image, [pivot, pivot + length * along, pivot + length * along + side, pivot + side], grey)
+        foot = pivot + (0.75 * length - travel * scale) * along
+        for outline in _block(block_mm[0] * scale, block_mm[1] * scale, beans):
+            _polygon(image, [foot + s * along + h * up for s, h in outline], look.seed_grey * (1 - fades * tilt))
         yield _finish(image, look, rng)
+
+
+def _block(length: float, height: float, beans: bool) -> list[np.ndarray]:
+    """Outlines of the block's parts about the middle of its foot: (along, up) px, (n, 2) each."""
+    if not beans:
+        half = length / 2
+        return [np.array([(-half, 0), (half, 0), (half, height), (-half, height)])]
+    turn = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    bean = np.column_stack([length / 4 * np.cos(turn), height / 2 * (1 + np.sin(turn))])
+    return [bean - np.array([length / 4, 0]), bean + np.array([length / 4, 0])]
 
 
 def film_roll(

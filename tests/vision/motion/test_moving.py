@@ -75,6 +75,25 @@ def test_a_slide_in_frames(tmp_path):
         assert q.quality == "good" and q.sd < 0.01 * max(q.value, 5), name
 
 
+@pytest.mark.parametrize("seed_grey, plate_grey, noise", [(170, 104, 0.0), (104, 150, 2.0)])
+def test_a_slide_of_beans_filmed_from_the_level_on(tmp_path, seed_grey, plate_grey, noise):
+    """A clean dark ground, a plate seen a little from above, a block whose light changes, which rests for 95 % of the film."""
+    motion = draw_slide(start_deg=0.0, tilt_rate_deg_s=3.0, static=0.36, kinetic=0.26, travel_mm=80)
+    known = recording(tmp_path, "slide", camera=Camera(fps=20, mm_per_px=0.5, mm_per_px_sd=5e-4, plumb_sd_deg=0.03))
+    look = Look(width=480, height=260, mm_per_px=0.5, ground_grey=37, seed_grey=seed_grey, noise=noise)
+    film = film_slide(
+        motion, look, np.random.default_rng(4), fps=20, pivot_px=(30.0, 225.0), plate_grey=plate_grey, block_mm=(17.4, 6.8),
+        beans=True, from_above_deg=0.6, fades=0.5,
+    )  # fmt: skip
+    seen = observe_moving(read_recording(write_frames(known, film).path))
+    frames = int(np.ceil(motion.end_s * 20))
+    assert len(seen.track) - seen.track.outlier.sum() > 0.97 * frames
+    assert np.abs(seen.track.tilt_deg - motion.tilt(seen.track.t_s)).max() < 0.1
+    for name, q in named(seen).items():
+        assert abs(q.value - motion.truth[name]) < 4 * q.sd and q.quality == "good", name
+    assert abs(named(seen)["slide_angle"].value - motion.truth["slide_angle"]) < 0.1
+
+
 def test_a_roll_in_frames(tmp_path):
     look = Look(mm_per_px=0.4, width=800, height=300, noise=3, origin_px=(110.0, 240.0), clutter=4)
     motion = draw_roll(incline_mm=30, rolling=0.06, end_rest_s=0.5)
