@@ -27,7 +27,7 @@ class LiftedCylinder:
     photo_s: float | None = None
 
     def __post_init__(self) -> None:
-        if not min(*self.cylinder_m, *self.plate_m, self.fill_height_m, self.gate_speed_m_s) > 0:
+        if not all(v > 0 for v in (*self.cylinder_m, *self.plate_m, self.fill_height_m, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.cylinder_m[1]:
             raise ValueError(f"fill_height_m = {self.fill_height_m:g}: the cylinder is only {self.cylinder_m[1]:g} m high")

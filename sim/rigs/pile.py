@@ -37,7 +37,7 @@ class Pile:
     slab: bool = False
 
     def __post_init__(self) -> None:
-        if not min(*self.box_m, *self.gate_m, *self.plate_m, self.fill_height_m, self.gate_speed_m_s) > 0:
+        if not all(v > 0 for v in (*self.box_m, *self.gate_m, *self.plate_m, self.fill_height_m, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.box_m[2]:
             raise ValueError(f"fill_height_m = {self.fill_height_m:g}: the box is only {self.box_m[2]:g} m high")

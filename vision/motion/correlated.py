@@ -74,7 +74,7 @@ def fit(design: np.ndarray, data: np.ndarray, lag: np.ndarray, *, weight=None, r
     alone = np.linalg.lstsq(white, aim, rcond=None)[0]
     freedom = max(n - np.linalg.matrix_rank(white), 1)
     noise = float(np.sqrt(((aim - white @ alone) ** 2).sum() / freedom))
-    noise = max(noise, 1e-12 * (np.abs(data).max() + 1e-300))
+    noise = max(noise, 1e-12 * float(np.abs(data).max()), 1e-9)  # a simulated track may be exact, or exactly 0
     white, aim = white / noise, aim / noise
     if prior is not None:
         rows, values, sds = prior

@@ -1,0 +1,122 @@
+"""Piles and lifted cylinders, small ones: nothing is lost, the outline is the balls' own, bad rigs are refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from sim.motion import Motion
+from sim.rigs.bench import Bench, turned
+from sim.rigs.cylinder import LiftedCylinder, run_cylinder
+from sim.rigs.pile import Pile, fill_pile, run_pile
+from sim.rigs.profile import outline, slope_angle
+from sim.seed import Seed
+
+BENCH = Bench(shear_modulus_pa=1e6, air_density_kg_m3=0.0)  # soft: quick; nothing here asks for an angle to a degree
+SMALL = Pile(box_m=(0.06, 0.02, 0.2), gate_m=(0.02, 0.2), plate_m=(0.15, 0.02), fill_height_m=0.03, gate_speed_m_s=0.2, slab=True)
+
+
+@pytest.fixture(scope="module")
+def filled():
+    return fill_pile(SMALL, BENCH, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def heap(filled):
+    return run_pile(SMALL, BENCH, np.random.default_rng(1), filled=filled, fps=50.0)
+
+
+def test_the_filling_is_struck_off_at_its_height_and_dense(filled):
+    top = max(
+        x[2] + float(np.max((turned(q, filled.shapes[k].centres_m))[:, 2] + filled.shapes[k].radii_m))
+        for x, q, k in zip(filled.positions_m, filled.orientations, filled.shape_of)
+    )
+    assert 0.024 < top <= 0.030
+    solid = sum(filled.shapes[k].volume_m3 for k in filled.shape_of)
+    assert 0.38 < solid / (0.06 * 0.02 * 0.03) < 0.65  # 0.55 to 0.62 inside; four layers lose half of one to the striking-off
+
+
+def test_the_seeds_flow_out_and_lie_still(heap):
+    assert heap.truth["lies_still"] == 1.0
+    x = heap.positions_m[:, :, 0]
+    assert np.nanmax(x[0]) < 0.06 < 0.07 < np.nanmax(x[-1])
+    assert np.nanmin(heap.positions_m[-1, :, 2]) > 0.0
+    moved = np.linalg.norm(heap.positions_m[-1] - heap.positions_m[-2], axis=1)
+    assert np.nanmax(moved) < 1e-3
+
+
+def test_the_angle_lies_between_flat_and_friction(heap):
+    assert 8.0 < heap.truth["repose_angle_deg"] < 45.0
+
+
+def test_seeds_over_the_edge_are_gone_and_counted():
+    short = replace(SMALL, plate_m=(0.07, 0.02))
+    motion = run_pile(short, BENCH, np.random.default_rng(1))
+    lost = int(np.isnan(motion.positions_m[-1, :, 0]).sum())
+    assert lost > 0
+    assert motion.truth["retained_seeds"] == motion.seeds - lost
+
+
+def test_a_given_filling_is_used_as_it_is_and_runs_are_repeatable(filled):
+    one, two = (run_pile(SMALL, BENCH, np.random.default_rng(k), filled=filled) for k in (1, 2))
+    assert np.array_equal(one.positions_m[-1], two.positions_m[-1], equal_nan=True)
+    slippery = replace(BENCH, seed_seed=replace(SOYBEAN_SOYBEAN, static_friction=0.0, rolling_friction=0.0))
+    flat = run_pile(SMALL, slippery, np.random.default_rng(1), filled=filled)
+    assert flat.truth["crest_mm"] < one.truth["crest_mm"]
+
+
+def test_the_photo_is_taken_when_asked():
+    motion = run_pile(replace(SMALL, photo_s=0.25), BENCH, np.random.default_rng(1))
+    assert motion.t_s[-1] == pytest.approx(0.25, abs=0.011)
+
+
+def test_a_lifted_cylinder_leaves_a_heap_with_slopes_all_round():
+    rig = LiftedCylinder(cylinder_m=(0.04, 0.08), plate_m=(0.2, 0.2), fill_height_m=0.04, gate_speed_m_s=0.2)
+    grippy = replace(BENCH, seed_wall=replace(SOYBEAN_Q235, static_friction=0.6, rolling_friction=0.05))
+    motion = run_cylinder(rig, grippy, np.random.default_rng(1))
+    x, y = motion.positions_m[-1, :, 0], motion.positions_m[-1, :, 1]
+    assert abs(np.nanmedian(x)) < 0.01 > abs(np.nanmedian(y))
+    assert np.nanmax(np.hypot(x, y)) > 0.03
+    assert motion.truth["lies_still"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        ({"fill_height_m": 0.3}, "fill_height_m = 0.3: the box is only 0.2 m high"),
+        ({"gate_m": (0.2, 0.2)}, "gate_m = 0.2 wide"),
+        ({"gate_m": (0.1, 0.05)}, "gate_m = 0.05 high"),
+        ({"plate_m": (0.05, 0.2)}, "plate_m"),
+        ({"gate_speed_m_s": 0.0}, "above 0"),
+        ({"box_m": (0.1, float("nan"), 0.2)}, "above 0"),
+    ],
+)
+def test_rigs_that_do_not_fit_are_refused(wrong, named):
+    with pytest.raises(ValueError, match=named):
+        Pile(**wrong)
+
+
+def test_a_gate_narrower_than_seeds_need_is_refused():
+    with pytest.raises(ValueError, match=r"jam in an opening of 9 mm"):
+        run_pile(Pile(gate_m=(0.009, 0.2)), BENCH, np.random.default_rng(1))
+
+
+def test_the_outline_of_one_ball_is_its_circle():
+    ball = Seed.from_spheres([[0, 0, 0]], [0.003])
+    one = np.zeros((1, 1, 3))
+    motion = Motion(
+        np.zeros(1), (ball,), np.zeros(1, int), one + np.array([0.01, 0.5, 0.02]), np.array([[[1.0, 0, 0, 0]]]), one, one
+    )
+    x = np.linspace(0, 0.02, 190)
+    circle = np.where(np.abs(x - 0.01) < 0.003, 0.02 + np.sqrt(np.maximum(0.003**2 - (x - 0.01) ** 2, 0)), 0.0)
+    assert np.allclose(outline(motion, x), circle, atol=1e-12)
+
+
+def test_the_line_through_a_bumpy_slope_of_known_angle():
+    """Bumps of a seed's size on a 27° slope with a level crest and a toe: the line's angle within 0.5°."""
+    x = np.arange(0, 0.2, 1e-4)
+    height = np.clip(0.09 - np.tan(np.radians(27)) * np.maximum(x - 0.01, 0), 0, None)
+    height = np.where(height > 0, height + 5e-4 * np.sin(2 * np.pi * x / 6e-3), 0)
+    assert slope_angle(x, height) == pytest.approx(27.0, abs=0.5)
+    assert np.isnan(slope_angle(x, np.full_like(x, 0.05)))
