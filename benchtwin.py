@@ -74,6 +74,23 @@ def simulate(
     raise typer.Exit(code or measure_command([out], out / "measured", "20-80", "", "", False, False, True, quiet))
 
 
+@app.command()
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left.")],
+    to: Annotated[str, typer.Option(help="lammps, liggghts, yade, edem, or mercury.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the cards; else DIR/export/ENGINE.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace cards that are there.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Write calibrated parameters as another DEM engine takes them, in its own conventions.
+
+    Exit code 0: written; 1: it could not be; 2: the command was misused.
+    """
+    from calibrate.export_command import export_command
+
+    raise typer.Exit(export_command(folder, to, out, overwrite, quiet))
+
+
 def main() -> None:
     app()
 

@@ -1,0 +1,181 @@
+"""What a card needs of DIR/result.json, checked: a missing key is named with its file and what it should hold."""
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from calibrate.export.conventions import GIVEN
+
+
+@dataclass(frozen=True)
+class Number:
+    """A calibrated value and its interval, dimensionless."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What happens between two materials; the rolling friction in the result's own convention."""
+
+    restitution: Number
+    static_friction: Number
+    rolling_friction: Number
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A material as calibrated: density [kg/m3], shear modulus G [Pa], Poisson's ratio ν [-]."""
+
+    name: str
+    density_kg_m3: float
+    shear_modulus_pa: float
+    poisson_ratio: float
+
+    @property
+    def young_modulus_pa(self) -> float:
+        """E = 2 G (1 + ν) [Pa].
+
+        >>> round(Solid("soybean", 1250.0, 3.23e8, 0.4).young_modulus_pa / 1e8, 3)
+        9.044
+        """
+        return 2.0 * self.shear_modulus_pa * (1.0 + self.poisson_ratio)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The seed: length, width, thickness [mm]; balls (x, y, z, r) [m] about the centre of mass, along the principal axes.
+
+    mass_kg and inertia_kg_m2 (three principal moments) are those of the balls' union.
+    """
+
+    dimensions_mm: tuple[float, float, float]
+    balls_m: tuple[tuple[float, float, float, float], ...]
+    mass_kg: float
+    inertia_kg_m2: tuple[float, float, float]
+
+    @property
+    def mean_radius_m(self) -> float:
+        return sum(ball[3] for ball in self.balls_m) / len(self.balls_m)
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """All that a card is written from. on_wall, on_seed: seed against wall and seed; rolling: "edem", "type_a" or "type_c"."""
+
+    on_wall: Pair
+    on_seed: Pair
+    seed: Solid
+    wall: Solid
+    rolling: str
+    shape: Shape
+    source: str
+
+
+NUMBERS = {  # what a value may be: above the first (or equal, for frictions), up to the second
+    "restitution": (0.0, 1.0, "a number above 0, up to 1"),
+    "static_friction": (0.0, 5.0, "a number from 0 to 5"),
+    "rolling_friction": (0.0, 2.0, "a number from 0 to 2"),
+}
+SOLID = {
+    "density_kg_m3": (1.0, 3e4, "a density, 1 to 30000 kg/m3"),
+    "shear_modulus_pa": (1e3, 1e12, "a shear modulus, 1e3 to 1e12 Pa"),
+    "poisson_ratio": (0.0, 0.5, "Poisson's ratio, 0 to 0.5"),
+}
+
+
+def read_result(folder: Path) -> Calibrated:
+    """The calibrated parameters in folder/result.json; FileNotFoundError or ValueError says what is missing or wrong."""
+    file = folder / "result.json"
+    if not file.is_file():
+        raise FileNotFoundError(f"{file}: not there; DIR is a folder that `benchtwin calibrate … --out DIR` wrote")
+    raw = file.read_bytes()
+    try:
+        content = json.loads(raw)
+    except ValueError as error:
+        raise ValueError(f"{file}: not readable as JSON: {error}") from error
+    # The hash says which result a card came from after both have been copied elsewhere.
+    return calibrated_from(content, str(file), f"{file} (sha256 {hashlib.sha256(raw).hexdigest()[:12]})")
+
+
+def calibrated_from(content: Any, file: str, source: str = "") -> Calibrated:
+    """`Calibrated` of a result's content; errors name `file`."""
+    seed, wall = (_solid(content, who, file) for who in ("seed", "wall"))
+    rolling = _take(content, "conventions.rolling", file, f"one of {', '.join(GIVEN)}")
+    if rolling not in GIVEN:
+        raise ValueError(f"{file}: conventions.rolling = {rolling!r}: must be one of {', '.join(GIVEN)}")
+    pair = {prefix: Pair(*(_parameter(content, prefix + name, name, file) for name in NUMBERS)) for prefix in ("", "seed_")}
+    return Calibrated(pair[""], pair["seed_"], seed, wall, rolling, _shape(content, seed.density_kg_m3, file), source or file)
+
+
+def _parameter(content: Any, name: str, kind: str, file: str) -> Number:
+    low, high, holds = NUMBERS[kind]
+    where = f"parameters.{name}"
+    unit = _take(content, f"{where}.unit", file, 'the unit "1": it has no dimension')
+    if unit != "1":
+        raise ValueError(f'{file}: {where}.unit = {unit!r}: must be "1"')
+    value = _number(content, f"{where}.value", file, holds)
+    if not low <= value <= high or (kind == "restitution" and value == 0.0):
+        raise ValueError(f"{file}: {where}.value = {value:g}: must be {holds}")
+    ends = [
+        _number(content, f"{where}.{end}", file, f"the {end} end of the value's interval, a number") for end in ("low", "high")
+    ]
+    if not ends[0] <= value <= ends[1]:
+        raise ValueError(f"{file}: {where}: the interval {ends[0]:g} to {ends[1]:g} does not hold the value {value:g}")
+    return Number(value, *ends)
+
+
+def _solid(content: Any, who: str, file: str) -> Solid:
+    name = _take(content, f"materials.{who}.name", file, "the material's name, a text")
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise ValueError(f"{file}: materials.{who}.name = {name!r}: must be the material's name, one line of text")
+    values = []
+    for key, (low, high, holds) in SOLID.items():
+        values.append(_number(content, f"materials.{who}.{key}", file, holds))
+        if not low <= values[-1] <= high:
+            raise ValueError(f"{file}: materials.{who}.{key} = {values[-1]:g}: must be {holds}")
+    return Solid(name, *values)
+
+
+def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
+    from calibrate.twin.clump import weighed
+
+    sizes = tuple(
+        _number(content, f"seed_shape.{key}", file, "a length in mm") for key in ("length_mm", "width_mm", "thickness_mm")
+    )
+    holds = "the seed's balls, a list of [x, y, z, r] in mm"
+    rows = _take(content, "seed_shape.spheres", file, holds)
+    whole = isinstance(rows, list) and rows and all(isinstance(row, list) and len(row) == 4 for row in rows)
+    if not whole or not all(_is_number(v) for row in rows for v in row):
+        raise ValueError(f"{file}: seed_shape.spheres: must be {holds}")
+    try:
+        balls, mass, inertia = weighed([[1e-3 * v for v in row] for row in rows], density_kg_m3)
+    except ValueError as error:
+        raise ValueError(f"{file}: seed_shape.spheres: {error}") from error
+    return Shape(sizes, tuple(tuple(ball) for ball in balls), mass, tuple(inertia))
+
+
+def _take(content: Any, path: str, file: str, holds: str) -> Any:
+    """The entry at a dotted path."""
+    at = content
+    for key in path.split("."):
+        if not isinstance(at, dict) or key not in at:
+            raise ValueError(f"{file}: {path} is missing: it should hold {holds}")
+        at = at[key]
+    return at
+
+
+def _number(content: Any, path: str, file: str, holds: str) -> float:
+    value = _take(content, path, file, holds)
+    if not _is_number(value):
+        raise ValueError(f"{file}: {path} = {value!r}: it should hold {holds}")
+    return float(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,31 @@
+"""`benchtwin export` as a person meets it: what was typed, what was written, the exit code."""
+
+import sys
+from pathlib import Path
+
+from calibrate.export import cards, read_result
+
+DONE, FAILED, MISUSED = 0, 1, 2
+
+
+def export_command(folder: Path, engine: str, out: Path | None, overwrite: bool, quiet: bool) -> int:
+    """Write an engine's cards of folder/result.json into `out` (folder/export/ENGINE); returns the exit code."""
+    out = out or folder / "export" / engine
+    try:
+        texts = cards(read_result(folder), engine)
+        there = [name for name in texts if (out / name).exists()]
+        if there and not overwrite:
+            raise ValueError(f"{out / there[0]} exists already: name another --out, or say --overwrite")
+    except (ValueError, OSError) as error:
+        print(f"benchtwin export: {error}", file=sys.stderr)
+        return MISUSED
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (out / name).write_text(text, encoding="utf8")
+    except OSError as error:
+        print(f"benchtwin export: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
+        return FAILED
+    if not quiet:
+        print("\n".join(str(out / name) for name in texts))
+    return DONE
