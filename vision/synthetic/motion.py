@@ -116,8 +116,10 @@ def draw_slide(
 
     fine = np.arange(0, 60.0, 2e-4)
     angle = np.radians(onset + tilt_rate_deg_s * fine)
-    pull = G * (np.sin(angle) - kinetic * np.cos(angle))
-    speed = np.concatenate([[0.0], np.cumsum((pull[1:] + pull[:-1]) / 2) * 2e-4])
+    # v' = pull + k v: the plate turns away from under the moving block, which presses on it less by 2 ω v (Coriolis)
+    k = 2 * kinetic * math.radians(tilt_rate_deg_s)
+    pull = np.exp(-k * fine) * G * (np.sin(angle) - kinetic * np.cos(angle))
+    speed = np.exp(k * fine) * np.concatenate([[0.0], np.cumsum((pull[1:] + pull[:-1]) / 2) * 2e-4])
     place = 1000 * np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2) * 2e-4])
     end = float(np.interp(travel_mm, place, fine)) if place[-1] > travel_mm else fine[-1]
 

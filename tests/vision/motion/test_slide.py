@@ -43,6 +43,20 @@ def test_a_threshold_would_be_late():
     assert abs(named(measure_slide(track, KNOWN))["slide_angle"].value - motion.truth["slide_angle"]) < 0.03
 
 
+def test_the_turning_plate_is_borne_less_on(monkeypatch):
+    """With μ_k = μ_s the block sets off so gently that the Coriolis force tells: without it the onset comes out late."""
+    motion, track = slid(noise=0.002, tilt_noise=0.001, fps=50, static=0.34, kinetic=0.34, start_deg=5.0, before=5.0)
+
+    def off():
+        found = named(measure_slide(track, KNOWN))["slide_angle"]
+        assert 0.05 <= found.sd < 0.06 and found.quality == "good"  # the goniometer's; the fit adds little
+        return found.value - motion.truth["slide_angle"]
+
+    assert abs(off()) < 0.02
+    monkeypatch.setattr("vision.motion.slide._turning", lambda time, x, tilt: 0 * time)  # control
+    assert abs(off()) > 0.04
+
+
 @pytest.mark.parametrize("ar", [0.0, 0.9])
 def test_intervals_hold_the_truth_when_the_sensor_is_off_by_its_sd(ar):
     inside = []

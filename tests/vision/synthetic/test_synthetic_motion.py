@@ -33,7 +33,9 @@ def test_a_slide_lets_go_at_its_friction_angle_and_accelerates_as_it_should():
     h = 0.01
     before, at, after = (float(motion.path(np.array([onset + 0.1 + d]))[0][0]) for d in (-h, 0, h))
     tilt = np.radians(float(motion.tilt(onset + 0.1)))
-    assert (after - 2 * at + before) / h**2 == pytest.approx(1000 * G * (np.sin(tilt) - 0.28 * np.cos(tilt)), rel=2e-3)
+    coriolis = 2 * np.radians(2.0) * (after - before) / (2 * h)
+    push = 1000 * G * np.sin(tilt) - 0.28 * (1000 * G * np.cos(tilt) - coriolis)
+    assert (after - 2 * at + before) / h**2 == pytest.approx(push, rel=2e-3)
     assert float(motion.path(np.array([onset - 0.01]))[0][0]) == 0
 
 
