@@ -166,12 +166,11 @@ def _agreed(lever: np.ndarray, place: np.ndarray) -> tuple[float, float] | None:
     if len(place) < PLACES / 3:
         return None
     pick = np.linspace(0, len(place) - 1, 24).astype(int)
-    best, count = None, 0
-    for i in pick:
-        for j in pick[pick > i + len(place) // 4]:
-            slope = (place[j] - place[i]) / (lever[j] - lever[i])
-            level = place[i] - slope * lever[i]
-            near = int((np.abs(place - level - slope * lever) < 0.6).sum())
-            if near > count:
-                best, count = (level, slope), near
-    return best
+    one, other = (pick[k] for k in np.triu_indices(len(pick), 1))
+    apart = other > one + len(place) // 4
+    one, other = one[apart], other[apart]
+    slope = (place[other] - place[one]) / (lever[other] - lever[one])
+    level = place[one] - slope * lever[one]
+    near = (np.abs(place - level[:, None] - slope[:, None] * lever) < 0.6).sum(axis=1)
+    best = int(near.argmax())
+    return float(level[best]), float(slope[best])
