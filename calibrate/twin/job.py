@@ -119,11 +119,12 @@ def assigned(parameters: Parameters, description: dict, settings: list[str]) -> 
 
 def _with(parameters: Parameters, name: str, value) -> Parameters:
     before = getattr(Parameters(), name)
-    wanted = str if isinstance(before, str) else int if isinstance(before, int) else float
+    wanted = type(before) if isinstance(before, str | int) else float
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if type(value) is not wanted:
-        raise ValueError(f"--set {name}={value}: must be a {'word' if wanted is str else 'number'}")
+        kind = {str: "word", bool: "true or false", int: "whole number", float: "number"}[wanted]
+        raise ValueError(f"--set {name}={value}: must be a {kind}")
     return replace(parameters, **{name: value})
 
 

@@ -19,7 +19,8 @@ class Parameters:
     restitution, static_friction, rolling_friction: seed on steel; seed_…: seed on seed. rolling_convention: which torque the
     rolling frictions mean (`sim.material.ROLLING_CONVENTIONS`). shear_modulus_pa: what the seeds' modulus is softened to; None:
     SOFT_PA of the rig. spheres, arrangement, mass_of: the seed's balls (`sim.seed.Seed.from_dimensions`). rayleigh_fraction: the
-    time step. laws: further force laws by name, with their numbers: {"magnus": {…}}.
+    time step. pull_at_end, share_damping: how restitution is had (`sim.engine.world.World`). laws: further force laws by name,
+    with their numbers: {"magnus": {…}}.
     Defaults: what the soybean paper calibrated.
     """
 
@@ -35,6 +36,8 @@ class Parameters:
     arrangement: str = "axial"
     mass_of: str = "union"
     rayleigh_fraction: float = 0.2
+    pull_at_end: bool = True
+    share_damping: bool = True
     laws: dict[str, dict] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -71,6 +74,8 @@ def bench(parameters: Parameters, rig: str, seed, air) -> Bench:
         air_viscosity_pa_s=air.viscosity_pa_s,
         laws=tuple(LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()),
         rayleigh_fraction=parameters.rayleigh_fraction,
+        pull_at_end=parameters.pull_at_end,
+        share_damping=parameters.share_damping,
     )
 
 

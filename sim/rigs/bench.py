@@ -1,12 +1,12 @@
 """What the four rigs of one bench share: seeds, steel, what happens where they touch, air, gravity, and how it is computed."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sim.engine.state import State
-from sim.engine.walls import Wall
+from sim.engine.walls import Slide, Wall
 from sim.engine.world import Placed, Scattered, World
 from sim.laws import LAWS, Chosen
 from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact, Material
@@ -16,9 +16,6 @@ from sim.seed.sizes import Sizes
 
 GRAVITY_M_S2 = 9.80665
 DIFFERENT = 100  # sizes in a heap: as many as callipers measured; each is meshed once for the picture
-# Largest shear modulus of seeds in one-seed rigs and in piles [Pa]; benchmarks/modulus.py tells what these change.
-SOFT_PA = 3.0e7
-SOFT_PILE_PA = 3.0e6
 
 Watch = Callable[[str, float], None]  # (stage, share of it that is done)
 
@@ -30,7 +27,7 @@ class Bench:
     sizes: how the lot scatters (`sim.seed.sizes.Sizes`), or one (length, width, thickness) [m] for every seed. spheres,
     arrangement, mass_of: as in `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is
     softened to, None for the real one. air_density_kg_m3: 0 leaves the air out. laws: plug-ins besides the contacts' own
-    and drag.
+    and drag. rayleigh_fraction, pull_at_end, share_damping: as in `World`.
     """
 
     seed_wall: Contact = SOYBEAN_Q235
@@ -41,11 +38,13 @@ class Bench:
     spheres: int = 5
     arrangement: str = "axial"
     mass_of: str = "union"
-    shear_modulus_pa: float | None = SOFT_PA
+    shear_modulus_pa: float | None = 3.0e7
     air_density_kg_m3: float = 1.20
     air_viscosity_pa_s: float = 1.81e-5
     laws: tuple[Chosen, ...] = ()
     rayleigh_fraction: float = 0.2
+    pull_at_end: bool = True
+    share_damping: bool = True
 
     @property
     def grain(self) -> Material:
@@ -65,13 +64,19 @@ class Bench:
     def world(
         self, seeds: Placed | Scattered, walls: Sequence[Wall], *, domain=None, contacts: Sequence[Contact] = (), **options
     ) -> World:
-        """Seeds and walls under this bench's gravity, air, contacts and laws."""
-        laws = self.laws
+        """Seeds and walls under this bench's gravity, air, contacts and laws.
+
+        Where no wall moves, the first is given a law by which it stands: the step loop is compiled (half a minute) for a set of
+        laws, and so it is the same for all rigs.
+        """
+        laws, walls = self.laws, list(walls)
+        if not any(wall.moves for wall in walls):
+            walls[0] = replace(walls[0], moves=(Slide(LAWS["motion_steady"].use(rate=0.0), (0.0, 0.0, 1.0)),))
         if self.air_density_kg_m3 > 0 and not any(c.law.name == "drag" for c in laws):
             laws = (LAWS["drag"].use(air_density=self.air_density_kg_m3, viscosity=self.air_viscosity_pa_s), *laws)
         return World(
             (seeds,), tuple(walls), (self.seed_wall, self.seed_seed, *contacts), laws, (0.0, 0.0, -GRAVITY_M_S2), domain,
-            rayleigh_fraction=self.rayleigh_fraction, **options,
+            rayleigh_fraction=self.rayleigh_fraction, pull_at_end=self.pull_at_end, share_damping=self.share_damping, **options,
         )  # fmt: skip
 
 

@@ -157,7 +157,7 @@ def test_a_camera_that_misses_the_seed_is_refused(tmp_path):
         ("drop.heigt_mm=100", "did you mean height_mm"),
         ("drop.height_mm", "expected key=value"),
         ("colour=red", "unknown key colour"),
-        ("spheres=many", "must be a number"),
+        ("spheres=many", "must be a whole number"),
         ("laws.gravity.pull=1", "no law 'gravity'"),
         ("restitution=1.5", "restitution = 1.5"),
         ("drop.height_mm=0.3e9", "is it in millimetres"),
