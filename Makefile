@@ -8,7 +8,13 @@ DEMO_OUT := demo-out
 
 demo: $(VENV)/installed
 	@sh scripts/system-packages.sh
-	@$(BIN)/benchtwin measure samples/drawn-bench samples/soybean-paper --out $(DEMO_OUT) --overwrite
+	@echo "1. Measuring the sample recordings"
+	@$(BIN)/benchtwin measure samples/drawn-bench samples/soybean-paper --out $(DEMO_OUT)/bench --overwrite
+	@echo "2. The same rigs simulated, filmed and measured (some minutes, most of it the pile)"
+	@$(BIN)/benchtwin simulate drop --out $(DEMO_OUT)/twin-drop
+	@$(BIN)/benchtwin simulate slide --from samples/twin/slide.toml --out $(DEMO_OUT)/twin-slide
+	@$(BIN)/benchtwin simulate roll --out $(DEMO_OUT)/twin-roll
+	@$(BIN)/benchtwin simulate pile --from samples/twin/slab.toml --out $(DEMO_OUT)/twin-pile
 
 test: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -1,6 +1,7 @@
 """The sample bench folders: what is drawn is measured right, and the README's commands do what it says."""
 
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -57,9 +58,32 @@ def test_the_drawn_bench_is_what_its_script_draws(tmp_path):
 
 def test_the_readme_names_only_what_is_there():
     text = (ROOT / "README.md").read_text()
-    for option in set(re.findall(r"`(--[a-z]+)", text)):
-        assert option in CliRunner().invoke(app, ["measure", "--help"]).output, option
+    for option in set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text)):
+        helps = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200).output for verb in ("measure", "simulate")]
+        assert any(option in text for text in helps), option
     for path in re.findall(r"`((?:samples|docs|benchmarks)/[\w/.-]+)`|\((docs/[\w./-]+)\)", text):
         assert (ROOT / (path[0] or path[1])).exists(), path
     for target in re.findall(r"make (demo|test|bench|slow|lint)", text):
         assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.M), target
+
+
+def simulate_commands():
+    """Every `benchtwin simulate …` of README and samples/twin, split into its arguments."""
+    texts = [(ROOT / "README.md").read_text(), *(p.read_text() for p in (SAMPLES / "twin").glob("*.toml"))]
+    return [shlex.split(line, comments=True) for text in texts for line in re.findall(r"benchtwin (simulate \w+ --?.*)", text)]
+
+
+@pytest.mark.parametrize("arguments", simulate_commands(), ids=" ".join)
+def test_the_simulate_commands_of_readme_and_samples_run(arguments, tmp_path, monkeypatch):
+    """As written, but for pictures (--track) and size: piles of 20 mm whose gate has just begun to move."""
+    monkeypatch.chdir(ROOT)
+    arguments = [a.replace("my-bench/slide-01/recording.toml", "samples/twin/slide.toml") for a in arguments]
+    arguments[arguments.index("--out") + 1] = str(tmp_path / "out")
+    quick = ["--set", "pile.fill_height_mm=20", "--set", "pile.photo_s=0.01", "--set", "shear_modulus_pa=1e6"]
+    more = ["--track", *(quick if arguments[1] == "pile" else [])]
+    result = CliRunner().invoke(app, [*arguments, *more])
+    repeats = int(arguments[arguments.index("--repeats") + 1]) if "--repeats" in arguments else 1
+    assert len(list((tmp_path / "out").glob("*/simulation.json"))) == repeats, result.output
+    if arguments[1] != "pile":  # so little of a pile has no slope yet
+        assert result.exit_code == 0, result.output
+        assert len(pd.read_csv(tmp_path / "out" / "measured" / "measurements.csv")) >= repeats
