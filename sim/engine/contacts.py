@@ -177,8 +177,9 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
         a = end
 
 
-def block_forces(b, dt, s, P, active, meet, share, rows):
+def block_forces(b, dt, s, scratch):
     """Forces of all contacts of block b, into its window; `s` is the kernel's view of the state (`kernels.View`)."""
+    P, active, meet, share, rows, early = scratch.tile, scratch.active, scratch.meet, scratch.share, scratch.rows, scratch.early
     base = s.block_window[b] - s.block_body[b]
     s.window[s.block_window[b] * 6 : s.block_window[b + 1] * 6] = 0.0
     s.wall_push[b, :, :] = 0.0
@@ -211,6 +212,7 @@ def block_forces(b, dt, s, P, active, meet, share, rows):
             at = pairs + (tile - tiles_of_pairs) * LANES
             count = min(LANES, pairs + walls - at)
             gather_walls(P, s, active[at : at + count], share[at : at + count], meet[at - pairs :], rows)
+        approach(P, (count + 7) // 8 * 8, dt, early)
         laws(P, (count + 7) // 8 * 8, dt, s.pull)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
         if tile < tiles_of_pairs:
             scatter_pairs(P, s, active[at : at + count], base, sums)
@@ -218,7 +220,7 @@ def block_forces(b, dt, s, P, active, meet, share, rows):
             scatter_walls(P, s, active[at : at + count], base, s.wall_push[b], sums)
 
 
-pair_geometry = tiles.pair_geometry
+pair_geometry, approach = tiles.pair_geometry, tiles.approach
 laws = tiles.laws
 gather_pairs, gather_walls = gathering.gather_pairs, gathering.gather_walls
 scatter_pairs, scatter_walls = gathering.scatter_pairs, gathering.scatter_walls

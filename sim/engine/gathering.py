@@ -72,7 +72,6 @@ def gather_wall(P, t, meet, twist):
     P[tiles.NX + t], P[tiles.NY + t], P[tiles.NZ + t] = nx, ny, nz
     P[tiles.OVERLAP + t] = overlap
     P[tiles.RADIUS + t] = radius
-    P[tiles.SQUEEZE + t] = overlap / radius
     P[tiles.AIX + t] = cx - P[tiles.CIX + t]
     P[tiles.AIY + t] = cy - P[tiles.CIY + t]
     P[tiles.AIZ + t] = cz - P[tiles.CIZ + t]
@@ -164,7 +163,9 @@ def scatter_walls(P, s, active, base, wall_push, sums):
 
 def add_up(P, t, sums, is_wall):
     """A contact's entries in its block's sums."""
-    sums[S_OVERLAP] = max(sums[S_OVERLAP], P[tiles.SQUEEZE + t])
+    overlap, smaller = P[tiles.OVERLAP + t], P[tiles.BIR + t] if is_wall else min(P[tiles.BIR + t], P[tiles.BJR + t])
+    if overlap > sums[S_OVERLAP] * smaller:  # spares most divisions
+        sums[S_OVERLAP] = overlap / smaller
     if LEDGER:
         sums[S_NORMAL] += P[tiles.E_NORMAL + t]
         sums[S_TANGENTIAL] += P[tiles.E_TANGENTIAL + t]

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from sim.engine import assemble, bodies, contacts, gathering, quadrature, surfaces, tiles
+from sim.engine import assemble, bodies, contacts, gathering, quadrature, surfaces, tiles, turning
 from sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
 from sim.engine.gathering import S_OVERLAP
 from sim.engine.parallel import barrier, take
@@ -26,7 +26,7 @@ View = namedtuple(
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
-Scratch = namedtuple("Scratch", "tile active meet share fresh rows")  # each thread's own
+Scratch = namedtuple("Scratch", "tile active meet share fresh rows early")  # each thread's own
 
 T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
 ARRIVED, PASSED, NEXT_PREDICT, NEXT_CONTACT, NEXT_CORRECT = range(5)
@@ -44,13 +44,12 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
     `most_speed` (RUNAWAY; NaN too): a state to look at then, its positions a step ahead.
     status: [why, steps done]. ledger adds up the dissipated energies, impulse (walls, 3) the seeds' push on the walls.
     """
-    P, active, meet, share, fresh, rows = scratch
     blocks = len(s.block_body) - 1
     done = 0
     if status[0] != STALE:
         b = take(counters, NEXT_PREDICT, threads, 0)
         while b < blocks:
-            s.totals[b, T_WAY] = predict_block(b, dt, s)
+            s.totals[b, T_WAY] = predict(s.block_body[b], s.block_body[b + 1], dt, s, scratch.tile)
             b = take(counters, NEXT_PREDICT, threads, b + 1)
         if me == 0:
             walls_at((start + 1) * dt, s)
@@ -65,20 +64,20 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
             counters[NEXT_CORRECT] = 0
         b = take(counters, NEXT_CONTACT, threads, 0)
         while b < blocks:
-            block_forces(b, dt, s, P, active, meet, share, rows)
+            block_forces(b, dt, s, scratch)
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
         more = done + 1 < steps
         overlap = squeeze(s.sums)
         b = take(counters, NEXT_CORRECT, threads, 0)
         while b < blocks:
-            gather_forces(b, s.block_body, s.block_window, s.window, fresh)
+            gather_forces(b, s.block_body, s.block_window, s.window, scratch.fresh)
             s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
-                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.body, s.turn, s.spin, s.load,
-                s.trait, s.shape_of, s.shape,
+                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, scratch.fresh, s.body, s.turn, s.spin,
+                s.load, s.trait, s.shape_of, s.shape,
             )  # fmt: skip
             if more:
-                s.totals[b, T_WAY] = predict_block(b, dt, s)
+                s.totals[b, T_WAY] = predict(s.block_body[b], s.block_body[b + 1], dt, s, scratch.tile)
             b = take(counters, NEXT_CORRECT, threads, b + 1)
         if me == 0:
             counters[NEXT_CONTACT] = 0
@@ -98,13 +97,6 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
             if me == 0:
                 status[0], status[1] = why, done
             return
-
-
-def predict_block(b, dt, s):
-    return bodies.predict(
-        s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape, s.shape_start,
-        s.shape_ball, s.ball_start, s.ball, s.ref,
-    )  # fmt: skip
 
 
 def walls_at(t, s):
@@ -163,7 +155,7 @@ def add_ledger(sums, dt, ledger):
 LEDGER = False
 block_forces = contacts.block_forces
 gather_forces = contacts.gather_forces
-correct = bodies.correct
+correct, predict = bodies.correct, bodies.predict
 place_walls = surfaces.place_walls
 
 
@@ -182,10 +174,16 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     parts |= {n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")}
     force_laws = ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")
     numbers = {n: inner(getattr(hertz_mindlin, n)) for n in force_laws}
-    numbers |= {n: inner(getattr(quadrature, n)) for n in ("edge_weight", "speed_now")}
+    numbers["speed_now"] = inner(quadrature.speed_now)
     parts["pair_geometry"] = inner(tiles.pair_geometry)
+    parts["approach"] = inner(tiles.approach, edge_weight=inner(quadrature.edge_weight))
     parts["laws"] = inner(tiles.laws, LEDGER=ledger, **numbers, **bound)
     return parts
+
+
+def _turning_parts() -> dict:
+    turns = {n: inner(getattr(turning, n)) for n in ("turn_round", "turn_free")}
+    return turns | {n: inner(getattr(bodies, n)) for n in ("start_step", "end_step")}
 
 
 def memory_columns(laws: tuple[Chosen, ...]) -> int:
@@ -201,7 +199,7 @@ def scratch_for(view: View) -> Scratch:
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
         np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most),
-        np.zeros((bodies_a_block, 6)), np.full(tiles.LANES, -1),
+        np.zeros((bodies_a_block, 6)), np.full(tiles.LANES, -1), np.zeros(tiles.LANES, np.int64),
     )  # fmt: skip
 
 
@@ -222,7 +220,7 @@ def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) 
         block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, reach)),
         gather_forces=inner(contacts.gather_forces),
         correct=inner(bodies.correct, **of_body),
-        predict_block=inner(predict_block),
+        predict=inner(bodies.predict, **_turning_parts()),
         walls_at=inner(walls_at, place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion))),
     )
     return loop, mark

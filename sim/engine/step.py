@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sim.engine import bodies, kernels, lists
+from sim.engine import bodies, kernels, lists, turning
 from sim.engine import state as states
 from sim.engine.compiled import fingerprint, is_kept, kernel
 from sim.engine.filling import place
@@ -102,11 +102,12 @@ def start_bodies(motion, turn, spin, shape_of, shape, shape_start, shape_ball, b
     """Angular momenta from spins, balls from bodies."""
     for n in range(len(motion)):
         m, s = motion[n], shape[shape_of[n]]
-        a, b, c, d, e, f, g, h, i = bodies.matrix(turn[n])
+        turned = turning.matrix(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])
+        a, b, c, d, e, f, g, h, i = turned
         x, y, z = m[6], m[7], m[8]
         p, q, r = (a * x + d * y + g * z) / s[0], (b * x + e * y + h * z) / s[1], (c * x + f * y + i * z) / s[2]
         spin[n, 0], spin[n, 1], spin[n, 2] = a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r
-        bodies.place_balls(n, m[0], m[1], m[2], turn[n], shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
+        bodies.place_balls(ball_start[n], m[0], m[1], m[2], turned, shape_of[n], shape_start, shape_ball, ball, ref)
 
 
 @lru_cache(maxsize=1)
