@@ -5,6 +5,8 @@ One step is `predict` (positions and orientations by one step; velocities as far
 step.
 """
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -41,8 +43,8 @@ def traits(shape, shape_of):
 
 
 def predict(first, last, dt, s, P):
-    """Advance bodies first … last−1 and their balls by dt; returns the largest squared way of a ball since the lists were
-    made. `s` is the kernel's view of the state, P a tile."""
+    """Advance bodies first … last−1 and their balls by dt; returns the longest path of a ball since the lists were made. `s` is
+    the kernel's view of the state, P a tile."""
     farthest = 0.0
     while first < last:
         single = s.trait[2 * first + 1] > 0.0
@@ -83,43 +85,43 @@ def start_step(n, t, dt, single, s, P):
 
 
 def end_step(n, t, single, s, P):
-    """Orientation, spin and balls of body n from lane t; largest squared distance of a ball from where the lists were made."""
+    """Orientation, spin and balls of body n from lane t; longest path of its balls."""
     m, q = s.body[n], s.turn[n]
     q[0], q[1], q[2], q[3] = P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t]
     m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
     at = s.ball_start[n]
     if single:
-        return put_ball(at, m[X], m[X + 1], m[X + 2], s.ball, s.ref)
+        return put_ball(at, m[X], m[X + 1], m[X + 2], s.ball, s.path)
     turned = (
         P[turning.RXX + t], P[turning.RXY + t], P[turning.RXZ + t],
         P[turning.RYX + t], P[turning.RYY + t], P[turning.RYZ + t],
         P[turning.RZX + t], P[turning.RZY + t], P[turning.RZZ + t],
     )  # fmt: skip
-    return place_balls(at, m[X], m[X + 1], m[X + 2], turned, s.shape_of[n], s.shape_start, s.shape_ball, s.ball, s.ref)
+    return place_balls(at, m[X], m[X + 1], m[X + 2], turned, s.shape_of[n], s.shape_start, s.shape_ball, s.ball, s.path)
 
 
 turn_round, turn_free = turning.turn_round, turning.turn_free
 
 
 @njit(**OPTIONS)
-def put_ball(at, x, y, z, ball, ref):
-    """Put a ball there; its squared distance from `ref`. ball and ref are flat, 4 and 3 numbers a ball."""
+def put_ball(at, x, y, z, ball, path):
+    """Move a ball there; how long its path is by now, a sum of straight steps. ball is flat, four numbers a ball."""
+    dx, dy, dz = x - ball[4 * at], y - ball[4 * at + 1], z - ball[4 * at + 2]
     ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = x, y, z
-    dx, dy, dz = x - ref[3 * at], y - ref[3 * at + 1], z - ref[3 * at + 2]
-    return dx * dx + dy * dy + dz * dz
+    path[at] += math.sqrt(dx * dx + dy * dy + dz * dz)
+    return path[at]
 
 
 @njit(**OPTIONS)
-def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, ref):
-    """Put the balls of a body (from number `at` on) where its centre and rotation matrix have them; largest squared distance of
-    one from `ref`."""
+def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, path):
+    """Move the balls of a body (from number `at` on) to where its centre and rotation matrix have them; their longest path."""
     farthest = 0.0
     a, b, c, d, e, f, g, h, i = turned
     first = shape_start[kind]
     for k in range(shape_start[kind + 1] - first):
         u, v, w = shape_ball[first + k, 0], shape_ball[first + k, 1], shape_ball[first + k, 2]
         x, y, z = cx + a * u + b * v + c * w, cy + d * u + e * v + f * w, cz + g * u + h * v + i * w
-        farthest = max(farthest, put_ball(at + k, x, y, z, ball, ref))
+        farthest = max(farthest, put_ball(at + k, x, y, z, ball, path))
     return farthest
 
 

@@ -1,6 +1,5 @@
 """The compiled step loop for one set of laws: `build` gives `advance`, which every thread of a run executes."""
 
-import math
 from collections import namedtuple
 from collections.abc import Callable
 from functools import lru_cache
@@ -18,11 +17,11 @@ from sim.laws.law import Chosen, Law
 # What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
 View = namedtuple(
     "View",
-    "motion body turn spin load trait shape_of material ball owner ref ball_start shape shape_start shape_ball "
-    "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
+    "motion body turn spin load trait shape_of material ball owner path ball_start shape shape_start shape_ball "
+    "pair_i pair_j pair_memory pair_touch pair_quiet wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
-    "wall_way table materials gravity body_numbers shared pull",
+    "wall_way table materials gravity body_numbers shared single pull",
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
@@ -109,7 +108,6 @@ def stale(totals, wall_way, skin):
     way = 0.0
     for b in range(len(totals)):
         way = max(way, totals[b, T_WAY])
-    way = math.sqrt(way)
     return not (2.0 * way < skin and way + wall_way[0] < skin)
 
 
@@ -163,7 +161,7 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     """The compiled parts of `advance`: contacts with the chosen laws in them."""
     remembered = {n: bound.get(n, False) for n in ("HAS_RESTITUTION", "HAS_SPRING")}
     of_reach = {"REACH": True, "reach": reach} if reach else {}
-    plain = ("gather_side", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
+    plain = ("gather_first", "gather_two", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
     parts = {n: inner(getattr(gathering, n)) for n in plain}
     parts |= {n: inner(getattr(gathering, n), **remembered) for n in ("recall", "keep")}
     parts["add_up"] = inner(gathering.add_up, LEDGER=ledger)

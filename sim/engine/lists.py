@@ -55,12 +55,13 @@ def relist(tables: Tables, state: State, domain=None) -> State:
         keep = np.flatnonzero(((centre >= domain[0]) & (centre <= domain[1])).all(axis=1))
         if len(keep) == 0:
             raise RuntimeError(f"every seed has left the domain {domain[0]} … {domain[1]} by t = {state.time_s:.4g} s")
+    old, removed = state, state.removed
+    if len(keep) < state.count:
+        removed = np.concatenate([removed, np.setdiff1d(state.ids, state.ids[keep])])
     grid = _grid(tables, state, keep)
     keep = keep[grid["order"]]
-    old = state
-    removed = np.concatenate([state.removed, np.sort(np.setdiff1d(state.ids, state.ids[keep]))])
     state = _reordered(tables, state, keep)
-    state = replace(state, removed=removed, ref=state.ball[:, :3].copy(), prim_ref=state.prim.copy())
+    state = replace(state, removed=removed, path=np.zeros(len(state.ball)), prim_ref=state.prim.copy())
     first_pair, pair_i, pair_j = _pairs(tables, state, grid)
     memory, touch = _carried_pairs(old, state, pair_i, pair_j)
     wall_i, wall_p = _walls(tables, state, grid)

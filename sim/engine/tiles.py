@@ -19,26 +19,28 @@ def rows(first: int, count: int) -> list[int]:
 
 
 # Filled by the gathering: side i is a ball of a seed, side j another ball or a wall.
-BIX, BIY, BIZ, BIR, BJX, BJY, BJZ, BJR = rows(0, 8)  # ball centres and radii [m]
-CIX, CIY, CIZ, CJX, CJY, CJZ = rows(8, 6)  # body centres [m]
-VIX, VIY, VIZ, WIX, WIY, WIZ, MI = rows(14, 7)  # velocity, spin, mass of body i
-VJX, VJY, VJZ, WJX, WJY, WJZ, MJ = rows(21, 7)
-SHARE = 28 * STRIDE  # part of the masses that this contact's damping answers for (see `contacts.shares`)
-MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(29, 6)  # the pair of materials
-# From the geometry.
-NX, NY, NZ, OVERLAP, RADIUS = rows(35, 5)  # unit normal from j to i, overlap, effective radius
-AIX, AIY, AIZ, AJX, AJY, AJZ = rows(40, 6)  # arms from the body centres to the contact
-# From the laws: force on i, torques on i and j.
-FX, FY, FZ, TIX, TIY, TIZ, TJX, TJY, TJZ = rows(46, 9)
-# Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
-ACCOUNTS = rows(55, 7)
-E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
-MEMORY = 62 * STRIDE  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
+DX, DY, DZ, RI, RJ = rows(0, 5)  # from ball centre j to i, radii [m]
+OIX, OIY, OIZ, OJX, OJY, OJZ = rows(5, 6)  # from body centre to ball centre; stay 0 where every seed is one ball
+VX, VY, VZ = rows(11, 3)  # velocity of body i's centre less that of body j's, or of the wall's at the contact
+WIX, WIY, WIZ, WJX, WJY, WJZ, MI, MJ = rows(14, 8)  # spins, masses
+UX, UY, UZ = rows(22, 3)  # a wall's velocity at the contact (for the ledger)
+SHARE = 25 * STRIDE  # part of the masses that this contact's damping answers for (see `contacts.shares`)
+MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(26, 6)  # the pair of materials
+MEMORY = 32 * STRIDE  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
 MEMORY_COLUMNS = 7
-CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(69, 4)  # velocity of i against j at the contact: against and across the normal
-EDGE = 73 * STRIDE  # see `quadrature.edge_weight`
-EXTRA = 74 * STRIDE  # the chosen laws' parameters, a row each
-FIXED_ROWS = 74
+# From the geometry.
+COMPUTED = 39  # rows from here to EXTRA hold nothing from one tile to the next
+NX, NY, NZ, OVERLAP, RADIUS = rows(39, 5)  # unit normal from j to i, overlap, effective radius
+AIX, AIY, AIZ, AJX, AJY, AJZ = rows(44, 6)  # arms from the body centres to the contact
+CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(50, 4)  # velocity of i against j at the contact: against and across the normal
+EDGE = 54 * STRIDE  # see `quadrature.edge_weight`
+# From the laws: force on i, torques on i and j.
+FX, FY, FZ, TIX, TIY, TIZ, TJX, TJY, TJZ = rows(55, 9)
+# Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
+ACCOUNTS = rows(64, 7)
+E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
+EXTRA = 71 * STRIDE  # the chosen laws' parameters, a row each
+FIXED_ROWS = 71
 
 COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
 
@@ -46,11 +48,11 @@ COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODUL
 def pair_geometry(P, count):
     """Normal, overlap, effective radius and arms of `count` ball–ball contacts. The contact lies in the middle of the overlap."""
     for t in range(count):
-        dx = P[BIX + t] - P[BJX + t]
-        dy = P[BIY + t] - P[BJY + t]
-        dz = P[BIZ + t] - P[BJZ + t]
-        ri = P[BIR + t]
-        rj = P[BJR + t]
+        dx = P[DX + t]
+        dy = P[DY + t]
+        dz = P[DZ + t]
+        ri = P[RI + t]
+        rj = P[RJ + t]
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
         inverse = 1.0 / distance
         nx = dx * inverse
@@ -64,12 +66,12 @@ def pair_geometry(P, count):
         P[NZ + t] = nz
         P[OVERLAP + t] = overlap
         P[RADIUS + t] = ri * rj / (ri + rj)
-        P[AIX + t] = P[BIX + t] - nx * to_i - P[CIX + t]
-        P[AIY + t] = P[BIY + t] - ny * to_i - P[CIY + t]
-        P[AIZ + t] = P[BIZ + t] - nz * to_i - P[CIZ + t]
-        P[AJX + t] = P[BJX + t] + nx * to_j - P[CJX + t]
-        P[AJY + t] = P[BJY + t] + ny * to_j - P[CJY + t]
-        P[AJZ + t] = P[BJZ + t] + nz * to_j - P[CJZ + t]
+        P[AIX + t] = P[OIX + t] - nx * to_i
+        P[AIY + t] = P[OIY + t] - ny * to_i
+        P[AIZ + t] = P[OIZ + t] - nz * to_i
+        P[AJX + t] = P[OJX + t] + nx * to_j
+        P[AJY + t] = P[OJY + t] + ny * to_j
+        P[AJZ + t] = P[OJZ + t] + nz * to_j
 
 
 def approach(P, count, dt, early):
@@ -83,9 +85,9 @@ def approach(P, count, dt, early):
         bx, by, bz = P[AJX + t], P[AJY + t], P[AJZ + t]
         wix, wiy, wiz = P[WIX + t], P[WIY + t], P[WIZ + t]
         wjx, wjy, wjz = P[WJX + t], P[WJY + t], P[WJZ + t]
-        vx = P[VIX + t] + wiy * az - wiz * ay - (P[VJX + t] + wjy * bz - wjz * by)
-        vy = P[VIY + t] + wiz * ax - wix * az - (P[VJY + t] + wjz * bx - wjx * bz)
-        vz = P[VIZ + t] + wix * ay - wiy * ax - (P[VJZ + t] + wjx * by - wjy * bx)
+        vx = P[VX + t] + wiy * az - wiz * ay - (wjy * bz - wjz * by)
+        vy = P[VY + t] + wiz * ax - wix * az - (wjz * bx - wjx * bz)
+        vz = P[VZ + t] + wix * ay - wiy * ax - (wjx * by - wjy * bx)
         closing = -(vx * nx + vy * ny + vz * nz)
         P[CLOSING + t] = closing
         P[SLIP_X + t] = vx + closing * nx
@@ -225,7 +227,7 @@ def laws(P, count, dt, pull):
                 rix, riy, riz = rix - brake * ox, riy - brake * oy, riz - brake * oz
                 rjx, rjy, rjz = rjx + brake * ox, rjy + brake * oy, rjz + brake * oz
             if HAS_SPRING:
-                ri, rj = P[BIR + t], P[BJR + t]
+                ri, rj = P[RI + t], P[RJ + t]
                 # A ball's own moment about the contact, 7/5 m r² (exact for spheres), both in series; a wall's is endless.
                 own, other = 1.4 * mi * ri * ri, 1.4 * mj * rj * rj
                 inertia = own * other / (own + other)
@@ -252,7 +254,4 @@ def laws(P, count, dt, pull):
             P[P_TANGENTIAL + t] = -(tx * vx + ty * vy + tz * vz)
             P[P_ROLLING + t] = -(rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz)
             P[P_EXTRA + t] = extra * closing
-            ujx = P[VJX + t] + wjy * bz - wjz * by
-            ujy = P[VJY + t] + wjz * bx - wjx * bz
-            ujz = P[VJZ + t] + wjx * by - wjy * bx
-            P[P_WALL + t] = fx * ujx + fy * ujy + fz * ujz  # counts for walls only
+            P[P_WALL + t] = fx * P[UX + t] + fy * P[UY + t] + fz * P[UZ + t]  # counts for walls only

@@ -3,7 +3,7 @@
 H = Σ Π_k² / 2 I_k is split into turns about the three principal axes, each solved exactly, in the order ½1 ½2 3 ½2 ½1
 (Dullweber, Leimkuhler, McLachlan 1997, J. Chem. Phys. 107, 5840). Angular momentum is kept to rounding, the energy error is
 bounded and of second order, and there are no sines: tan(θ/2) is taken to its cubic term, and the turn made of it is a turn
-exactly. Rows of a tile as in `tiles`, of which these use the first.
+exactly. Rows of a tile as in `tiles`, in the place of what the laws compute.
 """
 
 import math
@@ -11,14 +11,14 @@ import math
 from numba import njit
 
 from sim.engine.compiled import OPTIONS
-from sim.engine.tiles import rows
+from sim.engine.tiles import COMPUTED, rows
 
-QW, QX, QY, QZ = rows(0, 4)  # orientation: unit quaternion, body to world
-LX, LY, LZ = rows(4, 3)  # angular momentum in the middle of the step, world axes
-KX, KY, KZ = rows(7, 3)  # what the torque adds to it by the end of the step
-J1, J2, J3 = rows(10, 3)  # principal moments inverted
-WX, WY, WZ = rows(13, 3)  # out: spin at the end of the step, world axes
-RXX, RXY, RXZ, RYX, RYY, RYZ, RZX, RZY, RZZ = rows(16, 9)  # out: rotation matrix then (not from `turn_round`)
+QW, QX, QY, QZ = rows(COMPUTED, 4)  # orientation: unit quaternion, body to world
+LX, LY, LZ = rows(COMPUTED + 4, 3)  # angular momentum in the middle of the step, world axes
+KX, KY, KZ = rows(COMPUTED + 7, 3)  # what the torque adds to it by the end of the step
+J1, J2, J3 = rows(COMPUTED + 10, 3)  # principal moments inverted
+WX, WY, WZ = rows(COMPUTED + 13, 3)  # out: spin at the end of the step, world axes
+RXX, RXY, RXZ, RYX, RYY, RYZ, RZX, RZY, RZZ = rows(COMPUTED + 16, 9)  # out: rotation matrix then (not from `turn_round`)
 
 
 @njit(**OPTIONS)
