@@ -42,32 +42,49 @@ def traits(shape, shape_of):
     return np.column_stack([shape[:, INVERSE_MASS], np.where(simple, shape[:, J1], 0.0)])[shape_of].ravel()
 
 
-def predict(first, last, dt, s, P):
-    """Advance bodies first … last−1 and their balls by dt; returns the longest path of a ball since the lists were made. `s` is
-    the kernel's view of the state, P a tile."""
+def predict(
+    first, last, dt, P, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, path
+):
+    """Advance bodies first … last−1 and their balls by dt; returns the longest path of a ball since the lists were made. P is a
+    tile."""
     farthest = 0.0
     while first < last:
-        single = s.trait[2 * first + 1] > 0.0
+        single = trait[2 * first + 1] > 0.0
         count = 1
-        while count < LANES and first + count < last and (s.trait[2 * (first + count) + 1] > 0.0) == single:
+        while count < LANES and first + count < last and (trait[2 * (first + count) + 1] > 0.0) == single:
             count += 1
         for t in range(count):
-            start_step(first + t, t, dt, single, s, P)
+            n = first + t
+            start_step(t, dt, P, motion[n], turn[n], spin[n], load[n], trait[2 * n])
+            if single:
+                P[turning.J1 + t] = trait[2 * n + 1]
+            else:
+                row = shape[shape_of[n]]
+                P[turning.J1 + t], P[turning.J2 + t], P[turning.J3 + t] = row[J1], row[J2], row[J3]
         if single:
             turn_round(P, (count + 3) // 4 * 4, dt)
         else:
             turn_free(P, (count + 3) // 4 * 4, dt)
         for t in range(count):
-            farthest = max(farthest, end_step(first + t, t, single, s, P))
+            n = first + t
+            m = motion[n]
+            end_step(t, P, m, turn[n])
+            if single:
+                way = put_ball(ball_start[n], m[X], m[X + 1], m[X + 2], ball, path)
+            else:
+                turned = turning.turned(P, t)
+                way = place_balls(
+                    ball_start[n], m[X], m[X + 1], m[X + 2], turned, shape_of[n], shape_start, shape_ball, ball, path
+                )
+            farthest = max(farthest, way)
         first += count
     return farthest
 
 
-def start_step(n, t, dt, single, s, P):
-    """Body n by one step, as far as it goes without turning; what the turn needs into lane t."""
-    m, f, q, spun = s.body[n], s.load[n], s.turn[n], s.spin[n]
+def start_step(t, dt, P, m, q, spun, f, inverse_mass):
+    """A body by one step, as far as it goes without turning; what the turn needs into lane t."""
     h = 0.5 * dt
-    half = h * s.trait[2 * n]
+    half = h * inverse_mass
     vx, vy, vz = m[V] + half * f[0], m[V + 1] + half * f[1], m[V + 2] + half * f[2]
     m[X], m[X + 1], m[X + 2] = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
     m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
@@ -77,27 +94,12 @@ def start_step(n, t, dt, single, s, P):
     P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = q[0], q[1], q[2], q[3]
     P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = lx, ly, lz
     P[turning.KX + t], P[turning.KY + t], P[turning.KZ + t] = kx, ky, kz
-    if single:
-        P[turning.J1 + t] = s.trait[2 * n + 1]
-    else:
-        row = s.shape[s.shape_of[n]]
-        P[turning.J1 + t], P[turning.J2 + t], P[turning.J3 + t] = row[J1], row[J2], row[J3]
 
 
-def end_step(n, t, single, s, P):
-    """Orientation, spin and balls of body n from lane t; longest path of its balls."""
-    m, q = s.body[n], s.turn[n]
+def end_step(t, P, m, q):
+    """Orientation and spin of a body from lane t."""
     q[0], q[1], q[2], q[3] = P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t]
     m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
-    at = s.ball_start[n]
-    if single:
-        return put_ball(at, m[X], m[X + 1], m[X + 2], s.ball, s.path)
-    turned = (
-        P[turning.RXX + t], P[turning.RXY + t], P[turning.RXZ + t],
-        P[turning.RYX + t], P[turning.RYY + t], P[turning.RYZ + t],
-        P[turning.RZX + t], P[turning.RZY + t], P[turning.RZZ + t],
-    )  # fmt: skip
-    return place_balls(at, m[X], m[X + 1], m[X + 2], turned, s.shape_of[n], s.shape_start, s.shape_ball, s.ball, s.path)
 
 
 turn_round, turn_free = turning.turn_round, turning.turn_free

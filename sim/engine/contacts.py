@@ -7,6 +7,7 @@ order. So the order of every sum is fixed, however many threads share the blocks
 
 import math
 
+import numpy as np
 from numba import njit
 
 from sim.engine import gathering, tiles
@@ -31,10 +32,10 @@ def touching_pairs(first, last, ball, path, owner, material, materials, table, p
     Most listed pairs are far from touching. Measured once, a gap cannot close before the paths of both balls have grown by as
     much: until their sum reaches quiet[k] the pair is not looked at. `ball` is flat, four numbers a ball.
     """
-    near = 0
-    for k in range(first, last):
+    near = np.uint64(0)
+    for k in range(np.uint64(first), np.uint64(last)):  # an index that could be negative is checked at each use
         active[near] = k
-        near += path[pair_i[k]] + path[pair_j[k]] >= quiet[k]
+        near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
     count = 0
     for n in range(near):
         k = active[n]
@@ -44,16 +45,21 @@ def touching_pairs(first, last, ball, path, owner, material, materials, table, p
         dz = ball[i + 2] - ball[j + 2]
         both = ball[i + 3] + ball[j + 3]
         gap2 = dx * dx + dy * dy + dz * dz
-        hit = gap2 < both * both
-        parted = path[pair_i[k]] + path[pair_j[k]] + math.sqrt(gap2) - both * (1.0 + 1e-12)
-        if REACH and not hit and touch[k]:
+        if gap2 < both * both:
+            active[count] = k
+            count += 1
+            quiet[k] = -1.0
+            continue
+        if REACH and touch[k]:
             row = material[owner[pair_i[k]]] * materials + material[owner[pair_j[k]]]
-            both += reach(ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table)
-            hit = gap2 < both * both
-        quiet[k] = -1.0 if hit else parted * SHORT
-        active[count] = k
-        count += hit
-        if touch[k] > hit:
+            wide = both + reach(ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table)
+            if gap2 < wide * wide:
+                active[count] = k
+                count += 1
+                quiet[k] = -1.0
+                continue
+        quiet[k] = (path[pair_i[k]] + path[pair_j[k]] + math.sqrt(gap2) - both * (1.0 + 1e-12)) * SHORT
+        if touch[k]:
             touch[k] = 0
             memory[k, :] = 0.0
     return count

@@ -14,9 +14,8 @@ HAS_RESTITUTION = False
 HAS_SPRING = False
 
 
-def gather_two(P, t, s, i, j, a, c):
+def gather_two(P, t, ball, motion, single, i, j, a, c):
     """Balls i and j of bodies a and c: where they are and how they move, against each other where only that counts."""
-    ball, motion = s.ball, s.motion
     i, j, a, c = 4 * i, 4 * j, 10 * a, 10 * c
     P[tiles.DX + t] = ball[i] - ball[j]
     P[tiles.DY + t] = ball[i + 1] - ball[j + 1]
@@ -29,23 +28,22 @@ def gather_two(P, t, s, i, j, a, c):
     P[tiles.WJY + t] = motion[c + W + 1]
     P[tiles.WJZ + t] = motion[c + W + 2]
     P[tiles.MJ + t] = motion[c + MASS]
-    if not s.single:
+    if not single:
         P[tiles.OJX + t] = ball[j] - motion[c + X]
         P[tiles.OJY + t] = ball[j + 1] - motion[c + X + 1]
         P[tiles.OJZ + t] = ball[j + 2] - motion[c + X + 2]
 
 
-def gather_first(P, t, s, i, a):
+def gather_first(P, t, ball, motion, single, i, a):
     """What of ball i and its body a counts by itself. ball and motion are flat, 4 and 10 numbers a row: constant strides spare a
     multiplication for each number."""
-    ball, motion = s.ball, s.motion
     i, a = 4 * i, 10 * a
     P[tiles.RI + t] = ball[i + 3]
     P[tiles.WIX + t] = motion[a + W]
     P[tiles.WIY + t] = motion[a + W + 1]
     P[tiles.WIZ + t] = motion[a + W + 2]
     P[tiles.MI + t] = motion[a + MASS]
-    if not s.single:
+    if not single:
         P[tiles.OIX + t] = ball[i] - motion[a + X]
         P[tiles.OIY + t] = ball[i + 1] - motion[a + X + 1]
         P[tiles.OIZ + t] = ball[i + 2] - motion[a + X + 2]
@@ -73,12 +71,11 @@ def recall(P, t, memory, fresh):
             P[tiles.MEMORY + c * STRIDE + t] = memory[c]
 
 
-def gather_wall(P, t, s, i, a, meet, twist):
+def gather_wall(P, t, ball, motion, i, a, meet, twist):
     """Ball i of body a on a wall: geometry, and the wall as the other body, with the velocity it has at the contact.
 
     The contact lies in the middle of the overlap; the spin of a turning wall enters as its own (it rolls under the ball).
     """
-    ball, motion = s.ball, s.motion
     i, a = 4 * i, 10 * a
     nx, ny, nz, overlap = meet[0], meet[1], meet[2], meet[3]
     radius = P[tiles.RI + t]
@@ -134,8 +131,8 @@ def gather_pairs(P, s, active, share, rows):
         k = active[t]
         i, j = s.pair_i[k], s.pair_j[k]
         a, c = s.owner[i], s.owner[j]
-        gather_first(P, t, s, i, a)
-        gather_two(P, t, s, i, j, a, c)
+        gather_first(P, t, s.ball, s.motion, s.single, i, a)
+        gather_two(P, t, s.ball, s.motion, s.single, i, j, a, c)
         P[tiles.SHARE + t] = share[t] if s.shared else 1.0
         gather_numbers(P, t, s.material[a] * s.materials + s.material[c], rows, s.table)
         recall(P, t, s.pair_memory[k], s.pair_touch[k] == 0)
@@ -147,8 +144,8 @@ def gather_walls(P, s, active, share, meet, rows):
         k = active[t]
         i, p = s.wall_i[k], s.wall_p[k]
         a, w = s.owner[i], s.prim_wall[p]
-        gather_first(P, t, s, i, a)
-        gather_wall(P, t, s, i, a, meet[t], s.twist[w])
+        gather_first(P, t, s.ball, s.motion, s.single, i, a)
+        gather_wall(P, t, s.ball, s.motion, i, a, meet[t], s.twist[w])
         P[tiles.SHARE + t] = share[t] if s.shared else 1.0
         gather_numbers(P, t, s.material[a] * s.materials + s.wall_material[w], rows, s.table)
         recall(P, t, s.wall_memory[k], s.wall_touch[k] == 0)

@@ -28,7 +28,7 @@ View = namedtuple(
 Scratch = namedtuple("Scratch", "tile active meet share fresh rows early")  # each thread's own
 
 T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
-ARRIVED, PASSED, NEXT_PREDICT, NEXT_CONTACT, NEXT_CORRECT = range(5)
+ARRIVED, PASSED, NEXT_CONTACT, NEXT_BODIES = range(4)
 DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
 # Accounts of the ledger: what the run has turned into what, since it began [J].
 LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_laws")
@@ -44,58 +44,57 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
     status: [why, steps done]. ledger adds up the dissipated energies, impulse (walls, 3) the seeds' push on the walls.
     """
     blocks = len(s.block_body) - 1
-    done = 0
-    if status[0] != STALE:
-        b = take(counters, NEXT_PREDICT, threads, 0)
-        while b < blocks:
-            s.totals[b, T_WAY] = predict(s.block_body[b], s.block_body[b + 1], dt, s, scratch.tile)
-            b = take(counters, NEXT_PREDICT, threads, b + 1)
-        if me == 0:
-            walls_at((start + 1) * dt, s)
-        barrier(counters, threads)
+    done, more, forces = 0, True, False  # forces: of these positions are known
     while True:
-        if (done > 0 or status[0] != STALE) and stale(s.totals, s.wall_way, skin):
-            barrier(counters, threads)  # nobody may change `status` before all have read it
+        if forces or status[0] != STALE:
+            more = done + forces < steps
+            overlap = squeeze(s.sums)
+            b = take(counters, NEXT_BODIES, threads, 0)
+            while b < blocks:
+                first, last = s.block_body[b], s.block_body[b + 1]
+                if forces:
+                    gather_forces(b, s.block_body, s.block_window, s.window, scratch.fresh)
+                    s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
+                        first, last, dt, s.gravity, s.body_numbers, scratch.fresh, s.body, s.turn, s.spin, s.load, s.trait,
+                        s.shape_of, s.shape,
+                    )  # fmt: skip
+                if more:
+                    s.totals[b, T_WAY] = predict(
+                        first, last, dt, scratch.tile, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape,
+                        s.shape_start, s.shape_ball, s.ball_start, s.ball, s.path,
+                    )  # fmt: skip
+                b = take(counters, NEXT_BODIES, threads, b + 1)
             if me == 0:
-                status[0], status[1] = STALE, done
-            return
+                counters[NEXT_CONTACT] = 0
+                if forces:
+                    add_walls(s.wall_push, s.wall_load, dt, impulse)
+                    if LEDGER:
+                        add_ledger(s.sums, dt, ledger)
+                if more:
+                    walls_at((start + done + forces + 1) * dt, s)
+            barrier(counters, threads)
+            why = DONE
+            if forces:
+                done += 1
+                if LEDGER and me == 0:
+                    for b in range(blocks):
+                        ledger[5] += dt * s.totals[b, T_POWER]
+                why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
+            if why == DONE and more and stale(s.totals, s.wall_way, skin):
+                why = STALE
+            if why != DONE or not more:
+                barrier(counters, threads)  # nobody may change `status` before all have read it
+                if me == 0:
+                    status[0], status[1] = why, done
+                return
         if me == 0:
-            counters[NEXT_CORRECT] = 0
+            counters[NEXT_BODIES] = 0
         b = take(counters, NEXT_CONTACT, threads, 0)
         while b < blocks:
             block_forces(b, dt, s, scratch)
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
-        more = done + 1 < steps
-        overlap = squeeze(s.sums)
-        b = take(counters, NEXT_CORRECT, threads, 0)
-        while b < blocks:
-            gather_forces(b, s.block_body, s.block_window, s.window, scratch.fresh)
-            s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
-                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, scratch.fresh, s.body, s.turn, s.spin,
-                s.load, s.trait, s.shape_of, s.shape,
-            )  # fmt: skip
-            if more:
-                s.totals[b, T_WAY] = predict(s.block_body[b], s.block_body[b + 1], dt, s, scratch.tile)
-            b = take(counters, NEXT_CORRECT, threads, b + 1)
-        if me == 0:
-            counters[NEXT_CONTACT] = 0
-            add_walls(s.wall_push, s.wall_load, dt, impulse)
-            if LEDGER:
-                add_ledger(s.sums, dt, ledger)
-            if more:
-                walls_at((start + done + 2) * dt, s)
-        barrier(counters, threads)
-        done += 1
-        if LEDGER and me == 0:
-            for b in range(blocks):
-                ledger[5] += dt * s.totals[b, T_POWER]
-        why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
-        if why != DONE or not more:
-            barrier(counters, threads)
-            if me == 0:
-                status[0], status[1] = why, done
-            return
+        forces = True
 
 
 def walls_at(t, s):

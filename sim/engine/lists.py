@@ -16,7 +16,7 @@ from sim.engine.world import Tables
 FEW = 600  # ball–ball and ball–primitive pairs up to which all are listed for good, and nothing is ever searched
 SKIN = 0.2  # of the smallest ball's diameter; from 0.1 to 0.4 the cost changes little
 BODIES_PER_BLOCK = 128
-MOST_BLOCKS = 32  # more make the windows overlap more: 64 cost 8 %, 128 cost 22 % with 50,000 spheres
+MOST_BLOCKS = 16  # more make the windows overlap more: 32 cost 3 %, 64 10 %
 
 
 @cache

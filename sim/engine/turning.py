@@ -20,6 +20,8 @@ J1, J2, J3 = rows(COMPUTED + 10, 3)  # principal moments inverted
 WX, WY, WZ = rows(COMPUTED + 13, 3)  # out: spin at the end of the step, world axes
 RXX, RXY, RXZ, RYX, RYY, RYZ, RZX, RZY, RZZ = rows(COMPUTED + 16, 9)  # out: rotation matrix then (not from `turn_round`)
 
+THIRD = 1.0 / 3.0
+
 
 @njit(**OPTIONS)
 def matrix(w, x, y, z):
@@ -32,9 +34,15 @@ def matrix(w, x, y, z):
 
 
 @njit(**OPTIONS)
+def turned(P, t):
+    """The matrix in lane t."""
+    return P[RXX + t], P[RXY + t], P[RXZ + t], P[RYX + t], P[RYY + t], P[RYZ + t], P[RZX + t], P[RZY + t], P[RZZ + t]
+
+
+@njit(**OPTIONS)
 def _half_tangent(angle):
     half = 0.5 * angle
-    return half + half * half * half / 3.0
+    return half + half * half * half * THIRD
 
 
 def turn_round(P, count, dt):
@@ -43,7 +51,7 @@ def turn_round(P, count, dt):
         j = P[J1 + t]
         h = 0.5 * dt * j
         hx, hy, hz = h * P[LX + t], h * P[LY + t], h * P[LZ + t]
-        k = 1.0 + (hx * hx + hy * hy + hz * hz) / 3.0
+        k = 1.0 + (hx * hx + hy * hy + hz * hz) * THIRD
         hx, hy, hz = k * hx, k * hy, k * hz
         w, x, y, z = P[QW + t], P[QX + t], P[QY + t], P[QZ + t]
         nw = w - hx * x - hy * y - hz * z
