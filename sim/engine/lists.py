@@ -28,7 +28,7 @@ def _kernels():
         "cells": kernel(neighbours.cells, mark, ALLOCATING),
         "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
         "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=njit(**ALLOCATING)(neighbours.stencil)),
-        "walls": kernel(neighbours.find_walls, mark, ALLOCATING, nearest=nearest, extent=extent),
+        "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
         "hand_over": kernel(neighbours.hand_over, mark),
     }
 
@@ -148,7 +148,7 @@ def _walls(tables: Tables, state: State, grid: dict):
         i, p = np.empty(room, np.uint32), np.empty(room, np.uint32)
         count = _kernels()["walls"](
             state.motion, state.shape_of, tables.shape, state.ball_start, state.ball, state.skin, grid["size"], grid["sides"],
-            grid["low"], grid["strides"], grid["starts"], state.prim, walls.kind, walls.moving, i, p,
+            grid["low"], grid["strides"], grid["starts"], state.prim, walls.kind, walls.moving, np.empty((3, 2), np.int64), i, p,
         )  # fmt: skip
         if count <= room:
             break
