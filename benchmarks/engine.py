@@ -125,7 +125,7 @@ def growth(counts: list[int]) -> list[str]:
         _, peak = (b / count for b in tracemalloc.get_traced_memory())
         tracemalloc.stop()
         costs.append(cost)
-        window = 48 * end.block_window[-1] / count
+        window = (48 * end.block_window[-1] + 4 * len(end.pair_i)) / count  # with `View.pair_quiet`
         rows.append(
             f"{count:8} spheres {cost:8.1f} ns a sphere-step, {end.bytes / count + window:6.0f} bytes (peak {peak:.0f})"
         )

@@ -1,13 +1,8 @@
-"""Moving rigid clumps: velocity Verlet for the centre of mass, a symplectic splitting for the rotation.
+"""Moving rigid clumps: velocity Verlet for the centre of mass, a symplectic splitting for the rotation (`turning`).
 
 One step is `predict` (positions and orientations by one step; velocities as far as the old forces tell), the forces there, and
 `correct` (velocities with the mean of old and new forces). Forces that depend on velocity thus see it to second order in the
 step.
-
-Free rotation: H = Σ Π_k² / 2 I_k is split into turns about the three principal axes, each solved exactly, in the order ½1 ½2 3
-½2 ½1 (Dullweber, Leimkuhler, McLachlan 1997, J. Chem. Phys. 107, 5840). Angular momentum is kept to rounding, the energy error
-is bounded and of second order, and there are no sines: tan(θ/2) is taken to its cubic term, and the turn made of it is a turn
-exactly.
 """
 
 import math
@@ -15,7 +10,9 @@ import math
 import numpy as np
 from numba import njit
 
+from sim.engine import turning
 from sim.engine.compiled import OPTIONS
+from sim.engine.tiles import LANES
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
@@ -25,80 +22,15 @@ J1, J2, J3, SHAPE_MASS, DIAMETER, BOUND, ROUND, SINGLE, INVERSE_MASS = range(9)
 
 
 @njit(**OPTIONS)
-def matrix(q):
-    """Rotation matrix, body to world, of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    return (
-        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
-    )  # fmt: skip
-
-
-@njit(**OPTIONS)
 def spin_of(q, shape, lx, ly, lz):
     """Angular velocity R I⁻¹ Rᵀ L in world axes."""
     if shape[ROUND] > 0.0:
         return lx * shape[J1], ly * shape[J1], lz * shape[J1]
-    a, b, c, d, e, f, g, h, i = matrix(q)
+    a, b, c, d, e, f, g, h, i = turning.matrix(q[0], q[1], q[2], q[3])
     p = (a * lx + d * ly + g * lz) * shape[J1]
     r = (b * lx + e * ly + h * lz) * shape[J2]
     s = (c * lx + f * ly + i * lz) * shape[J3]
     return a * p + b * r + c * s, d * p + e * r + f * s, g * p + h * r + i * s
-
-
-@njit(**OPTIONS)
-def _half_tangent(angle):
-    half = 0.5 * angle
-    return half + half * half * half / 3.0
-
-
-@njit(**OPTIONS)
-def turn_round(q, wx, wy, wz, dt):
-    """Orientation after dt at a constant spin: the whole free motion of a body whose moments agree."""
-    hx, hy, hz = 0.5 * dt * wx, 0.5 * dt * wy, 0.5 * dt * wz
-    k = 1.0 + (hx * hx + hy * hy + hz * hz) / 3.0
-    hx, hy, hz = k * hx, k * hy, k * hz
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    nw = w - hx * x - hy * y - hz * z
-    nx = x + hx * w + hy * z - hz * y
-    ny = y + hy * w + hz * x - hx * z
-    nz = z + hz * w + hx * y - hy * x
-    s = 1.0 / math.sqrt(nw * nw + nx * nx + ny * ny + nz * nz)
-    q[0], q[1], q[2], q[3] = s * nw, s * nx, s * ny, s * nz
-
-
-@njit(**OPTIONS)
-def turn_free(q, shape, lx, ly, lz, dt):
-    """Orientation after dt of free rotation with angular momentum L (world axes)."""
-    a, b, c, d, e, f, g, h, i = matrix(q)
-    p1, p2, p3 = a * lx + d * ly + g * lz, b * lx + e * ly + h * lz, c * lx + f * ly + i * lz
-    w, x, y, z = q[0], q[1], q[2], q[3]
-
-    t = _half_tangent(0.5 * dt * p1 * shape[J1])
-    w, x, y, z = w - t * x, x + t * w, y + t * z, z - t * y
-    k = 1.0 / (1.0 + t * t)
-    p2, p3 = ((1.0 - t * t) * p2 + 2.0 * t * p3) * k, ((1.0 - t * t) * p3 - 2.0 * t * p2) * k
-
-    t = _half_tangent(0.5 * dt * p2 * shape[J2])
-    w, x, y, z = w - t * y, x - t * z, y + t * w, z + t * x
-    k = 1.0 / (1.0 + t * t)
-    p3, p1 = ((1.0 - t * t) * p3 + 2.0 * t * p1) * k, ((1.0 - t * t) * p1 - 2.0 * t * p3) * k
-
-    t = _half_tangent(dt * p3 * shape[J3])
-    w, x, y, z = w - t * z, x + t * y, y - t * x, z + t * w
-    k = 1.0 / (1.0 + t * t)
-    p1, p2 = ((1.0 - t * t) * p1 + 2.0 * t * p2) * k, ((1.0 - t * t) * p2 - 2.0 * t * p1) * k
-
-    t = _half_tangent(0.5 * dt * p2 * shape[J2])
-    w, x, y, z = w - t * y, x - t * z, y + t * w, z + t * x
-    k = 1.0 / (1.0 + t * t)
-    p3, p1 = ((1.0 - t * t) * p3 + 2.0 * t * p1) * k, ((1.0 - t * t) * p1 - 2.0 * t * p3) * k
-
-    t = _half_tangent(0.5 * dt * p1 * shape[J1])
-    w, x, y, z = w - t * x, x + t * w, y + t * z, z - t * y
-    s = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
-    q[0], q[1], q[2], q[3] = s * w, s * x, s * y, s * z
 
 
 def traits(shape, shape_of):
@@ -110,59 +42,88 @@ def traits(shape, shape_of):
     return np.column_stack([shape[:, INVERSE_MASS], np.where(simple, shape[:, J1], 0.0)])[shape_of].ravel()
 
 
-@njit(**OPTIONS)
-def predict(first, last, dt, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, ref):
-    """Advance bodies first … last−1 and their balls by dt; returns the largest squared way of a ball since the lists were
-    made."""
+def predict(
+    first, last, dt, P, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, path
+):
+    """Advance bodies first … last−1 and their balls by dt; returns the longest path of a ball since the lists were made. P is a
+    tile."""
     farthest = 0.0
-    h = 0.5 * dt
-    for n in range(first, last):
-        m, f, q, spun = motion[n], load[n], turn[n], spin[n]
-        half, j = h * trait[2 * n], trait[2 * n + 1]
-        vx, vy, vz = m[V] + half * f[0], m[V + 1] + half * f[1], m[V + 2] + half * f[2]
-        x, y, z = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
-        m[X], m[X + 1], m[X + 2] = x, y, z
-        m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
-        tx, ty, tz = h * f[3], h * f[4], h * f[5]
-        lx, ly, lz = spun[0] + tx, spun[1] + ty, spun[2] + tz
-        if j > 0.0:
-            turn_round(q, lx * j, ly * j, lz * j, dt)
-            lx, ly, lz = lx + tx, ly + ty, lz + tz
-            spun[0], spun[1], spun[2] = lx, ly, lz
-            m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
-            at = ball_start[n]
-            ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = x, y, z
-            dx, dy, dz = x - ref[3 * at], y - ref[3 * at + 1], z - ref[3 * at + 2]
-            farthest = max(farthest, dx * dx + dy * dy + dz * dz)
-            continue
-        s = shape[shape_of[n]]
-        if s[ROUND] > 0.0:
-            turn_round(q, lx * s[J1], ly * s[J1], lz * s[J1], dt)
+    while first < last:
+        single = trait[2 * first + 1] > 0.0
+        count = 1
+        while count < LANES and first + count < last and (trait[2 * (first + count) + 1] > 0.0) == single:
+            count += 1
+        for t in range(count):
+            n = first + t
+            start_step(t, dt, P, motion[n], turn[n], spin[n], load[n], trait[2 * n])
+            if single:
+                P[turning.J1 + t] = trait[2 * n + 1]
+            else:
+                row = shape[shape_of[n]]
+                P[turning.J1 + t], P[turning.J2 + t], P[turning.J3 + t] = row[J1], row[J2], row[J3]
+        if single:
+            turn_round(P, (count + 3) // 4 * 4, dt)
         else:
-            turn_free(q, s, lx, ly, lz, dt)
-        lx, ly, lz = lx + tx, ly + ty, lz + tz
-        spun[0], spun[1], spun[2] = lx, ly, lz
-        m[W], m[W + 1], m[W + 2] = spin_of(q, s, lx, ly, lz)
-        farthest = max(farthest, place_balls(n, x, y, z, q, shape_of[n], shape_start, shape_ball, ball_start, ball, ref))
+            turn_free(P, (count + 3) // 4 * 4, dt)
+        for t in range(count):
+            n = first + t
+            m = motion[n]
+            end_step(t, P, m, turn[n])
+            if single:
+                way = put_ball(ball_start[n], m[X], m[X + 1], m[X + 2], ball, path)
+            else:
+                turned = turning.turned(P, t)
+                way = place_balls(
+                    ball_start[n], m[X], m[X + 1], m[X + 2], turned, shape_of[n], shape_start, shape_ball, ball, path
+                )
+            farthest = max(farthest, way)
+        first += count
     return farthest
 
 
-@njit(**OPTIONS)
-def place_balls(n, cx, cy, cz, q, kind, shape_start, shape_ball, ball_start, ball, ref):
-    """Put the balls of body n where its centre and orientation have them; largest squared distance of one from `ref`.
+def start_step(t, dt, P, m, q, spun, f, inverse_mass):
+    """A body by one step, as far as it goes without turning; what the turn needs into lane t."""
+    h = 0.5 * dt
+    half = h * inverse_mass
+    vx, vy, vz = m[V] + half * f[0], m[V + 1] + half * f[1], m[V + 2] + half * f[2]
+    m[X], m[X + 1], m[X + 2] = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
+    m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
+    kx, ky, kz = h * f[3], h * f[4], h * f[5]
+    lx, ly, lz = spun[0] + kx, spun[1] + ky, spun[2] + kz
+    spun[0], spun[1], spun[2] = lx + kx, ly + ky, lz + kz
+    P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = q[0], q[1], q[2], q[3]
+    P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = lx, ly, lz
+    P[turning.KX + t], P[turning.KY + t], P[turning.KZ + t] = kx, ky, kz
 
-    ball and ref are flat, 4 and 3 numbers a ball.
-    """
-    at = ball_start[n]
+
+def end_step(t, P, m, q):
+    """Orientation and spin of a body from lane t."""
+    q[0], q[1], q[2], q[3] = P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t]
+    m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
+
+
+turn_round, turn_free = turning.turn_round, turning.turn_free
+
+
+@njit(**OPTIONS)
+def put_ball(at, x, y, z, ball, path):
+    """Move a ball there; how long its path is by now, a sum of straight steps. ball is flat, four numbers a ball."""
+    dx, dy, dz = x - ball[4 * at], y - ball[4 * at + 1], z - ball[4 * at + 2]
+    ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = x, y, z
+    path[at] += math.sqrt(dx * dx + dy * dy + dz * dz)
+    return path[at]
+
+
+@njit(**OPTIONS)
+def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, path):
+    """Move the balls of a body (from number `at` on) to where its centre and rotation matrix have them; their longest path."""
     farthest = 0.0
-    a, b, c, d, e, f, g, h, i = matrix(q)
-    for k in range(shape_start[kind], shape_start[kind + 1]):
-        u, v, w = shape_ball[k, 0], shape_ball[k, 1], shape_ball[k, 2]
+    a, b, c, d, e, f, g, h, i = turned
+    first = shape_start[kind]
+    for k in range(shape_start[kind + 1] - first):
+        u, v, w = shape_ball[first + k, 0], shape_ball[first + k, 1], shape_ball[first + k, 2]
         x, y, z = cx + a * u + b * v + c * w, cy + d * u + e * v + f * w, cz + g * u + h * v + i * w
-        ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = x, y, z
-        dx, dy, dz = x - ref[3 * at], y - ref[3 * at + 1], z - ref[3 * at + 2]
-        farthest = max(farthest, dx * dx + dy * dy + dz * dz)
-        at += 1
+        farthest = max(farthest, put_ball(at + k, x, y, z, ball, path))
     return farthest
 
 

@@ -7,6 +7,7 @@ order. So the order of every sum is fixed, however many threads share the blocks
 
 import math
 
+import numpy as np
 from numba import njit
 
 from sim.engine import gathering, tiles
@@ -16,6 +17,7 @@ from sim.engine.surfaces import nearest, shares_feature
 from sim.engine.tiles import LANES
 
 REACH = False
+SHORT = 1.0 - 1e-6  # for rounding: `quiet` is kept in single precision
 
 
 def reach(radius, modulus, row, table):
@@ -23,28 +25,41 @@ def reach(radius, modulus, row, table):
     return 0.0
 
 
-def touching_pairs(first, last, ball, owner, material, materials, table, pair_i, pair_j, memory, touch, active):
+def touching_pairs(first, last, ball, path, owner, material, materials, table, pair_i, pair_j, memory, touch, quiet, active):
     """Listed ball pairs first … last−1 that touch (or still act), into `active`; forgets those that have parted. Returns how
     many.
 
-    `ball` is flat, four numbers a ball.
+    Most listed pairs are far from touching. Measured once, a gap cannot close before the paths of both balls have grown by as
+    much: until their sum reaches quiet[k] the pair is not looked at. `ball` is flat, four numbers a ball.
     """
+    near = np.uint64(0)
+    for k in range(np.uint64(first), np.uint64(last)):  # an index that could be negative is checked at each use
+        active[near] = k
+        near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
     count = 0
-    for k in range(first, last):
+    for n in range(near):
+        k = active[n]
         i, j = pair_i[k] * 4, pair_j[k] * 4
         dx = ball[i] - ball[j]
         dy = ball[i + 1] - ball[j + 1]
         dz = ball[i + 2] - ball[j + 2]
         both = ball[i + 3] + ball[j + 3]
         gap2 = dx * dx + dy * dy + dz * dz
-        hit = gap2 < both * both
-        if REACH and not hit and touch[k]:
+        if gap2 < both * both:
+            active[count] = k
+            count += 1
+            quiet[k] = -1.0
+            continue
+        if REACH and touch[k]:
             row = material[owner[pair_i[k]]] * materials + material[owner[pair_j[k]]]
-            both += reach(ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table)
-            hit = gap2 < both * both
-        active[count] = k
-        count += hit
-        if touch[k] > hit:
+            wide = both + reach(ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table)
+            if gap2 < wide * wide:
+                active[count] = k
+                count += 1
+                quiet[k] = -1.0
+                continue
+        quiet[k] = (path[pair_i[k]] + path[pair_j[k]] + math.sqrt(gap2) - both * (1.0 + 1e-12)) * SHORT
+        if touch[k]:
             touch[k] = 0
             memory[k, :] = 0.0
     return count
@@ -177,8 +192,9 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
         a = end
 
 
-def block_forces(b, dt, s, P, active, meet, share, rows):
+def block_forces(b, dt, s, scratch):
     """Forces of all contacts of block b, into its window; `s` is the kernel's view of the state (`kernels.View`)."""
+    P, active, meet, share, rows, early = scratch.tile, scratch.active, scratch.meet, scratch.share, scratch.rows, scratch.early
     base = s.block_window[b] - s.block_body[b]
     s.window[s.block_window[b] * 6 : s.block_window[b + 1] * 6] = 0.0
     s.wall_push[b, :, :] = 0.0
@@ -186,8 +202,9 @@ def block_forces(b, dt, s, P, active, meet, share, rows):
     sums[:] = 0.0
     first, last = s.block_pair[b], s.block_pair[b + 1]
     pairs = touching_pairs(
-        first, last, s.ball, s.owner, s.material, s.materials, s.table, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, active
-    )
+        first, last, s.ball, s.path, s.owner, s.material, s.materials, s.table, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch,
+        s.pair_quiet, active,
+    )  # fmt: skip
     if s.shared:
         shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
@@ -211,6 +228,7 @@ def block_forces(b, dt, s, P, active, meet, share, rows):
             at = pairs + (tile - tiles_of_pairs) * LANES
             count = min(LANES, pairs + walls - at)
             gather_walls(P, s, active[at : at + count], share[at : at + count], meet[at - pairs :], rows)
+        approach(P, (count + 7) // 8 * 8, dt, early)
         laws(P, (count + 7) // 8 * 8, dt, s.pull)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
         if tile < tiles_of_pairs:
             scatter_pairs(P, s, active[at : at + count], base, sums)
@@ -218,7 +236,7 @@ def block_forces(b, dt, s, P, active, meet, share, rows):
             scatter_walls(P, s, active[at : at + count], base, s.wall_push[b], sums)
 
 
-pair_geometry = tiles.pair_geometry
+pair_geometry, approach = tiles.pair_geometry, tiles.approach
 laws = tiles.laws
 gather_pairs, gather_walls = gathering.gather_pairs, gathering.gather_walls
 scatter_pairs, scatter_walls = gathering.scatter_pairs, gathering.scatter_walls

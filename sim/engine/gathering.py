@@ -14,28 +14,39 @@ HAS_RESTITUTION = False
 HAS_SPRING = False
 
 
-def gather_side(P, t, at, ball, i, motion, a):
-    """Ball i, centre, velocity, spin and mass of body a into tile rows that start at `at` = (ball, centre, velocity).
+def gather_two(P, t, ball, motion, single, i, j, a, c):
+    """Balls i and j of bodies a and c: where they are and how they move, against each other where only that counts."""
+    i, j, a, c = 4 * i, 4 * j, 10 * a, 10 * c
+    P[tiles.DX + t] = ball[i] - ball[j]
+    P[tiles.DY + t] = ball[i + 1] - ball[j + 1]
+    P[tiles.DZ + t] = ball[i + 2] - ball[j + 2]
+    P[tiles.RJ + t] = ball[j + 3]
+    P[tiles.VX + t] = motion[a + V] - motion[c + V]
+    P[tiles.VY + t] = motion[a + V + 1] - motion[c + V + 1]
+    P[tiles.VZ + t] = motion[a + V + 2] - motion[c + V + 2]
+    P[tiles.WJX + t] = motion[c + W]
+    P[tiles.WJY + t] = motion[c + W + 1]
+    P[tiles.WJZ + t] = motion[c + W + 2]
+    P[tiles.MJ + t] = motion[c + MASS]
+    if not single:
+        P[tiles.OJX + t] = ball[j] - motion[c + X]
+        P[tiles.OJY + t] = ball[j + 1] - motion[c + X + 1]
+        P[tiles.OJZ + t] = ball[j + 2] - motion[c + X + 2]
 
-    ball and motion are flat, 4 and 10 numbers a row: constant strides spare a multiplication for each number.
-    """
-    b, c, v = at
-    i *= 4
-    P[b + t] = ball[i]
-    P[b + STRIDE + t] = ball[i + 1]
-    P[b + 2 * STRIDE + t] = ball[i + 2]
-    P[b + 3 * STRIDE + t] = ball[i + 3]
-    a *= 10
-    P[c + t] = motion[a + X]
-    P[c + STRIDE + t] = motion[a + X + 1]
-    P[c + 2 * STRIDE + t] = motion[a + X + 2]
-    P[v + t] = motion[a + V]
-    P[v + STRIDE + t] = motion[a + V + 1]
-    P[v + 2 * STRIDE + t] = motion[a + V + 2]
-    P[v + 3 * STRIDE + t] = motion[a + W]
-    P[v + 4 * STRIDE + t] = motion[a + W + 1]
-    P[v + 5 * STRIDE + t] = motion[a + W + 2]
-    P[v + 6 * STRIDE + t] = motion[a + MASS]
+
+def gather_first(P, t, ball, motion, single, i, a):
+    """What of ball i and its body a counts by itself. ball and motion are flat, 4 and 10 numbers a row: constant strides spare a
+    multiplication for each number."""
+    i, a = 4 * i, 10 * a
+    P[tiles.RI + t] = ball[i + 3]
+    P[tiles.WIX + t] = motion[a + W]
+    P[tiles.WIY + t] = motion[a + W + 1]
+    P[tiles.WIZ + t] = motion[a + W + 2]
+    P[tiles.MI + t] = motion[a + MASS]
+    if not single:
+        P[tiles.OIX + t] = ball[i] - motion[a + X]
+        P[tiles.OIY + t] = ball[i + 1] - motion[a + X + 1]
+        P[tiles.OIZ + t] = ball[i + 2] - motion[a + X + 2]
 
 
 def gather_numbers(P, t, row, rows, table):
@@ -60,29 +71,29 @@ def recall(P, t, memory, fresh):
             P[tiles.MEMORY + c * STRIDE + t] = memory[c]
 
 
-def gather_wall(P, t, meet, twist):
-    """A ball on a wall: geometry, and the wall as the other body, its "centre" at the contact, with the velocity it has there.
+def gather_wall(P, t, ball, motion, i, a, meet, twist):
+    """Ball i of body a on a wall: geometry, and the wall as the other body, with the velocity it has at the contact.
 
     The contact lies in the middle of the overlap; the spin of a turning wall enters as its own (it rolls under the ball).
     """
+    i, a = 4 * i, 10 * a
     nx, ny, nz, overlap = meet[0], meet[1], meet[2], meet[3]
-    radius = P[tiles.BIR + t]
+    radius = P[tiles.RI + t]
     to_i = radius - 0.5 * overlap
-    cx, cy, cz = P[tiles.BIX + t] - nx * to_i, P[tiles.BIY + t] - ny * to_i, P[tiles.BIZ + t] - nz * to_i
+    cx, cy, cz = ball[i] - nx * to_i, ball[i + 1] - ny * to_i, ball[i + 2] - nz * to_i
     P[tiles.NX + t], P[tiles.NY + t], P[tiles.NZ + t] = nx, ny, nz
     P[tiles.OVERLAP + t] = overlap
     P[tiles.RADIUS + t] = radius
-    P[tiles.SQUEEZE + t] = overlap / radius
-    P[tiles.AIX + t] = cx - P[tiles.CIX + t]
-    P[tiles.AIY + t] = cy - P[tiles.CIY + t]
-    P[tiles.AIZ + t] = cz - P[tiles.CIZ + t]
+    P[tiles.AIX + t], P[tiles.AIY + t], P[tiles.AIZ + t] = cx - motion[a + X], cy - motion[a + X + 1], cz - motion[a + X + 2]
     P[tiles.AJX + t], P[tiles.AJY + t], P[tiles.AJZ + t] = 0.0, 0.0, 0.0
-    P[tiles.VJX + t] = twist[0] + twist[4] * cz - twist[5] * cy
-    P[tiles.VJY + t] = twist[1] + twist[5] * cx - twist[3] * cz
-    P[tiles.VJZ + t] = twist[2] + twist[3] * cy - twist[4] * cx
+    ux = twist[0] + twist[4] * cz - twist[5] * cy
+    uy = twist[1] + twist[5] * cx - twist[3] * cz
+    uz = twist[2] + twist[3] * cy - twist[4] * cx
+    P[tiles.UX + t], P[tiles.UY + t], P[tiles.UZ + t] = ux, uy, uz
+    P[tiles.VX + t], P[tiles.VY + t], P[tiles.VZ + t] = motion[a + V] - ux, motion[a + V + 1] - uy, motion[a + V + 2] - uz
     P[tiles.WJX + t], P[tiles.WJY + t], P[tiles.WJZ + t] = twist[3], twist[4], twist[5]
     P[tiles.MJ + t] = WALL_MASS
-    P[tiles.BJR + t] = 1.0
+    P[tiles.RJ + t] = 1.0
 
 
 def keep(P, t, memory):
@@ -120,8 +131,8 @@ def gather_pairs(P, s, active, share, rows):
         k = active[t]
         i, j = s.pair_i[k], s.pair_j[k]
         a, c = s.owner[i], s.owner[j]
-        gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball, i, s.motion, a)
-        gather_side(P, t, (tiles.BJX, tiles.CJX, tiles.VJX), s.ball, j, s.motion, c)
+        gather_first(P, t, s.ball, s.motion, s.single, i, a)
+        gather_two(P, t, s.ball, s.motion, s.single, i, j, a, c)
         P[tiles.SHARE + t] = share[t] if s.shared else 1.0
         gather_numbers(P, t, s.material[a] * s.materials + s.material[c], rows, s.table)
         recall(P, t, s.pair_memory[k], s.pair_touch[k] == 0)
@@ -133,8 +144,8 @@ def gather_walls(P, s, active, share, meet, rows):
         k = active[t]
         i, p = s.wall_i[k], s.wall_p[k]
         a, w = s.owner[i], s.prim_wall[p]
-        gather_side(P, t, (tiles.BIX, tiles.CIX, tiles.VIX), s.ball, i, s.motion, a)
-        gather_wall(P, t, meet[t], s.twist[w])
+        gather_first(P, t, s.ball, s.motion, s.single, i, a)
+        gather_wall(P, t, s.ball, s.motion, i, a, meet[t], s.twist[w])
         P[tiles.SHARE + t] = share[t] if s.shared else 1.0
         gather_numbers(P, t, s.material[a] * s.materials + s.wall_material[w], rows, s.table)
         recall(P, t, s.wall_memory[k], s.wall_touch[k] == 0)
@@ -164,7 +175,9 @@ def scatter_walls(P, s, active, base, wall_push, sums):
 
 def add_up(P, t, sums, is_wall):
     """A contact's entries in its block's sums."""
-    sums[S_OVERLAP] = max(sums[S_OVERLAP], P[tiles.SQUEEZE + t])
+    overlap, smaller = P[tiles.OVERLAP + t], P[tiles.RI + t] if is_wall else min(P[tiles.RI + t], P[tiles.RJ + t])
+    if overlap > sums[S_OVERLAP] * smaller:  # spares most divisions
+        sums[S_OVERLAP] = overlap / smaller
     if LEDGER:
         sums[S_NORMAL] += P[tiles.E_NORMAL + t]
         sums[S_TANGENTIAL] += P[tiles.E_TANGENTIAL + t]

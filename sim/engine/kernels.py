@@ -1,6 +1,5 @@
 """The compiled step loop for one set of laws: `build` gives `advance`, which every thread of a run executes."""
 
-import math
 from collections import namedtuple
 from collections.abc import Callable
 from functools import lru_cache
@@ -8,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from sim.engine import assemble, bodies, contacts, gathering, quadrature, surfaces, tiles
+from sim.engine import assemble, bodies, contacts, gathering, quadrature, surfaces, tiles, turning
 from sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
 from sim.engine.gathering import S_OVERLAP
 from sim.engine.parallel import barrier, take
@@ -18,18 +17,18 @@ from sim.laws.law import Chosen, Law
 # What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
 View = namedtuple(
     "View",
-    "motion body turn spin load trait shape_of material ball owner ref ball_start shape shape_start shape_ball "
-    "pair_i pair_j pair_memory pair_touch wall_i wall_p wall_memory wall_touch "
+    "motion body turn spin load trait shape_of material ball owner path ball_start shape shape_start shape_ball "
+    "pair_i pair_j pair_memory pair_touch pair_quiet wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
-    "wall_way table materials gravity body_numbers shared pull",
+    "wall_way table materials gravity body_numbers shared single pull",
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
-Scratch = namedtuple("Scratch", "tile active meet share fresh rows")  # each thread's own
+Scratch = namedtuple("Scratch", "tile active meet share fresh rows early")  # each thread's own
 
 T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
-ARRIVED, PASSED, NEXT_PREDICT, NEXT_CONTACT, NEXT_CORRECT = range(5)
+ARRIVED, PASSED, NEXT_CONTACT, NEXT_BODIES = range(4)
 DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
 # Accounts of the ledger: what the run has turned into what, since it began [J].
 LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_laws")
@@ -44,67 +43,58 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
     `most_speed` (RUNAWAY; NaN too): a state to look at then, its positions a step ahead.
     status: [why, steps done]. ledger adds up the dissipated energies, impulse (walls, 3) the seeds' push on the walls.
     """
-    P, active, meet, share, fresh, rows = scratch
     blocks = len(s.block_body) - 1
-    done = 0
-    if status[0] != STALE:
-        b = take(counters, NEXT_PREDICT, threads, 0)
-        while b < blocks:
-            s.totals[b, T_WAY] = predict_block(b, dt, s)
-            b = take(counters, NEXT_PREDICT, threads, b + 1)
-        if me == 0:
-            walls_at((start + 1) * dt, s)
-        barrier(counters, threads)
+    done, more, forces = 0, True, False  # forces: of these positions are known
     while True:
-        if (done > 0 or status[0] != STALE) and stale(s.totals, s.wall_way, skin):
-            barrier(counters, threads)  # nobody may change `status` before all have read it
+        if forces or status[0] != STALE:
+            more = done + forces < steps
+            overlap = squeeze(s.sums)
+            b = take(counters, NEXT_BODIES, threads, 0)
+            while b < blocks:
+                first, last = s.block_body[b], s.block_body[b + 1]
+                if forces:
+                    gather_forces(b, s.block_body, s.block_window, s.window, scratch.fresh)
+                    s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
+                        first, last, dt, s.gravity, s.body_numbers, scratch.fresh, s.body, s.turn, s.spin, s.load, s.trait,
+                        s.shape_of, s.shape,
+                    )  # fmt: skip
+                if more:
+                    s.totals[b, T_WAY] = predict(
+                        first, last, dt, scratch.tile, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape,
+                        s.shape_start, s.shape_ball, s.ball_start, s.ball, s.path,
+                    )  # fmt: skip
+                b = take(counters, NEXT_BODIES, threads, b + 1)
             if me == 0:
-                status[0], status[1] = STALE, done
-            return
+                counters[NEXT_CONTACT] = 0
+                if forces:
+                    add_walls(s.wall_push, s.wall_load, dt, impulse)
+                    if LEDGER:
+                        add_ledger(s.sums, dt, ledger)
+                if more:
+                    walls_at((start + done + forces + 1) * dt, s)
+            barrier(counters, threads)
+            why = DONE
+            if forces:
+                done += 1
+                if LEDGER and me == 0:
+                    for b in range(blocks):
+                        ledger[5] += dt * s.totals[b, T_POWER]
+                why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
+            if why == DONE and more and stale(s.totals, s.wall_way, skin):
+                why = STALE
+            if why != DONE or not more:
+                barrier(counters, threads)  # nobody may change `status` before all have read it
+                if me == 0:
+                    status[0], status[1] = why, done
+                return
         if me == 0:
-            counters[NEXT_CORRECT] = 0
+            counters[NEXT_BODIES] = 0
         b = take(counters, NEXT_CONTACT, threads, 0)
         while b < blocks:
-            block_forces(b, dt, s, P, active, meet, share, rows)
+            block_forces(b, dt, s, scratch)
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
-        more = done + 1 < steps
-        overlap = squeeze(s.sums)
-        b = take(counters, NEXT_CORRECT, threads, 0)
-        while b < blocks:
-            gather_forces(b, s.block_body, s.block_window, s.window, fresh)
-            s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
-                s.block_body[b], s.block_body[b + 1], dt, s.gravity, s.body_numbers, fresh, s.body, s.turn, s.spin, s.load,
-                s.trait, s.shape_of, s.shape,
-            )  # fmt: skip
-            if more:
-                s.totals[b, T_WAY] = predict_block(b, dt, s)
-            b = take(counters, NEXT_CORRECT, threads, b + 1)
-        if me == 0:
-            counters[NEXT_CONTACT] = 0
-            add_walls(s.wall_push, s.wall_load, dt, impulse)
-            if LEDGER:
-                add_ledger(s.sums, dt, ledger)
-            if more:
-                walls_at((start + done + 2) * dt, s)
-        barrier(counters, threads)
-        done += 1
-        if LEDGER and me == 0:
-            for b in range(blocks):
-                ledger[5] += dt * s.totals[b, T_POWER]
-        why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
-        if why != DONE or not more:
-            barrier(counters, threads)
-            if me == 0:
-                status[0], status[1] = why, done
-            return
-
-
-def predict_block(b, dt, s):
-    return bodies.predict(
-        s.block_body[b], s.block_body[b + 1], dt, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape, s.shape_start,
-        s.shape_ball, s.ball_start, s.ball, s.ref,
-    )  # fmt: skip
+        forces = True
 
 
 def walls_at(t, s):
@@ -117,7 +107,6 @@ def stale(totals, wall_way, skin):
     way = 0.0
     for b in range(len(totals)):
         way = max(way, totals[b, T_WAY])
-    way = math.sqrt(way)
     return not (2.0 * way < skin and way + wall_way[0] < skin)
 
 
@@ -163,7 +152,7 @@ def add_ledger(sums, dt, ledger):
 LEDGER = False
 block_forces = contacts.block_forces
 gather_forces = contacts.gather_forces
-correct = bodies.correct
+correct, predict = bodies.correct, bodies.predict
 place_walls = surfaces.place_walls
 
 
@@ -171,7 +160,7 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     """The compiled parts of `advance`: contacts with the chosen laws in them."""
     remembered = {n: bound.get(n, False) for n in ("HAS_RESTITUTION", "HAS_SPRING")}
     of_reach = {"REACH": True, "reach": reach} if reach else {}
-    plain = ("gather_side", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
+    plain = ("gather_first", "gather_two", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
     parts = {n: inner(getattr(gathering, n)) for n in plain}
     parts |= {n: inner(getattr(gathering, n), **remembered) for n in ("recall", "keep")}
     parts["add_up"] = inner(gathering.add_up, LEDGER=ledger)
@@ -182,10 +171,16 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     parts |= {n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")}
     force_laws = ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")
     numbers = {n: inner(getattr(hertz_mindlin, n)) for n in force_laws}
-    numbers |= {n: inner(getattr(quadrature, n)) for n in ("edge_weight", "speed_now")}
+    numbers["speed_now"] = inner(quadrature.speed_now)
     parts["pair_geometry"] = inner(tiles.pair_geometry)
+    parts["approach"] = inner(tiles.approach, edge_weight=inner(quadrature.edge_weight))
     parts["laws"] = inner(tiles.laws, LEDGER=ledger, **numbers, **bound)
     return parts
+
+
+def _turning_parts() -> dict:
+    turns = {n: inner(getattr(turning, n)) for n in ("turn_round", "turn_free")}
+    return turns | {n: inner(getattr(bodies, n)) for n in ("start_step", "end_step")}
 
 
 def memory_columns(laws: tuple[Chosen, ...]) -> int:
@@ -201,7 +196,7 @@ def scratch_for(view: View) -> Scratch:
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
         np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most),
-        np.zeros((bodies_a_block, 6)), np.full(tiles.LANES, -1),
+        np.zeros((bodies_a_block, 6)), np.full(tiles.LANES, -1), np.zeros(tiles.LANES, np.int64),
     )  # fmt: skip
 
 
@@ -222,7 +217,7 @@ def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) 
         block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, reach)),
         gather_forces=inner(contacts.gather_forces),
         correct=inner(bodies.correct, **of_body),
-        predict_block=inner(predict_block),
+        predict=inner(bodies.predict, **_turning_parts()),
         walls_at=inner(walls_at, place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion))),
     )
     return loop, mark

@@ -16,7 +16,7 @@ from sim.engine.world import Tables
 FEW = 600  # ball–ball and ball–primitive pairs up to which all are listed for good, and nothing is ever searched
 SKIN = 0.2  # of the smallest ball's diameter; from 0.1 to 0.4 the cost changes little
 BODIES_PER_BLOCK = 128
-MOST_BLOCKS = 32  # more make the windows overlap more: 64 cost 8 %, 128 cost 22 % with 50,000 spheres
+MOST_BLOCKS = 16  # more make the windows overlap more: 32 cost 3 %, 64 10 %
 
 
 @cache
@@ -28,7 +28,7 @@ def _kernels():
         "cells": kernel(neighbours.cells, mark, ALLOCATING),
         "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
         "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=njit(**ALLOCATING)(neighbours.stencil)),
-        "walls": kernel(neighbours.find_walls, mark, ALLOCATING, nearest=nearest, extent=extent),
+        "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
         "hand_over": kernel(neighbours.hand_over, mark),
     }
 
@@ -55,12 +55,13 @@ def relist(tables: Tables, state: State, domain=None) -> State:
         keep = np.flatnonzero(((centre >= domain[0]) & (centre <= domain[1])).all(axis=1))
         if len(keep) == 0:
             raise RuntimeError(f"every seed has left the domain {domain[0]} … {domain[1]} by t = {state.time_s:.4g} s")
+    old, removed = state, state.removed
+    if len(keep) < state.count:
+        removed = np.concatenate([removed, np.setdiff1d(state.ids, state.ids[keep])])
     grid = _grid(tables, state, keep)
     keep = keep[grid["order"]]
-    old = state
-    removed = np.concatenate([state.removed, np.sort(np.setdiff1d(state.ids, state.ids[keep]))])
     state = _reordered(tables, state, keep)
-    state = replace(state, removed=removed, ref=state.ball[:, :3].copy(), prim_ref=state.prim.copy())
+    state = replace(state, removed=removed, path=np.zeros(len(state.ball)), prim_ref=state.prim.copy())
     first_pair, pair_i, pair_j = _pairs(tables, state, grid)
     memory, touch = _carried_pairs(old, state, pair_i, pair_j)
     wall_i, wall_p = _walls(tables, state, grid)
@@ -147,7 +148,7 @@ def _walls(tables: Tables, state: State, grid: dict):
         i, p = np.empty(room, np.uint32), np.empty(room, np.uint32)
         count = _kernels()["walls"](
             state.motion, state.shape_of, tables.shape, state.ball_start, state.ball, state.skin, grid["size"], grid["sides"],
-            grid["low"], grid["strides"], grid["starts"], state.prim, walls.kind, walls.moving, i, p,
+            grid["low"], grid["strides"], grid["starts"], state.prim, walls.kind, walls.moving, np.empty((3, 2), np.int64), i, p,
         )  # fmt: skip
         if count <= room:
             break

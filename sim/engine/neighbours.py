@@ -105,15 +105,15 @@ def find_pairs(
                 if not inside:
                     continue
                 begin, end = starts[other], starts[other + 1]
-            for b in range(begin, end):
+            for b in range(np.uint64(begin), np.uint64(end)):  # an index that could be negative is checked at each use
                 dx = motion[a, X] - motion[b, X]
                 dy = motion[a, X + 1] - motion[b, X + 1]
                 dz = motion[a, X + 2] - motion[b, X + 2]
                 near = shape[shape_of[a], BOUND] + shape[shape_of[b], BOUND] + skin
                 if dx * dx + dy * dy + dz * dz >= near * near:
                     continue
-                for i in range(ball_start[a], ball_start[a + 1]):
-                    for j in range(ball_start[b], ball_start[b + 1]):
+                for i in range(np.uint64(ball_start[a]), np.uint64(ball_start[a + 1])):
+                    for j in range(np.uint64(ball_start[b]), np.uint64(ball_start[b + np.uint64(1)])):
                         x = ball[i, 0] - ball[j, 0]
                         y = ball[i, 1] - ball[j, 1]
                         z = ball[i, 2] - ball[j, 2]
@@ -128,14 +128,13 @@ def find_pairs(
 
 
 def find_walls(motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, starts, prim, prim_kind, moving,
-               wall_i, wall_p):  # fmt: skip
+               box, wall_i, wall_p):  # fmt: skip
     """All pairs of a ball and a primitive nearer than the skin, primitive by primitive; returns how many. Planes that move are
-    listed with every ball: turning, they sweep any distance."""
+    listed with every ball: turning, they sweep any distance. box (3, 2): scratch."""
     room, count = len(wall_i), 0
     widest = 0.0
     for s in range(len(shape)):
         widest = max(widest, shape[s, BOUND])
-    box = np.empty((3, 2), np.int64)
     for p in range(len(prim)):
         everywhere = prim_kind[p] == PLANE and moving[p]
         for k in range(3):

@@ -42,4 +42,4 @@ def speed_now(closing_speed, stiffness, mass, dt):
     >>> round(speed_now(1.0, 1e4, 1e-4, 1e-5), 6), speed_now(0.0, 1e4, 1e-4, 1e-5)
     (0.995025, 0.0)
     """
-    return closing_speed / (1.0 + 0.5 * dt * dt * stiffness / mass)
+    return closing_speed * mass / max(mass + 0.5 * dt * dt * stiffness, 1e-300)

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from sim.engine import bodies, kernels, lists
+from sim.engine import bodies, kernels, lists, turning
 from sim.engine import state as states
 from sim.engine.compiled import fingerprint, is_kept, kernel
 from sim.engine.filling import place
@@ -81,7 +81,7 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
         spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind],
         ball=ball, owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32),
         ball_start=ball_start,
-        ref=np.zeros((m, 3)), pair_i=np.zeros(0, np.uint32), pair_j=np.zeros(0, np.uint32), pair_memory=np.zeros((0, columns)),
+        path=np.zeros(m), pair_i=np.zeros(0, np.uint32), pair_j=np.zeros(0, np.uint32), pair_memory=np.zeros((0, columns)),
         pair_touch=np.zeros(0, np.uint8), wall_i=np.zeros(0, np.uint32), wall_p=np.zeros(0, np.uint32),
         wall_memory=np.zeros((0, columns)), wall_touch=np.zeros(0, np.uint8), block_body=np.array([0, n]),
         block_pair=np.zeros(2, np.int64), block_wall=np.zeros(2, np.int64), block_window=np.zeros(2, np.int64),
@@ -91,22 +91,23 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
         ledger=np.zeros(len(LEDGER_NAMES)), removed=np.zeros(0, np.int64),
     )  # fmt: skip
     _starter()(state.motion, state.turn, state.spin, state.shape_of, tables.shape, tables.shape_start, tables.shape_ball,
-               state.ball_start, state.ball.ravel(), state.ref.ravel())  # fmt: skip
+               state.ball_start, state.ball.ravel(), state.path)  # fmt: skip
     state = relist(tables, state)
     state = _first_forces(world, tables, state)
     _check_apart(state, allowed_overlap)
     return state
 
 
-def start_bodies(motion, turn, spin, shape_of, shape, shape_start, shape_ball, ball_start, ball, ref):
+def start_bodies(motion, turn, spin, shape_of, shape, shape_start, shape_ball, ball_start, ball, path):
     """Angular momenta from spins, balls from bodies."""
     for n in range(len(motion)):
         m, s = motion[n], shape[shape_of[n]]
-        a, b, c, d, e, f, g, h, i = bodies.matrix(turn[n])
+        turned = turning.matrix(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])
+        a, b, c, d, e, f, g, h, i = turned
         x, y, z = m[6], m[7], m[8]
         p, q, r = (a * x + d * y + g * z) / s[0], (b * x + e * y + h * z) / s[1], (c * x + f * y + i * z) / s[2]
         spin[n, 0], spin[n, 1], spin[n, 2] = a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r
-        bodies.place_balls(n, m[0], m[1], m[2], turn[n], shape_of[n], shape_start, shape_ball, ball_start, ball, ref)
+        bodies.place_balls(ball_start[n], m[0], m[1], m[2], turned, shape_of[n], shape_start, shape_ball, ball, path)
 
 
 @lru_cache(maxsize=1)
@@ -145,16 +146,19 @@ def _view(world: World, tables: Tables, s: State) -> View:
     w = tables.walls
     blocks = len(s.block_body) - 1
     window = np.zeros(6 * int(s.block_window[-1]))
+    trait = bodies.traits(tables.shape, s.shape_of)
     view = View(
-        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, bodies.traits(tables.shape, s.shape_of), s.shape_of,
-        s.material, s.ball.ravel(), s.owner, s.ref.ravel(), s.ball_start,
+        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, trait, s.shape_of,
+        s.material, s.ball.ravel(), s.owner, s.path, s.ball_start,
         tables.shape,
-        tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch, s.wall_i, s.wall_p, s.wall_memory,
+        tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch,
+        np.full(len(s.pair_i), -1.0, np.float32), s.wall_i, s.wall_p, s.wall_memory,
         s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim,
         s.prim_ref,
         w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,
         w.move_numbers, np.zeros(1), tables.pairs, len(tables.materials), np.asarray(world.gravity, float), tables.body_numbers,
-        world.share_damping and bool(len(s.ball) > len(s.motion)), np.inf if world.pull_at_end else 0.0,
+        world.share_damping and bool(len(s.ball) > len(s.motion)), bool(np.all(trait[1::2] > 0)),
+        np.inf if world.pull_at_end else 0.0,
     )  # fmt: skip
     return view
 

@@ -14,30 +14,33 @@ LANES = 32
 STRIDE = 40  # from row to row: no power of two, so that the rows spread over the sets of the first-level cache, where all fit
 
 
-def _rows(first: int, count: int) -> list[int]:
+def rows(first: int, count: int) -> list[int]:
     return [(first + k) * STRIDE for k in range(count)]
 
 
 # Filled by the gathering: side i is a ball of a seed, side j another ball or a wall.
-BIX, BIY, BIZ, BIR, BJX, BJY, BJZ, BJR = _rows(0, 8)  # ball centres and radii [m]
-CIX, CIY, CIZ, CJX, CJY, CJZ = _rows(8, 6)  # body centres [m]
-VIX, VIY, VIZ, WIX, WIY, WIZ, MI = _rows(14, 7)  # velocity, spin, mass of body i
-VJX, VJY, VJZ, WJX, WJY, WJZ, MJ = _rows(21, 7)
-SHARE = 28 * STRIDE  # part of the masses that this contact's damping answers for (see `contacts.shares`)
-MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = _rows(29, 6)  # the pair of materials
-# From the geometry.
-NX, NY, NZ, OVERLAP, RADIUS = _rows(35, 5)  # unit normal from j to i, overlap, effective radius
-AIX, AIY, AIZ, AJX, AJY, AJZ = _rows(40, 6)  # arms from the body centres to the contact
-# From the laws: force on i, torques on i and j.
-FX, FY, FZ, TIX, TIY, TIZ, TJX, TJY, TJZ = _rows(46, 9)
-# Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
-ACCOUNTS = _rows(55, 7)
-E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
-MEMORY = 62 * STRIDE  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
+DX, DY, DZ, RI, RJ = rows(0, 5)  # from ball centre j to i, radii [m]
+OIX, OIY, OIZ, OJX, OJY, OJZ = rows(5, 6)  # from body centre to ball centre; stay 0 where every seed is one ball
+VX, VY, VZ = rows(11, 3)  # velocity of body i's centre less that of body j's, or of the wall's at the contact
+WIX, WIY, WIZ, WJX, WJY, WJZ, MI, MJ = rows(14, 8)  # spins, masses
+UX, UY, UZ = rows(22, 3)  # a wall's velocity at the contact (for the ledger)
+SHARE = 25 * STRIDE  # part of the masses that this contact's damping answers for (see `contacts.shares`)
+MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(26, 6)  # the pair of materials
+MEMORY = 32 * STRIDE  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
 MEMORY_COLUMNS = 7
-SQUEEZE = 69 * STRIDE  # overlap over the smaller ball's radius
-EXTRA = 70 * STRIDE  # the chosen laws' parameters, a row each
-FIXED_ROWS = 70
+# From the geometry.
+COMPUTED = 39  # rows from here to EXTRA hold nothing from one tile to the next
+NX, NY, NZ, OVERLAP, RADIUS = rows(39, 5)  # unit normal from j to i, overlap, effective radius
+AIX, AIY, AIZ, AJX, AJY, AJZ = rows(44, 6)  # arms from the body centres to the contact
+CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(50, 4)  # velocity of i against j at the contact: against and across the normal
+EDGE = 54 * STRIDE  # see `quadrature.edge_weight`
+# From the laws: force on i, torques on i and j.
+FX, FY, FZ, TIX, TIY, TIZ, TJX, TJY, TJZ = rows(55, 9)
+# Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
+ACCOUNTS = rows(64, 7)
+E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
+EXTRA = 71 * STRIDE  # the chosen laws' parameters, a row each
+FIXED_ROWS = 71
 
 COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
 
@@ -45,15 +48,16 @@ COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODUL
 def pair_geometry(P, count):
     """Normal, overlap, effective radius and arms of `count` ball–ball contacts. The contact lies in the middle of the overlap."""
     for t in range(count):
-        dx = P[BIX + t] - P[BJX + t]
-        dy = P[BIY + t] - P[BJY + t]
-        dz = P[BIZ + t] - P[BJZ + t]
-        ri = P[BIR + t]
-        rj = P[BJR + t]
+        dx = P[DX + t]
+        dy = P[DY + t]
+        dz = P[DZ + t]
+        ri = P[RI + t]
+        rj = P[RJ + t]
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        nx = dx / distance
-        ny = dy / distance
-        nz = dz / distance
+        inverse = 1.0 / distance
+        nx = dx * inverse
+        ny = dy * inverse
+        nz = dz * inverse
         overlap = ri + rj - distance
         to_i = ri - 0.5 * overlap
         to_j = rj - 0.5 * overlap
@@ -61,14 +65,42 @@ def pair_geometry(P, count):
         P[NY + t] = ny
         P[NZ + t] = nz
         P[OVERLAP + t] = overlap
-        P[SQUEEZE + t] = overlap / min(ri, rj)
         P[RADIUS + t] = ri * rj / (ri + rj)
-        P[AIX + t] = P[BIX + t] - nx * to_i - P[CIX + t]
-        P[AIY + t] = P[BIY + t] - ny * to_i - P[CIY + t]
-        P[AIZ + t] = P[BIZ + t] - nz * to_i - P[CIZ + t]
-        P[AJX + t] = P[BJX + t] + nx * to_j - P[CJX + t]
-        P[AJY + t] = P[BJY + t] + ny * to_j - P[CJY + t]
-        P[AJZ + t] = P[BJZ + t] + nz * to_j - P[CJZ + t]
+        P[AIX + t] = P[OIX + t] - nx * to_i
+        P[AIY + t] = P[OIY + t] - ny * to_i
+        P[AIZ + t] = P[OIZ + t] - nz * to_i
+        P[AJX + t] = P[OJX + t] + nx * to_j
+        P[AJY + t] = P[OJY + t] + ny * to_j
+        P[AJZ + t] = P[OJZ + t] + nz * to_j
+
+
+def approach(P, count, dt, early):
+    """Velocities at `count` contacts, and the weights of those that are at their edge.
+
+    Few are, and a weight costs as much as a fifth of all laws: so they are picked out (into `early`) and weighed singly.
+    """
+    for t in range(count):
+        nx, ny, nz = P[NX + t], P[NY + t], P[NZ + t]
+        ax, ay, az = P[AIX + t], P[AIY + t], P[AIZ + t]
+        bx, by, bz = P[AJX + t], P[AJY + t], P[AJZ + t]
+        wix, wiy, wiz = P[WIX + t], P[WIY + t], P[WIZ + t]
+        wjx, wjy, wjz = P[WJX + t], P[WJY + t], P[WJZ + t]
+        vx = P[VX + t] + wiy * az - wiz * ay - (wjy * bz - wjz * by)
+        vy = P[VY + t] + wiz * ax - wix * az - (wjz * bx - wjx * bz)
+        vz = P[VZ + t] + wix * ay - wiy * ax - (wjx * by - wjy * bx)
+        closing = -(vx * nx + vy * ny + vz * nz)
+        P[CLOSING + t] = closing
+        P[SLIP_X + t] = vx + closing * nx
+        P[SLIP_Y + t] = vy + closing * ny
+        P[SLIP_Z + t] = vz + closing * nz
+        P[EDGE + t] = 1.0
+    edges = 0
+    for t in range(count):
+        early[edges] = t
+        edges += P[OVERLAP + t] < 2.0 * dt * abs(P[CLOSING + t])
+    for n in range(edges):
+        t = early[n]
+        P[EDGE + t] = edge_weight(max(P[OVERLAP + t], 0.0), P[CLOSING + t], dt)
 
 
 # What `laws` below calls; `kernels.build` binds the chosen laws in their place. P and t lead to a law's parameters.
@@ -128,16 +160,8 @@ def laws(P, count, dt, pull):
         bx, by, bz = P[AJX + t], P[AJY + t], P[AJZ + t]
         wix, wiy, wiz = P[WIX + t], P[WIY + t], P[WIZ + t]
         wjx, wjy, wjz = P[WJX + t], P[WJY + t], P[WJZ + t]
-        ujx = P[VJX + t] + wjy * bz - wjz * by
-        ujy = P[VJY + t] + wjz * bx - wjx * bz
-        ujz = P[VJZ + t] + wjx * by - wjy * bx
-        vx = P[VIX + t] + wiy * az - wiz * ay - ujx
-        vy = P[VIY + t] + wiz * ax - wix * az - ujy
-        vz = P[VIZ + t] + wix * ay - wiy * ax - ujz
-        closing = -(vx * nx + vy * ny + vz * nz)
-        vx = vx + closing * nx
-        vy = vy + closing * ny
-        vz = vz + closing * nz
+        closing = P[CLOSING + t]
+        vx, vy, vz = P[SLIP_X + t], P[SLIP_Y + t], P[SLIP_Z + t]
         mi = P[MI + t]
         mj = P[MJ + t]
         mass = mi * mj / (mi + mj) * P[SHARE + t]
@@ -150,7 +174,7 @@ def laws(P, count, dt, pull):
                 P[MEMORY + 3 * STRIDE + t] = impact
             damping = damping_factor(restitution(impact, P[E_IN + t], P, t))
         stiffness = normal_stiffness(overlap, radius, P[MODULUS + t])
-        damping = damping * edge_weight(overlap, closing, dt)
+        damping = damping * P[EDGE + t]
         elastic, damped = normal_force(stiffness, overlap, speed_now(closing, stiffness, mass, dt), mass, damping)
         damped = max(damped, -elastic - pull)
         carried = elastic  # EDEM's F_n: its impulse is exactly m (1 + e) v, damping's over a whole contact being 0
@@ -203,9 +227,10 @@ def laws(P, count, dt, pull):
                 rix, riy, riz = rix - brake * ox, riy - brake * oy, riz - brake * oz
                 rjx, rjy, rjz = rjx + brake * ox, rjy + brake * oy, rjz + brake * oz
             if HAS_SPRING:
-                ri, rj = P[BIR + t], P[BJR + t]
-                # A ball's own moment about the contact, 7/5 m r² (exact for spheres), both in series; a wall has 1/m = 0.
-                inertia = 1.0 / (1.0 / (1.4 * mi * ri * ri) + 1.0 / (1.4 * mj * rj * rj))
+                ri, rj = P[RI + t], P[RJ + t]
+                # A ball's own moment about the contact, 7/5 m r² (exact for spheres), both in series; a wall's is endless.
+                own, other = 1.4 * mi * ri * ri, 1.4 * mj * rj * rj
+                inertia = own * other / (own + other)
                 mx, my, mz, qx, qy, qz = rolling_spring(
                     P[MEMORY + 4 * STRIDE + t], P[MEMORY + 5 * STRIDE + t], P[MEMORY + 6 * STRIDE + t],
                     ox * dt, oy * dt, oz * dt, dt, stiffness, carried, radius, inertia, P[MU_R + t], P, t,
@@ -229,4 +254,4 @@ def laws(P, count, dt, pull):
             P[P_TANGENTIAL + t] = -(tx * vx + ty * vy + tz * vz)
             P[P_ROLLING + t] = -(rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz)
             P[P_EXTRA + t] = extra * closing
-            P[P_WALL + t] = fx * ujx + fy * ujy + fz * ujz  # counts for walls only
+            P[P_WALL + t] = fx * P[UX + t] + fy * P[UY + t] + fz * P[UZ + t]  # counts for walls only

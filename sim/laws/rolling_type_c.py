@@ -32,7 +32,7 @@ def rolling_type_c(mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, 
         my = my * scale
         mz = mz * scale
         return mx, my, mz, mx, my, mz
-    c = 2.0 * damping * math.sqrt(inertia * k_r) / dt
+    c = 2.0 * damping * math.sqrt(inertia * k_r) * (1.0 / dt)
     return mx, my, mz, mx - c * ax, my - c * ay, mz - c * az
 
 
