@@ -23,7 +23,7 @@ def main(arguments: list[str]) -> int:
         return 2
     store = open_store(file.parent.parent)
     order = Order(str(store.root), store.id, simulate_and_measure, "all", 1, store.now_s(), retry_failed=True)
-    reply = attempt(order, job)
+    reply = attempt(order, job, told.get("key", job.key))
     if reply.outcome is None:
         print(reply.stop or f"{job.key}: another process is running it", file=sys.stderr)
         return 1

@@ -2,6 +2,7 @@
 
 import errno
 import math
+import os
 import shlex
 import shutil
 import socket
@@ -51,8 +52,13 @@ class Reply:
     computed: bool = False
 
 
-def attempt(order: Order, job) -> Reply:
-    """Have this job's outcome, by computing it if nobody else has."""
+def attempt(order: Order, job, key: str) -> Reply:
+    """Have this job's outcome, by computing it if nobody else has. key: the job's, as the campaign knows it."""
+    if job.key != key:  # a result under another key would be lost, or stand for what it is not
+        here = f"{socket.gethostname()}, process {os.getpid()}"
+        return Reply(
+            key, stop=f"the worker on {here} has another version of benchtwin: a job's key is {job.key} there, not {key}"
+        )
     try:
         store = open_store(Path(order.root), id=order.id)
         return _attempt(store, order, job)
@@ -99,7 +105,8 @@ def _compute(store: Store, order: Order, job, claim: claims.Claim) -> Reply:
             return Reply(job.key, busy=True)
         return Reply(job.key, store.put_failure(claim, _failure(store, order, job, error)), computed=True)
     more = {"kept": order.keep, "host": socket.gethostname(), "work": name_of(order.work)}
-    return Reply(job.key, store.put(claim, job, measured, time.perf_counter() - begin, more), computed=True)
+    seconds = time.perf_counter() - begin - measured.warming_s
+    return Reply(job.key, store.put(claim, job, measured, seconds, more), computed=True)
 
 
 def is_of_the_store(error: Exception, root: str) -> bool:

@@ -32,7 +32,7 @@ class Measured:
     """What a job's work hands back.
 
     truth: what the simulation itself knows, by names with units. track: to be kept in place of the frames. reason: why nothing
-    could be measured, "" when something was.
+    could be measured, "" when something was. warming_s: how long compiling, or waiting for it, took; not counted as the job's.
     """
 
     measurements: tuple[Measurement, ...] = ()
@@ -40,6 +40,7 @@ class Measured:
     notes: tuple[str, ...] = ()
     track: pd.DataFrame | None = None
     reason: str = ""
+    warming_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ class Outcome:
     """One job's end.
 
     status: "done"; "unmeasured": it ran, but nothing could be measured on it; "failed": it did not run to its end; "missing":
-    not run yet. reason says why, rerun is the command that runs a failed one alone. folder: its recording. seconds: what it took.
+    not run yet. reason says why, rerun is the command that runs a failed one alone. folder: its recording. seconds: what it took
+    once its kernels were compiled.
     """
 
     key: str

@@ -108,7 +108,7 @@ class _Run:
         for job in jobs:
             name = f"benchtwin_job-{job.key}-{uuid4().hex}"  # two campaigns on one scheduler share claims, not tasks
             self.keys[name] = job.key
-            self.completed.add(self.client.submit(attempt, self.order, job, key=name, pure=False))
+            self.completed.add(self.client.submit(attempt, self.order, job, job.key, key=name, pure=False))
 
     def reply(self, future) -> Reply:
         """What a task came back with; its worker's death or a fault on the way is the job's failure."""

@@ -96,7 +96,7 @@ class Store:
             "measurements": [_plain(m) for m in measured.measurements],
             "truth": {name: _json_number(value) for name, value in measured.truth.items()},
             "notes": list(measured.notes),
-            "reason": measured.reason,
+            "reason": measured.reason.replace(str(folder), str(self.root / "runs" / claim.key)),  # where it can be looked at
             "seconds": round(seconds, 3),
             **more,
         }

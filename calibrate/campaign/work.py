@@ -5,9 +5,11 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from calibrate.campaign.results import Measured, Measurement
 
@@ -23,16 +25,16 @@ def simulate_and_measure(job, folder: Path, threads: int) -> Measured:
     from calibrate.twin import observe
     from calibrate.twin.job import MeasurementError
 
-    with one_compiles(kernels_of(job)) as compiled:
-        recording = job.run(folder, watch=lambda stage, share: compiled(), threads=threads)
+    with one_compiles(kernels_of(job)) as warming:
+        recording = job.run(folder, watch=lambda stage, share: warming.over(), threads=threads)
     truth = json.loads((folder / "simulation.json").read_text(encoding="utf8"))["truth"]
     truth = {name: float("nan") if value is None else value for name, value in truth.items()}
     try:
         seen = observe(recording)
     except MeasurementError as error:  # the run itself is good, and is kept to be looked at
-        return Measured(truth=truth, reason=f"it ran, but could not be measured: {error}")
+        return Measured(truth=truth, reason=f"it ran, but could not be measured: {error}", warming_s=warming.took_s)
     found = tuple(Measurement(q.name, float(q.value), float(q.sd), q.unit, q.quality, q.reason) for q in seen.quantities)
-    return Measured(found, truth, tuple(seen.notes), seen.track)
+    return Measured(found, truth, tuple(seen.notes), seen.track, warming_s=warming.took_s)
 
 
 def thin(folder: Path, measured: Measured, keep: str) -> None:
@@ -60,30 +62,44 @@ def kernels_of(job) -> str:
     return "-".join([kind, parameters["rolling_convention"], *sorted(parameters["laws"]), *(["vacuum"] if air else [])])
 
 
+@dataclass
+class Warming:
+    """A process's first job with these kernels, until `over` is called. took_s: how long that was [s]; 0 for later ones."""
+
+    kernels: str
+    lock: IO | None
+    begin: float
+    took_s: float = 0.0
+
+    def over(self) -> None:
+        """The kernels are compiled: whoever waits for them may load them."""
+        if self.lock is not None:
+            _compiled.add(self.kernels)
+            self.took_s = time.perf_counter() - self.begin
+            self.close()
+
+    def close(self) -> None:
+        if self.lock is not None:
+            self.lock.close()  # and with it the lock
+            self.lock = None
+
+
 @contextmanager
-def one_compiles(kernels: str) -> Iterator[Callable[[], None]]:
+def one_compiles(kernels: str) -> Iterator[Warming]:
     """On one machine, only one process at a time compiles a set of kernels (20 s); the others find them on disk.
 
-    Yields what is to be called as soon as they are compiled. Waits at most LONGEST_WAIT_S: the lock saves work, and no more
-    depends on it.
+    `over()` of what it yields is to be called as soon as they are compiled. Waits at most LONGEST_WAIT_S: the lock saves work,
+    and no more depends on it.
     """
-    if kernels in _compiled:
-        yield lambda: None
-        return
-    lock = _locked(kernels)
-
-    def compiled() -> None:
-        _compiled.add(kernels)
-        if not lock.closed:
-            lock.close()  # and with it the lock
-
+    begin = time.perf_counter()
+    warming = Warming(kernels, None if kernels in _compiled else _locked(kernels), begin)
     try:
-        yield compiled
+        yield warming
     finally:
-        lock.close()
+        warming.close()
 
 
-def _locked(kernels: str):
+def _locked(kernels: str) -> IO:
     """The open lock file, locked; without locks on this system, or after LONGEST_WAIT_S, just open."""
     folder = Path(tempfile.gettempdir()) / f"benchtwin-compiling-{getattr(os, 'getuid', lambda: 'user')()}"
     folder.mkdir(mode=0o700, exist_ok=True)

@@ -11,8 +11,13 @@ import pytest
 from campaign_stand_ins import Square, computed, nothing_half_written, square
 
 from calibrate.campaign import Measured, claims
-from calibrate.campaign.attempt import Order, attempt
+from calibrate.campaign.attempt import Order, Reply
+from calibrate.campaign.attempt import attempt as attempt_as
 from calibrate.campaign.store import open_store
+
+
+def attempt(order: Order, job) -> Reply:
+    return attempt_as(order, job, job.key)
 
 
 @pytest.fixture
@@ -78,11 +83,20 @@ from campaign_stand_ins import Square, square
 from calibrate.campaign.attempt import Order, attempt
 order = Order({order.root!r}, {order.id!r}, square, "photos", 1, {order.since_s}, False)
 resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
-reply = attempt(order, Square(3, trouble="large"))
+reply = attempt(order, Square(3, trouble="large"), Square(3).key)
 sys.exit(0 if reply.stop else 1)
 """
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     assert nothing_half_written(Path(order.root)) and not list((Path(order.root) / "runs").iterdir())
+
+
+def test_reasons_name_the_folder_that_stays(order):
+    def dark(job, folder, threads):
+        folder.mkdir()
+        return Measured(reason=f"{folder}/photo.png: too dark")
+
+    reason = attempt(replace(order, work=dark), Square(3)).outcome.reason
+    assert reason == f"{order.root}/runs/{Square(3).key}/photo.png: too dark"
 
 
 def test_an_unwritable_store_stops(order, monkeypatch):
@@ -95,6 +109,12 @@ def test_an_unwritable_store_stops(order, monkeypatch):
 
 def test_a_worker_that_does_not_see_the_store_stops(order, tmp_path):
     assert "no campaign store here" in attempt(replace(order, root=str(tmp_path / "elsewhere")), Square(3)).stop
+
+
+def test_a_worker_of_another_version_stops(order):
+    """Its key of the same job is another: what it computes would be stored for a job that it is not."""
+    reply = attempt_as(order, Square(3), Square(4).key)
+    assert "another version of benchtwin" in reply.stop and not list((Path(order.root) / "runs").iterdir())
 
 
 def test_an_owner_taken_for_dead_leaves_the_job_to_its_successor(order):

@@ -66,28 +66,28 @@ def test_one_compiles_and_the_others_wait_until_it_has(tmp_path, monkeypatch, cr
 
     def first() -> None:
         try:
-            with one_compiles("a") as compiled:
+            with one_compiles("a") as warming:
                 inside.set()
                 let_go.wait(10)
                 order.append("first compiled")
                 if crash:
                     raise ValueError
-                compiled()
+                warming.over()
         except ValueError:
             pass
 
     def second() -> None:
         inside.wait(10)
-        with one_compiles("a") as compiled:
+        with one_compiles("a") as warming:
             order.append("second may")
-            compiled()
+            warming.over()
 
     threads = [threading.Thread(target=first), threading.Thread(target=second)]
     for thread in threads:
         thread.start()
     inside.wait(10)
-    with one_compiles("b") as compiled:  # other kernels need not wait
-        compiled()
+    with one_compiles("b") as warming:  # other kernels need not wait
+        warming.over()
     threads[1].join(0.3)
     assert order == []
     let_go.set()
@@ -99,8 +99,8 @@ def test_one_compiles_and_the_others_wait_until_it_has(tmp_path, monkeypatch, cr
 def test_compiled_kernels_need_no_lock(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path / "nowhere"))
     monkeypatch.setattr("calibrate.campaign.work._compiled", {"a"})
-    with one_compiles("a") as compiled:
-        compiled()
+    with one_compiles("a") as warming:
+        warming.over()
 
 
 def test_thinning_leaves_a_folder_without_pictures_alone(tmp_path):
