@@ -75,19 +75,12 @@ def _local(workers: int) -> Iterator[Any]:
         dashboard_address=None,
         memory_limit=0,  # dask's limit is about data between tasks, of which there is none; it would only pause our jobs
         silence_logs=logging.CRITICAL,
-        preload=["calibrate.campaign.cluster"],
     )
     try:
         yield cluster
     finally:
         with contextlib.suppress(TimeoutError):
             cluster.close()
-
-
-def dask_setup(worker) -> None:
-    """Called by dask in every local worker: Ctrl-C is the campaign's to hear, which then ends its workers itself."""
-    with contextlib.suppress(ValueError):  # not the main thread: then it hears no signals either
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _kill(cluster) -> None:

@@ -66,10 +66,10 @@ def stream_campaign(
             tally.add(outcome, found=True)
             yield outcome
     progress(tally.progress(0, 0))
+    opened.sweep()
     todo = [by_key[key] for key in by_key if key in tally.open]
     if not todo:
         return
-    opened.sweep()
     try:
         with connected(len(todo), workers, scheduler) as connection:
             yield from _Run(opened, order, connection, tally, progress).outcomes(todo)
@@ -92,8 +92,7 @@ class _Run:
 
     def outcomes(self, todo: list) -> Iterator[Outcome]:
         """Outcomes as they come, until every job has one."""
-        spread = self.connection.cores // len(todo) if len(todo) < self.connection.cores else 1
-        self.order = replace(self.order, threads=max(1, spread))
+        self.order = replace(self.order, threads=threads_each(len(todo), self.connection.cores))
         self.jobs = {job.key: job for job in todo}
         self.submit(todo)
         while self.tally.open:
@@ -157,6 +156,11 @@ class _Run:
         self.elsewhere -= {*free, *(key for key, outcome in found.items() if outcome)}
         yield from self.settle([Reply(key, outcome) for key, outcome in found.items() if outcome])
         self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
+
+
+def threads_each(jobs: int, cores: int) -> int:
+    """Threads a job: one where there are jobs for all cores, else an equal share (results do not depend on it)."""
+    return max(1, cores // jobs)
 
 
 def _opened(store: str | Path) -> Store:

@@ -13,6 +13,7 @@ import pytest
 from campaign_stand_ins import Square, computed, nothing_half_written, square
 
 from calibrate.campaign import CampaignStopped, read_campaign, run_campaign, stream_campaign
+from calibrate.campaign.run import threads_each
 from calibrate.twin import Parameters
 from calibrate.twin.job import Job
 
@@ -50,6 +51,8 @@ def test_a_campaign_is_resumed_and_failures_are_named(tmp_path):
     assert "cannot be squared" in results.failed[0].reason
     assert sorted(computed(log)) == sorted(job.key for job in jobs)
     assert (seen[0].finished, seen[-1].finished, seen[-1].failed, seen[-1].left_s) == (0, 4, 1, 0.0)
+    dead = tmp_path / "store" / "parts" / f"{mixed[0].key}.of-a-power-cut"
+    dead.mkdir()
     again = run_campaign(mixed, tmp_path / "store", work=square)
     assert again.table.equals(results.table) and len(computed(log)) == 3
     assert read_campaign([*mixed, roll], tmp_path / "store").counts() == {"done": 4, "unmeasured": 0, "failed": 1, "missing": 1}
@@ -79,6 +82,11 @@ def test_wrong_options_are_refused(tmp_path, options):
 def test_nothing_is_there_before_anything_has_run(tmp_path):
     assert list(read_campaign([Square(1)], tmp_path / "store").table.status) == ["missing"]
     assert not (tmp_path / "store").exists()
+
+
+@pytest.mark.parametrize(("jobs", "cores", "threads"), [(1, 8, 8), (3, 8, 2), (8, 8, 1), (100, 8, 1)])
+def test_few_jobs_share_all_cores(jobs, cores, threads):
+    assert threads_each(jobs, cores) == threads
 
 
 def test_no_jobs_need_no_workers(tmp_path):

@@ -1,8 +1,10 @@
 """The store: whole or not at all, the same numbers back, and quick to look up."""
 
+import contextlib
 import json
 import math
 import os
+import threading
 import time
 
 import pytest
@@ -32,6 +34,30 @@ def test_numbers_come_back_bit_for_bit(store):
     a, b = store.finished(Square(3).key).measurements
     assert (a.value, a.sd) == (0.1 + 0.2, 1e-300)
     assert math.isnan(b.value) and math.isnan(b.sd) and (b.quality, b.reason) == ("failed", "why")
+
+
+def test_a_run_is_never_seen_in_part(store):
+    """A reader that looks all the time sees all of its files or none."""
+    seen, over = [], threading.Event()
+    final = store.root / "runs" / Square(3).key
+
+    def look() -> None:
+        while not over.is_set():
+            with contextlib.suppress(FileNotFoundError):
+                seen.append(len(list(final.iterdir())))
+
+    claim = claims.take(store.claimed, Square(3).key)
+    folder = store.part(claim) / claim.key
+    folder.mkdir(parents=True)
+    for n in range(500):
+        (folder / f"{n}.png").touch()
+    reader = threading.Thread(target=look)
+    reader.start()
+    store.put(claim, Square(3), Measured(), 1.0, {})
+    time.sleep(0.05)
+    over.set()
+    reader.join()
+    assert set(seen) == {501}
 
 
 def test_the_first_of_two_stands(store):
