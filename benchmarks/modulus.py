@@ -13,7 +13,7 @@ from calibrate.twin.job import Job
 
 REAL = 3.23e8
 MODULI = (1e6, 3e6, 1e7, 3e7, REAL)
-PILE_MODULI = (3e5, 1e6, 3e6, 1e7)
+PILE_MODULI = (1e6, 3e6, 1e7)
 FRACTIONS = (0.05, 0.2)
 
 

@@ -45,7 +45,7 @@ class Job:
         told = {name: values for name, values in self.description.items() if values}
         return {
             "rig": self.rig,
-            "parameters": self.parameters.to_dict(),
+            "parameters": self.parameters.for_rig(self.rig).to_dict(),
             "description": told,
             "rng": list(self.rng),
             "rendered": self.rendered,

@@ -8,7 +8,7 @@ from sim.rigs.bench import Bench
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from sim.seed.sizes import Size, Sizes
 
-SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 1e7}  # benchmarks/modulus.py: what these change, and what they save
+SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6}  # benchmarks/modulus.py: what these change, and what they save
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
 
 
@@ -54,6 +54,10 @@ class Parameters:
             Contact((SOYBEAN.name,) * 2, self.seed_restitution, self.seed_static_friction, self.seed_rolling_friction, own),
         )
 
+    def for_rig(self, rig: str) -> "Parameters":
+        """The same with nothing left to the rig."""
+        return replace(self, shear_modulus_pa=self.shear_modulus_pa or SOFT_PA[rig])
+
     def to_dict(self) -> dict:
         return asdict(self)
 
@@ -69,7 +73,7 @@ def bench(parameters: Parameters, rig: str, seed, air) -> Bench:
         spheres=parameters.spheres,
         arrangement=parameters.arrangement,
         mass_of=parameters.mass_of,
-        shear_modulus_pa=parameters.shear_modulus_pa or SOFT_PA[rig],
+        shear_modulus_pa=parameters.for_rig(rig).shear_modulus_pa,
         air_density_kg_m3=air.density_kg_m3,
         air_viscosity_pa_s=air.viscosity_pa_s,
         laws=tuple(LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()),

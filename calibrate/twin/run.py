@@ -98,7 +98,7 @@ def record(recording: Recording, parameters: Parameters, motion: Motion, kind: s
         "schema": 1,
         "rig": recording.rig,
         "evidence": kind,
-        "parameters": parameters.to_dict(),
+        "parameters": parameters.for_rig(recording.rig).to_dict(),
         "truth": {key: (value if np.isfinite(value) else None) for key, value in motion.truth.items()},
         "versions": {"python": platform.python_version(), **versions},
         "renderer": renderer_name() if kind == "rendered" else None,
