@@ -72,7 +72,7 @@ def _local(workers: int) -> Iterator[Any]:
         threads_per_worker=1,
         processes=True,
         protocol="tcp",
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",  # None takes port 8787 all the same, and warns when another campaign has it
         memory_limit=0,  # dask's limit is about data between tasks, of which there is none; it would only pause our jobs
         silence_logs=logging.CRITICAL,
     )

@@ -14,6 +14,7 @@ from campaign_stand_ins import Square, computed, nothing_half_written, square
 
 from calibrate.campaign import CampaignStopped, read_campaign, run_campaign, stream_campaign
 from calibrate.campaign.run import threads_each
+from calibrate.campaign.store import open_store
 from calibrate.twin import Parameters
 from calibrate.twin.job import Job
 
@@ -38,7 +39,7 @@ def campaign_process(tmp_path: Path, store: Path, log: Path, count: int, takes_s
     return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=env, start_new_session=True)
 
 
-def test_a_campaign_is_resumed_and_failures_are_named(tmp_path):
+def test_a_campaign_is_resumed_and_failures_are_named(tmp_path, monkeypatch):
     """One campaign over everything, because workers take seconds to start."""
     log = tmp_path / "log"
     roll = Job("roll", Parameters(), {"roll": {"direction": "+x"}}, rendered=False)
@@ -53,10 +54,22 @@ def test_a_campaign_is_resumed_and_failures_are_named(tmp_path):
     assert (seen[0].finished, seen[-1].finished, seen[-1].failed, seen[-1].left_s) == (0, 4, 1, 0.0)
     dead = tmp_path / "store" / "parts" / f"{mixed[0].key}.of-a-power-cut"
     dead.mkdir()
+    monkeypatch.setattr("calibrate.campaign.run.connected", None)  # what is there needs no workers
     again = run_campaign(mixed, tmp_path / "store", work=square)
     assert again.table.equals(results.table) and len(computed(log)) == 3
     assert read_campaign([*mixed, roll], tmp_path / "store").counts() == {"done": 4, "unmeasured": 0, "failed": 1, "missing": 1}
     assert nothing_half_written(tmp_path / "store")
+
+
+def test_a_job_of_a_machine_that_falls_silent_is_taken_over(tmp_path):
+    """Its claim is fresh when the campaign begins, so the job is left to it at first."""
+    (claims := open_store(tmp_path / "store").claimed).joinpath(f"{Square(2).key}.0").write_text('{"machine": "another"}')
+    began, seen = time.monotonic(), []
+    jobs = [Square(1), Square(2)]
+    results = run_campaign(jobs, tmp_path / "store", workers=1, work=square, stale_s=8.0, progress=seen.append)
+    assert results.counts()["done"] == 2 and time.monotonic() - began > 8.0
+    assert any(p.elsewhere == 1 and p.finished == 1 for p in seen)
+    assert list(claims.iterdir()) == []
 
 
 def test_a_full_disk_stops_the_campaign_and_keeps_what_is_done(tmp_path):
