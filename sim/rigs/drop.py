@@ -127,4 +127,8 @@ def _truth(motion: Motion, seed: Seed, rig: Drop, over: Impacts, begin_s: float)
     rise = z[top] + v[top] ** 2 / (2 * g) - contact
     fall = z[np.flatnonzero(t >= 0)[0]] - contact
     speeds = {"impact_speed_m_s": g * s - v[a], "rebound_speed_m_s": v[b] + g * (h - s)}
-    return {"rebound_height_mm": 1e3 * rise, "fall_mm": 1e3 * fall, "restitution": float(np.sqrt(max(rise, 0) / fall)), **speeds}
+    upper = (
+        z[top] + v[top] ** 2 / (2 * g) + reach(seed, motion.orientations[top, 0], (0, 0, 1))
+    )  # as one who reads a ruler may take it
+    restitution = float(np.sqrt(max(rise, 0) / fall))
+    return {"rebound_height_mm": 1e3 * rise, "top_mm": 1e3 * upper, "fall_mm": 1e3 * fall, "restitution": restitution, **speeds}

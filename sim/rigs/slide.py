@@ -19,6 +19,7 @@ PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins
 TAPE_OVERLAP = 0.01  # of a seed's width: how far neighbours are pressed together
 TIPPED_DEG = 20.0  # turned by more against the plate, the block rolls and does not slide
+SEEN_M = 5e-3  # a way that nobody overlooks
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
 
 
@@ -139,4 +140,5 @@ class Sliding:
         slow = slice(crawling + 1, crawling + 1 + max(int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S)), 3))
         slope, offset = np.polyfit(t[slow], np.sqrt(np.clip(speed[slow], 0, None)), 1)
         angle = float(np.degrees(self._tilt(-offset / slope)))
-        return {"slide_angle_deg": angle, "static_friction": float(np.tan(np.radians(angle)))}
+        seen = float(np.degrees(self._tilt(t[np.argmax(travel >= SEEN_M)])))
+        return {"slide_angle_deg": angle, "static_friction": float(np.tan(np.radians(angle))), "angle_at_5_mm_deg": seen}
