@@ -75,6 +75,24 @@ def simulate(
 
 
 @app.command()
+def calibrate(
+    bench: Annotated[Path, typer.Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
+    out: Annotated[Path, typer.Option(help="Folder for result.json, tables/ and report.html.")],
+    tables: Annotated[bool, typer.Option(help="Calibrate on the simulations in BENCH/tables instead of simulating.")] = False,
+    rng: Annotated[int, typer.Option(help="Seed of the random numbers: the same one gives the same result.")] = 1,
+    overwrite: Annotated[bool, typer.Option(help="Replace an existing result.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Calibrate contact parameters on a bench folder: values with intervals, and what the bench leaves open.
+
+    Exit code 0: done; 1: stopped, or nothing could be calibrated; 2: the command was misused.
+    """
+    from calibrate.calibrate_command import calibrate_command
+
+    raise typer.Exit(calibrate_command(bench, out, tables=tables, rng=rng, overwrite=overwrite, quiet=quiet))
+
+
+@app.command()
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left.")],
     to: Annotated[str, typer.Option(help="lammps, liggghts, yade, edem, or mercury.")],

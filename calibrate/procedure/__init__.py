@@ -1,0 +1,12 @@
+"""The whole calibration, step by step, as a person would do it at the bench.
+
+bench        read every recording                       bench.py
+seed–steel   drop → slide → roll, each curve inverted   steel.py
+seed–seed    pile: path, design, surface, optimum       pile.py
+together     posterior, what is resolved, what next     joint.py
+"""
+
+from calibrate.procedure.calibration import LEVEL, Calibration, parameters
+from calibrate.procedure.from_tables import calibrate_tables
+
+__all__ = ["LEVEL", "Calibration", "calibrate_tables", "parameters"]

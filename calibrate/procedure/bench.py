@@ -1,0 +1,161 @@
+"""What the bench says, rig by rig: readings of all recordings pooled; contradictions named, what is left out with its reason."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.rigs import STEEL
+from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading
+from calibrate.twin.bench_folder import Seen, hashes, read_bench
+
+OWN_OF_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg"}  # not what makes a rig another rig
+LOT = ("length_mm", "width_mm", "thickness_mm")
+
+
+@dataclass(frozen=True, eq=False)
+class RigReadings:
+    """All readings of one rig.
+
+    values, reading_sd: (n,); shared_sd: error common to all; description: sections that a simulation of the rig takes;
+    recordings: table recording, n, mean, sd, trouble; notes: what a reader must know of them.
+    """
+
+    rig: str
+    response: str
+    values: np.ndarray
+    reading_sd: np.ndarray
+    shared_sd: float
+    description: dict
+    recordings: pd.DataFrame
+    notes: tuple[str, ...]
+
+    def mean(self, *, trimmed: int = 0, other: tuple[float, float] | None = None) -> BenchMean:
+        """The bench's mean. other: (sd, df) of single simulated runs, which stands in for the scatter of a single reading.
+
+        Raises ValueError as `bench_mean`.
+        """
+        if self.values.size == 1 and other is not None and other[0] > 0:
+            sd = float(np.hypot(other[0], self.reading_sd[0]))
+            return one_reading(self.values[0], name=self.response, scatter_sd=sd, df=max(other[1], 1.0), shared_sd=self.shared_sd)
+        return bench_mean(self.values, name=f"{self.rig}: {self.response}", reading_sd=self.reading_sd, shared_sd=self.shared_sd,
+                          trimmed=trimmed)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """A bench folder, read. rigs: those with readings; seed: the sections [seed] and [air] of the lot; trouble: recordings that
+    could not be read, (name, rig, why); hashes: SHA-256 of every input file."""
+
+    folder: Path
+    rigs: dict[str, RigReadings]
+    seed: dict
+    trouble: tuple[tuple[str, str, str], ...]
+    hashes: dict[str, str]
+    provenance: tuple[str, ...]
+
+
+def bench_of(folder: Path) -> Bench:
+    """Read and pool a bench folder. FileNotFoundError where there is none; ValueError where nothing in it can be read."""
+    seen = read_bench(folder)
+    trouble = tuple((s.recording, s.rig, s.trouble) for s in seen if s.trouble)
+    rigs = {rig: _pooled(rig, [s for s in seen if s.rig == rig]) for rig in ("drop", "slide", "roll", "pile")
+            if any(s.rig == rig and s.readings.size for s in seen)}  # fmt: skip
+    if not rigs:
+        raise ValueError(f"{folder}: nothing could be measured: " + "; ".join(why for *_, why in trouble))
+    provenance = tuple(sorted({s.provenance for s in seen if s.provenance}))
+    return Bench(Path(folder), rigs, _lot(seen), trouble, hashes(folder), provenance)
+
+
+def missing(bench: Bench) -> dict[str, str]:
+    """Rigs without a reading, with what that costs and why."""
+    asked = {**{n: r.parameter for n, r in STEEL.items()}, "pile": "the seed–seed parameters"}
+    why = {n: "; ".join(w for _, rig, w in bench.trouble if rig == n) for n in asked}
+    return {
+        n: f"no {n} recording was measured, so {what} not calibrated" + (f": {why[n]}" if why[n] else "")
+        for n, what in ((n, f"{w} {'are' if n == 'pile' else 'is'}") for n, w in asked.items())
+        if n not in bench.rigs
+    }
+
+
+def _pooled(rig: str, seen: list[Seen]) -> RigReadings:
+    """Recordings of one rig as one set of readings; those of a differently built rig are left out and named."""
+    usable = [s for s in seen if s.readings.size]
+    kinds: dict[str, list[Seen]] = {}
+    for s in usable:
+        kinds.setdefault(_built(s), []).append(s)
+    taken = max(kinds.values(), key=lambda group: sum(s.readings.size for s in group))
+    notes = [f"{s.recording}: {s.trouble}" for s in seen if s.trouble]
+    for group in kinds.values():
+        if group is not taken:
+            names = ", ".join(s.recording for s in group)
+            notes.append(f"{names}: another {rig} than {taken[0].recording} ({_built(group[0]) or 'nothing stated'}); left out")
+    notes += [f"{s.recording}: {s.doubt}" for s in taken if s.doubt]
+    values = np.concatenate([s.readings for s in taken])
+    own = np.concatenate([s.reading_sd for s in taken])
+    table = pd.DataFrame([_row(s) for s in seen])
+    notes += _contradictions(taken)
+    shared = float(max(s.shared_sd for s in taken))
+    return RigReadings(rig, taken[0].response, values, own, shared, _without(taken[0]), table, tuple(notes))
+
+
+def _built(s: Seen) -> str:
+    """What tells two rigs of one kind apart."""
+    section = {k: v for k, v in s.description.get(s.rig, {}).items() if k not in OWN_OF_RECORDING}
+    return ", ".join(f"{k} = {v}" for k, v in sorted(section.items()))
+
+
+def _without(s: Seen) -> dict:
+    """The rig's section, and how many seeds were taped together, for a simulation; the camera of the bench has no part in it."""
+    section = {k: v for k, v in s.description.get(s.rig, {}).items() if k not in OWN_OF_RECORDING}
+    count = {"seed": {"count": s.description["seed"]["count"]}} if "count" in s.description.get("seed", {}) else {}
+    return {s.rig: section, **count} if section else count
+
+
+def _row(s: Seen) -> dict:
+    n = s.readings.size
+    scatter = float(s.readings.std(ddof=1)) if n > 1 else float(s.reading_sd[0]) if n else float("nan")
+    mean = float(s.readings.mean()) if n else float("nan")
+    return {"recording": s.recording, "n": n, "mean": mean, "sd": scatter, "doubt": s.doubt, "trouble": s.trouble}
+
+
+def _contradictions(taken: list[Seen]) -> list[str]:
+    """Recordings farther from the others than their scatter allows, as sentences.
+
+    Single films of single seeds differ as seeds do: they are compared with the scatter between all of them.
+    """
+    if len(taken) < 2:
+        return []
+    between = np.concatenate([s.readings for s in taken]).std(ddof=1)
+    several = [s for s in taken if s.readings.size > 1]
+    own = [s.readings.std(ddof=1) for s in several]
+    spread = float(np.sqrt(np.mean(np.square(own)))) if own else float(_robust(np.array([s.readings[0] for s in taken])))
+    spread = spread or float(between)
+    if spread == 0:
+        return []
+    sds = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) / np.sqrt(s.readings.size) for s in taken]
+    found = agreement([s.recording for s in taken], [s.readings.mean() for s in taken], sds).table
+    return [
+        f"{label}: {value:.4g} contradicts the other recordings ({others:.4g}, {abs(z):.1f} standard deviations apart)"
+        for label, value, _, others, z, contradicts in found.itertuples(index=False, name=None)
+        if contradicts
+    ]
+
+
+def _robust(values: np.ndarray) -> float:
+    """Standard deviation from the median distance to the median, which one bad recording of several hardly moves."""
+    return 1.4826 * float(np.median(abs(values - np.median(values)))) if values.size > 3 else 0.0
+
+
+def _lot(seen: list[Seen]) -> dict:
+    """[seed] and [air]: of a recording that states ranges, else the mean of what recordings state of single seeds."""
+    sections = [s.description.get("seed", {}) for s in seen]
+    air = next((s.description["air"] for s in seen if s.description.get("air")), {})
+    whole = next((x for x in sections if "length_range_mm" in x), None)
+    if whole is None:
+        sized = [x for x in sections if all(k in x for k in LOT)]
+        whole = dict(sized[0]) if sized else next((x for x in sections if x), {})
+        whole = whole | {k: float(f"{np.mean([x[k] for x in sized]):.6g}") for k in LOT if sized}
+    lot = {k: v for k, v in whole.items() if k != "count" and not (k == "mass_g" and "density_kg_m3" in whole)}
+    return {name: section for name, section in (("seed", lot), ("air", air)) if section}

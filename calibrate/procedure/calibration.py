@@ -1,0 +1,93 @@
+"""All that a calibration found, and its parameters as one table."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.bench import Bench
+from calibrate.procedure.joint import Joint
+from calibrate.procedure.pile import PileFit
+from calibrate.procedure.steel import SteelFit
+
+LEVEL = 0.95
+FOLLOWS = ["item", "printed", "recomputed", "follows"]
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed values beside recomputed ones; flags:
+    what a publication contradicts, as sentences; findings: what diagnosis should look at; options: how it was run; seed: of all
+    randomness; finished: False in a report that is written while simulations still run."""
+
+    mode: str
+    bench: Bench
+    steel: dict[str, SteelFit]
+    pile: PileFit | None
+    joint: Joint | None
+    refused: dict[str, str]
+    checks: pd.DataFrame
+    flags: tuple[str, ...]
+    findings: tuple[str, ...]
+    options: dict
+    seed: int
+    finished: bool = True
+    title: str = ""
+    more: dict = field(default_factory=dict)
+
+
+def parameters(c: Calibration) -> pd.DataFrame:
+    """One row a parameter: parameter, value, low, high, level, unit, status, source, budget (shares of the variance, by name).
+
+    status: "calibrated", "not resolved" (more than half of the range it was sought in fits alike), or "at the boundary: …".
+    """
+    rows = [_steel_row(fit) for fit in c.steel.values()]
+    if c.pile is not None and c.joint is not None:
+        rows += [_seed_row(c.pile, c.joint, name) for name in c.pile.box.names]
+    columns = ["parameter", "value", "low", "high", "level", "unit", "status", "source", "budget"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _steel_row(fit: SteelFit) -> tuple:
+    i = fit.inverse
+    source = f"{fit.rig.name}: {fit.rig.response} {fit.bench.value:.4g} ± {fit.bench.sd:.2g} {fit.rig.unit} on the {fit.by}"
+    cut = [n for n in fit.notes if "cut off" in n]
+    status = f"calibrated; {cut[0].partition(':')[0]}" if cut else "calibrated"
+    if fit.verification is not None and not fit.verification.agrees:
+        status = "doubtful: its verification disagrees with the bench"
+    return fit.rig.parameter, i.value, i.low, i.high, i.level, "1", status, source, dict(i.budget)
+
+
+def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
+    """The optimum's coordinate, and the posterior's interval around it.
+
+    At a limit of the box the interval is one-sided and ends there. A point off the posterior's middle widens it to itself: any
+    point of the sheet fits as well.
+    """
+    value, draws = pile.optimum.point[name], joint.posterior.draws[name]
+    j = pile.box.names.index(name)
+    edge = pile.optimum.boundary.get(name)
+    tail = 1 - LEVEL
+    ends = {"low": (0.0, 1 - tail), "high": (tail, 1.0)}.get(edge, (tail / 2, 1 - tail / 2))
+    low, high = (float(v) for v in np.quantile(draws, ends))
+    if edge:
+        low, high = (float(pile.box.low[j]), high) if edge == "low" else (low, float(pile.box.high[j]))
+    low, high = min(low, value), max(high, value)
+    ratio = float(draws.std() / joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)])
+    status = f"at the boundary: its {edge} limit" if edge else "calibrated"
+    if ratio > 0.5:
+        status += f"{';' if edge else ','} not resolved ({ratio:.0%} of its prior's sd is left)"
+    source = f"pile: repose angle {pile.bench.value:.4g} ± {pile.bench.sd:.2g}°, one point of a sheet that fits"
+    return name, value, low, high, LEVEL, "1", status, source, _seed_budget(pile, name, float(draws.var()))
+
+
+def _seed_budget(pile: PileFit, name: str, variance: float) -> dict[str, float]:
+    """Shares of a seed–seed parameter's variance: what it can move on the sheet at no cost, and the angle's own errors."""
+    sheet = pile.sheet.table
+    free = min(1.0, float(sheet[name].var()) / variance) if len(sheet) > 2 and variance > 0 else 0.0
+    s = pile.surface
+    fit = float(s.variance(pile.optimum.coded)[0]) - s.lack_sd**2
+    parts = {"bench scatter": pile.bench.scatter_sd**2, "measuring": pile.bench.shared_sd**2, "surface": fit,
+             "lack of fit": s.lack_sd**2}  # fmt: skip
+    total = sum(parts.values()) or 1.0
+    return {"free on the sheet": free} | {k: (1 - free) * v / total for k, v in parts.items()}

@@ -1,0 +1,185 @@
+"""The procedure on simulations that stand in BENCH/tables/: drop, slide, roll, path, levels, design, and published.toml.
+
+Everything that published.toml says was printed is recomputed from the tables and stands beside it (`published.py`).
+"""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.bench import Bench, bench_of, missing
+from calibrate.procedure.calibration import FOLLOWS, Calibration
+from calibrate.procedure.joint import fit_joint
+from calibrate.procedure.pile import PileFit, fit_pile
+from calibrate.procedure.published import check_pile, check_steel
+from calibrate.procedure.rigs import PILE_RESPONSE, STEEL
+from calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
+from calibrate.statistics.ascent import choose_centre
+from calibrate.statistics.box import Box
+from calibrate.statistics.columns import numbers
+from calibrate.statistics.inversion import OutsideRange
+from calibrate.statistics.replicates import Noise, packing_noise
+
+PILE_TABLES = ("design.csv", "levels.csv")
+
+
+def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
+    """Calibrate a bench on tabulated simulations.
+
+    Raises FileNotFoundError naming the table that is not there; ValueError naming file and column of what cannot be used.
+    """
+    bench = bench_of(folder)
+    tables = Path(folder) / "tables"
+    if not tables.is_dir():
+        raise FileNotFoundError(
+            f"{tables}: not there; --tables needs drop.csv, slide.csv, roll.csv, design.csv, levels.csv in it"
+        )
+    printed = _published(tables / "published.toml")
+    rng = np.random.default_rng(seed)
+    steel, refused, checks, flags = {}, missing(bench), [], []
+    for name in STEEL:
+        if name in bench.rigs:
+            try:
+                steel[name] = _steel(bench, tables, name, printed.get(name, {}), rng)
+            except (OutsideRange, ValueError, FileNotFoundError) as error:
+                refused[name] = str(error)
+                continue
+            checks.append(check_steel(steel[name], bench.rigs[name], printed.get(name, {})))
+            flags += _outside(steel[name])
+    pile = None
+    if "pile" in bench.rigs:
+        try:
+            pile = _pile(bench, tables, printed.get("pile", {}), rng)
+            table, more = check_pile(pile, printed.get("pile", {}), _levels(tables))
+            checks.append(table)
+            flags += more
+        except (ValueError, FileNotFoundError) as error:
+            refused["pile"] = str(error)
+    if not steel and pile is None:
+        raise ValueError(f"{folder}: nothing could be calibrated: " + "; ".join(f"{k}: {v}" for k, v in refused.items()))
+    joint = fit_joint(steel, pile, rng=rng)
+    found = pd.concat([t for t in checks if len(t)], ignore_index=True) if any(len(t) for t in checks) else _none()
+    findings = tuple(n for n in (pile.notes if pile else ()) if n.startswith("finding"))
+    return Calibration(
+        "tables",
+        bench,
+        steel,
+        pile,
+        joint,
+        refused,
+        found,
+        tuple(flags),
+        findings,
+        {"tables": str(tables)},
+        seed,
+        title=printed.get("title", ""),
+    )
+
+
+def _none() -> pd.DataFrame:
+    return pd.DataFrame(columns=FOLLOWS)
+
+
+def _published(file: Path) -> dict:
+    if not file.is_file():
+        return {}
+    try:
+        return tomllib.loads(file.read_text(encoding="utf8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file}: not valid TOML: {error}") from error
+
+
+def _table(file: Path, columns: list[str]) -> pd.DataFrame:
+    """A CSV whose columns are numbers; errors name the file."""
+    if not file.is_file():
+        raise FileNotFoundError(f"{file}: not there; it should have the columns {', '.join(columns)}")
+    try:
+        table = pd.read_csv(file, skipinitialspace=True, comment="#")
+        numbers(table, columns)
+    except (ValueError, pd.errors.ParserError) as error:
+        raise ValueError(f"{file}: {error}") from error
+    return table
+
+
+def _steel(bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.Generator) -> SteelFit:
+    """As the paper fits it, unweighted; the monotone curve weighs rows by their printed sds."""
+    rig, readings = STEEL[name], bench.rigs[name]
+    rows = _table(tables / f"{name}.csv", [rig.parameter, rig.response])
+    if rig.sd in rows and "repeats" in printed:
+        rows = rows.assign(repeats=printed["repeats"])
+    elif rig.sd in rows:
+        rows = rows.drop(columns=rig.sd)
+    fit = fit_steel(
+        rig,
+        rows,
+        readings.mean(trimmed=printed.get("bench_trimmed", 0)),
+        rng=rng,
+        description=readings.description,
+        weighted=False,
+    )
+    if fit.by == "polynomial":
+        return fit
+    try:
+        beyond = fit_beyond(rig, rows, fit.bench)
+        row = ("polynomial, a little beyond its rows", beyond.value, beyond.low, beyond.high, "; ".join(beyond.notes))
+    except OutsideRange as error:
+        row = ("polynomial, a little beyond its rows", np.nan, np.nan, np.nan, str(error))
+    return replace(fit, answers=pd.concat([fit.answers, pd.DataFrame([row], columns=fit.answers.columns)], ignore_index=True))
+
+
+def _outside(fit: SteelFit) -> list[str]:
+    """A polynomial that does not reach the bench's mean within its own rows, said with its end."""
+    if fit.by == "polynomial":
+        return []
+    ends = [float(fit.polynomial.mean(x)[0]) for x in (fit.polynomial.low, fit.polynomial.high)]
+    near = int(np.argmin([abs(e - fit.bench.value) for e in ends]))
+    x = (fit.polynomial.low, fit.polynomial.high)[near]
+    return [
+        f"{fit.rig.equation} gives {ends[near]:.4g} {fit.rig.unit} at its end {fit.rig.parameter} = {x:g}, the bench's "
+        f"mean is {fit.bench.value:.4g} {fit.rig.unit}: it has no answer within its own rows; the {fit.by} "
+        f"answers {fit.inverse.value:.4f}"
+    ]
+
+
+def _levels(tables: Path) -> pd.DataFrame:
+    return _table(tables / "levels.csv", ["coded"])
+
+
+def _pile(bench: Bench, tables: Path, printed: dict, rng: np.random.Generator) -> PileFit:
+    levels = _levels(tables)
+    factors = tuple(c for c in levels.columns if c != "coded")
+    by = levels.set_index("coded")
+    if not {-1, 1} <= set(by.index):
+        raise ValueError(f"{tables / 'levels.csv'}: column coded needs rows −1 and 1")
+    box = Box(factors, by.loc[-1].to_numpy(float), by.loc[1].to_numpy(float))
+    coded = _table(tables / "design.csv", [PILE_RESPONSE])
+    letters = [c for c in coded.columns if c != PILE_RESPONSE][: len(factors)]
+    design = pd.DataFrame(np.round(box.natural(numbers(coded, letters)), 12), columns=list(factors))
+    design = design.assign(**{PILE_RESPONSE: coded[PILE_RESPONSE]})
+    notes, noise = [], _noise(design, factors)
+    readings = bench.rigs["pile"]
+    other = (noise.sd, float(noise.df)) if noise else None
+    if readings.values.size == 1 and other:
+        notes.append(
+            f"one bench pile: its scatter is taken to be that of the simulated piles at the centre, {noise.sd:.2g}° on "
+            f"{noise.df} degrees of freedom"
+        )
+    mean = readings.mean(other=other)
+    path = None
+    if (tables / "path.csv").is_file():
+        steps = _table(tables / "path.csv", [*factors, PILE_RESPONSE])
+        path = choose_centre(steps, PILE_RESPONSE, mean.value, factors, noise_sd=noise.sd if noise else 0.0)
+    return fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"), path=path, noise=noise, notes=tuple(notes))
+
+
+def _noise(design: pd.DataFrame, factors: tuple[str, ...]) -> Noise | None:
+    """Scatter of piles with the same parameters, from points that were run more than once."""
+    try:
+        return packing_noise(
+            design.assign(point=design[list(factors)].astype(str).agg(" ".join, axis=1)), PILE_RESPONSE, point="point"
+        )
+    except ValueError:
+        return None

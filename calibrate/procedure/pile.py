@@ -1,0 +1,111 @@
+"""Seed on seed: from the piles of a design to the response surface, its optimum, and all that the optimum hides."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.rigs import PILE_RESPONSE
+from calibrate.statistics.anova import anova_table, contributions
+from calibrate.statistics.ascent import Centre
+from calibrate.statistics.assessment import Quality, coefficients, quality
+from calibrate.statistics.bench import BenchMean, Verification
+from calibrate.statistics.box import Box
+from calibrate.statistics.optimum import Optimum, SolutionSet, optimum, solution_set
+from calibrate.statistics.reduction import Reduction, reduce
+from calibrate.statistics.replicates import Noise, Pairing, Plan
+from calibrate.statistics.residuals import Normality, normality, residual_table
+from calibrate.statistics.surface import Surface, fit_surface
+
+
+@dataclass(frozen=True, eq=False)
+class PileFit:
+    """The seed–seed parameters that a pile leaves possible.
+
+    path: steepest ascent and the levels it chose; noise, pairing, plan: packing noise, what common packings save, replicates;
+    design: the runs, factors in natural units; optimum: the point that is reported, central: the one nearest to the box's centre;
+    sheet: all points that give the bench's angle; verification: repeats at the optimum.
+    """
+
+    bench: BenchMean
+    box: Box
+    path: Centre | None
+    noise: Noise | None
+    pairing: Pairing | None
+    plan: Plan | None
+    design: pd.DataFrame
+    surface: Surface
+    coefficients: pd.DataFrame
+    anova: pd.DataFrame
+    quality: Quality
+    contributions: pd.DataFrame
+    reduction: Reduction
+    residuals: pd.DataFrame
+    normality: Normality | None
+    optimum: Optimum
+    central: Optimum
+    sheet: SolutionSet
+    verification: Verification | None
+    notes: tuple[str, ...]
+
+
+def fit_pile(
+    design: pd.DataFrame,
+    box: Box,
+    bench: BenchMean,
+    *,
+    rng: np.random.Generator,
+    near: dict[str, float] | None = None,
+    packing: str | None = None,
+    response: str = PILE_RESPONSE,
+    notes: tuple[str, ...] = (),
+    **found,
+) -> PileFit:
+    """Surface through the design's runs and everything read from it.
+
+    near: of the many points that give the bench's angle the one nearest to this is reported, by default to the box's centre;
+    found: path, noise, pairing, plan, verification where there are any. Raises ValueError as `fit_surface` (singular designs …).
+    """
+    surface = fit_surface(design, response, box, packing=packing)
+    table = anova_table(surface)
+    central = optimum(surface, bench.value)
+    taken = optimum(surface, bench.value, near=near) if near else central
+    extra = {name: found.get(name) for name in ("path", "noise", "pairing", "plan", "verification")}
+    return PileFit(
+        bench=bench,
+        box=box,
+        design=design,
+        surface=surface,
+        coefficients=coefficients(surface),
+        anova=table,
+        quality=quality(surface),
+        contributions=contributions(table, len(box.names)),
+        reduction=reduce(surface),
+        residuals=residual_table(surface),
+        normality=_normality(surface),
+        optimum=taken,
+        central=central,
+        sheet=solution_set(surface, bench.value, rng=rng, band_sd=bench.sd),
+        notes=(*notes, *_said(surface, taken, bench)),
+        **extra,
+    )
+
+
+def _normality(surface: Surface) -> Normality | None:
+    try:
+        return normality(surface)
+    except ValueError:
+        return None
+
+
+def _said(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
+    """Notes: where the optimum stands, lack of fit."""
+    notes = [taken.statement]
+    if taken.outcome != "reached":
+        low, high = taken.reachable
+        notes.append(
+            f"finding for diagnosis: the bench's {bench.value:.4g}° lies outside {low:.4g} to {high:.4g}°, all that the box gives"
+        )
+    if surface.lack_sd:
+        notes.append(f"lack of fit: the quadratic is off by about {surface.lack_sd:.2g}° beyond noise; it is in all intervals")
+    return notes

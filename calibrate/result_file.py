@@ -1,0 +1,159 @@
+"""What a calibration leaves in its folder: result.json, and every table as CSV. Each file appears whole or not at all."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.calibration import Calibration, parameters
+from calibrate.procedure.steel import SteelFit
+from calibrate.twin import Parameters
+from calibrate.twin.told import materials_and_shape, versions
+
+SCHEMA = 1
+CURVE_POINTS = 101
+ROLLING = {
+    "edem": "torque = μ_r × normal force × own centroid-to-contact distance, against each body's own spin (EDEM standard)",
+    "type_a": "torque = μ_r × normal force × effective radius, against relative rolling (Ai et al. 2011, type A)",
+    "type_c": "torque at most μ_r × normal force × effective radius, elastic–plastic (Ai et al. 2011, type C)",
+}
+CONVENTIONS = {
+    "restitution": "normal speed after over before impact, at any speed",
+    "static_friction": "Coulomb: largest tangential over normal force",
+    "repose_angle": "least-squares line through the outline between 20 and 80 % of the crest's height, against the horizontal",
+    "interval": "low to high holds the value with probability `level`, given the model",
+}
+
+
+def write_result(c: Calibration, out: Path, rolling: str = "edem") -> None:
+    """result.json and tables/ into `out`. OSError when it cannot be written."""
+    tables = out / "tables"
+    tables.mkdir(parents=True, exist_ok=True)
+    for name, table in all_tables(c).items():
+        write(tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g"))
+    write(out / "result.json", json.dumps(_plain(content(c, rolling)), indent=1, ensure_ascii=False, allow_nan=False))
+
+
+def write(file: Path, text: str) -> None:
+    """A text file that appears whole or not at all."""
+    part = file.with_name(f".{file.name}.part")
+    part.write_text(text, encoding="utf8")
+    part.replace(file)
+
+
+def content(c: Calibration, rolling: str = "edem") -> dict:
+    """result.json as plain values."""
+    materials, shape = materials_and_shape(c.bench.seed, Parameters(rolling_convention=rolling))
+    found = {row.pop("parameter"): row for row in parameters(c).to_dict("records")}
+    return {
+        "schema": SCHEMA,
+        "mode": c.mode,
+        "parameters": found,
+        "conventions": {"rolling": rolling, "rolling_means": ROLLING[rolling], **CONVENTIONS},
+        "materials": materials,
+        "seed_shape": shape,
+        "bench": {
+            "folder": str(c.bench.folder),
+            "provenance": list(c.bench.provenance),
+            "means": {n: _mean(f) for n, f in c.steel.items()} | ({"pile": _mean(c.pile)} if c.pile else {}),
+            "sha256": c.bench.hashes,
+        },
+        "verification": {n: asdict(v) for n, v in _verifications(c).items()},
+        "pile": _pile(c),
+        "not_calibrated": c.refused,
+        "unreadable": {name: why for name, _, why in c.bench.trouble},
+        "findings": list(c.findings),
+        "printed_but_does_not_follow": c.checks.loc[~c.checks["follows"].astype(bool)].to_dict("records")
+        if len(c.checks)
+        else [],
+        "contradictions": list(c.flags),
+        "notes": {n: list(f.notes) for n, f in c.steel.items()} | ({"pile": list(c.pile.notes)} if c.pile else {}),
+        "options": c.options,
+        "random_seed": c.seed,
+        "versions": versions(),
+    }
+
+
+def _mean(fit) -> dict:
+    return asdict(fit.bench) | {"sd": fit.bench.sd}
+
+
+def _verifications(c: Calibration) -> dict:
+    fits = {**c.steel, **({"pile": c.pile} if c.pile else {})}
+    return {n: f.verification for n, f in fits.items() if f.verification is not None}
+
+
+def _pile(c: Calibration) -> dict | None:
+    """What one angle leaves open."""
+    if c.pile is None:
+        return None
+    o = c.pile.optimum
+    out = {
+        "optimum": o.point,
+        "predicted_deg": o.predicted,
+        "target_deg": o.target,
+        "outcome": o.outcome,
+        "boundary": o.boundary,
+        "nearest_the_centre": c.pile.central.point,
+        "solutions": c.pile.sheet.statement,
+    }
+    if c.joint is not None and len(c.joint.directions):
+        out["directions"] = c.joint.directions[["sd_ratio", "resolved", "statement"]].to_dict("records")
+        out["measure_next"] = c.joint.narrowing.iloc[0]["candidate"] if len(c.joint.narrowing) else None
+    return out
+
+
+def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
+    """Every table by the name of its file."""
+    flat = parameters(c)
+    flat["budget"] = ["; ".join(f"{k} {v:.0%}" for k, v in b.items()) for b in flat["budget"]]
+    out = {"parameters": flat, "printed": c.checks}
+    for name, r in c.bench.rigs.items():
+        out[f"{name}_bench"] = pd.DataFrame({r.response: r.values, "reading_sd": r.reading_sd})
+        out[f"{name}_recordings"] = r.recordings
+    for name, fit in c.steel.items():
+        out |= {f"{name}_simulated": fit.rows, f"{name}_answers": fit.answers, f"{name}_curve": curve(fit)}
+    if c.pile is not None:
+        p = c.pile
+        out |= {
+            "pile_design": p.design,
+            "pile_coefficients": p.coefficients,
+            "pile_anova": p.anova,
+            "pile_residuals": p.residuals,
+            "pile_contributions": p.contributions,
+            "pile_left_out": p.reduction.steps,
+            "pile_solutions": p.sheet.table,
+            "pile_quality": pd.DataFrame([asdict(p.quality)]),
+        }
+        out |= {"pile_path": p.path.errors} if p.path is not None else {}
+        out |= {"pile_replicates": p.plan.table} if p.plan is not None else {}
+    if c.joint is not None:
+        out |= {"posterior": c.joint.posterior.draws, "posterior_summary": c.joint.table, "tension": c.joint.posterior.tension}
+        out |= {"directions": c.joint.directions, "narrowing": c.joint.narrowing} if len(c.joint.directions) else {}
+    return out | {k: v for k, v in c.more.items() if isinstance(v, pd.DataFrame)}
+
+
+def curve(fit: SteelFit) -> pd.DataFrame:
+    """Both curves of a rig with their standard errors, for drawing."""
+    x = np.linspace(fit.polynomial.low, fit.polynomial.high, CURVE_POINTS)
+    table = pd.DataFrame({fit.rig.parameter: x, "polynomial": fit.polynomial.mean(x), "se": np.sqrt(fit.polynomial.variance(x))})
+    if fit.monotone is not None:
+        table = table.assign(monotone=fit.monotone.mean(x), monotone_se=np.sqrt(fit.monotone.variance(x)))
+    return table
+
+
+def _plain(value):
+    """JSON values; what is not finite becomes null."""
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.bool_ | bool):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value

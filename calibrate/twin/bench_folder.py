@@ -1,0 +1,110 @@
+"""A bench folder as a calibration sees it: what was read on each recording, and what the recordings state of the rig."""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from calibrate.twin.run import observe
+from vision.batch import find_all
+from vision.evidence.tables import READING_COLUMNS, read_readings
+from vision.measurement import FAILED, MeasurementError
+from vision.recording import Recording
+
+RESPONSES = {rig: column for column, (rig, *_) in READING_COLUMNS.items()}  # what each rig is read for
+SECTIONS = ("seed", "camera", "air")
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One recording.
+
+    response: the column its readings belong to (`rebound_height_mm` …); readings: (n,) in its unit, one for a film or photo;
+    reading_sd: (n,) measuring error that is each reading's own, 0 where none is known; shared_sd: error that all recordings of
+    the session share (scale, plumb line); description: what recording.toml and bench.toml state, by section; trouble: why
+    nothing could be read, "" when something was; doubt: why it is to be trusted less.
+    """
+
+    recording: str
+    rig: str
+    response: str
+    readings: np.ndarray
+    reading_sd: np.ndarray
+    shared_sd: float
+    description: dict
+    path: str
+    provenance: str
+    notes: tuple[str, ...] = ()
+    doubt: str = ""
+    trouble: str = ""
+    derived: dict[str, float] = field(default_factory=dict)
+
+
+def read_bench(folder: Path) -> list[Seen]:
+    """Every recording under `folder`, measured; one that could not be measured says why. FileNotFoundError without a folder."""
+    if not Path(folder).exists():
+        raise FileNotFoundError(f"{folder}: no such file or folder")
+    return [_seen(entry) for entry in find_all([Path(folder)])]
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    """SHA-256 of every file under `folder` by its relative path."""
+    files = sorted(p for p in Path(folder).rglob("*") if p.is_file() and not p.name.startswith("."))
+    out = {}
+    for file in files:
+        with file.open("rb") as stream:
+            out[str(file.relative_to(folder))] = hashlib.file_digest(stream, "sha256").hexdigest()
+    return out
+
+
+def _seen(entry: Recording | MeasurementError) -> Seen:
+    nothing = np.zeros(0)
+    if isinstance(entry, MeasurementError):
+        return Seen(entry.recording, "", "", nothing, nothing, 0.0, {}, "", "", trouble=str(entry))
+    told = (entry.id, entry.rig or "", RESPONSES.get(entry.rig, ""))
+    rest = (_description(entry), str(entry.path), entry.provenance)
+    try:
+        return _readings(entry, told, rest) if entry.evidence == "readings.csv" else _measured(entry, told, rest)
+    except MeasurementError as error:
+        return Seen(*told, nothing, nothing, 0.0, *rest, trouble=str(error))
+    except OSError as error:
+        return Seen(*told, nothing, nothing, 0.0, *rest, trouble=f"{error.filename or entry.path}: {error.strerror or error}")
+
+
+def _readings(entry: Recording, told: tuple, rest: tuple) -> Seen:
+    """What somebody read off; the plausibility checks are those of `benchtwin measure`."""
+    observation, table = observe(entry), read_readings(entry.files[0]).rows
+    rig = entry.rig or observation.rig
+    response = RESPONSES[rig]
+    if response not in table:
+        raise MeasurementError(f"{entry.files[0]}: column {response} is missing; there are {', '.join(table.columns)}")
+    values = table[response].dropna().to_numpy(dtype=float)
+    doubt = next((q.reason for q in observation.quantities if q.reason and len(values) > 1), "")
+    derived = {q.name: q.value for q in observation.quantities}
+    return Seen(told[0], rig, response, values, np.zeros(values.size), 0.0, *rest, observation.notes, doubt, derived=derived)
+
+
+def _measured(entry: Recording, told: tuple, rest: tuple) -> Seen:
+    """One film, track or photo: the quantity of its rig."""
+    observation = observe(entry)
+    name, unit = READING_COLUMNS[told[2]][1:]
+    found = {q.name: q for q in observation.quantities}
+    q = found.get(name)
+    derived = {other.name: other.value for other in observation.quantities if other.quality != FAILED}
+    if q is None or q.quality == FAILED or not np.isfinite(q.value):
+        why = q.reason if q is not None else f"no {name} without a scale; it gives {', '.join(derived) or 'nothing'}"
+        raise MeasurementError(f"{entry.path}: {why}")
+    if q.unit != unit:
+        raise MeasurementError(f"{entry.toml}: {name} came out in {q.unit}: [camera] mm_per_px is missing")
+    shared = entry.camera.scale_sd * q.value if unit == "mm" else entry.camera.plumb_sd
+    shared = float(min(shared, q.sd))
+    own = float(np.sqrt(max(q.sd**2 - shared**2, 0.0)))
+    return Seen(*told, np.array([q.value]), np.array([own]), shared, *rest, observation.notes, q.reason, derived=derived)
+
+
+def _description(entry: Recording) -> dict:
+    """Sections of a recording.toml as plain values, those of the rig included."""
+    names = (*SECTIONS, entry.rig) if entry.rig else SECTIONS
+    sections = {name: getattr(entry, name).model_dump(exclude_none=True, mode="json") for name in names}
+    return {name: values for name, values in sections.items() if values}

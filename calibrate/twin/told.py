@@ -1,0 +1,38 @@
+"""What a result states of the materials and the seed, as the twin takes them."""
+
+import platform
+from importlib.metadata import version
+
+from calibrate.twin.parameters import SOFT_PA, Parameters, bench
+from sim.material import Q235
+from sim.seed import Seed
+from vision.evidence.keys import validate
+
+VERSIONS = ("benchtwin", "numpy", "scipy", "pandas", "numba", "emcee")
+
+
+def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict, dict]:
+    """`materials` and `seed_shape` of result.json, for a recording's sections. ValueError for sections that do not fit."""
+    from pathlib import Path
+
+    known = validate({k: v for k, v in description.items() if k in ("seed", "air")}, Path("bench.toml"))
+    of = bench(parameters, "pile", known.seed, known.air)
+    whole = (
+        of.sizes if isinstance(of.sizes, tuple) else tuple(getattr(of.sizes, n).mean_m for n in ("length", "width", "thickness"))
+    )
+    seed = Seed.from_dimensions(*whole, spheres=of.spheres, arrangement=of.arrangement, density_kg_m3=of.seed.density_kg_m3)
+    spheres = [[1e3 * float(v) for v in (*centre, radius)] for centre, radius in zip(seed.centres_m, seed.radii_m)]
+    materials = {"seed": _material(of.seed), "wall": _material(Q235)}
+    materials["seed"]["shear_modulus_pa_simulated"] = {rig: parameters.shear_modulus_pa or soft for rig, soft in SOFT_PA.items()}
+    sizes = dict(zip(("length_mm", "width_mm", "thickness_mm"), (float(f"{1e3 * v:.9g}") for v in whole)))
+    return materials, {**sizes, "spheres": spheres}
+
+
+def _material(material) -> dict:
+    keys = ("name", "density_kg_m3", "shear_modulus_pa", "poisson_ratio", "source")
+    return {key: getattr(material, key) for key in keys}
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes a result."""
+    return {"python": platform.python_version(), **{name: version(name) for name in VERSIONS}}
