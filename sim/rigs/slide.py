@@ -17,7 +17,7 @@ from sim.seed import MOST_SPHERES, Seed
 
 PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins
-TAPE_OVERLAP = 0.01  # of a seed's width: how far neighbours are pressed together
+PULLED = (0.01, 0.03, 0.06, 0.10, 0.15)  # of a seed's size: how far neighbours are pulled into each other
 TIPPED_DEG = 20.0  # turned by more against the plate, the block rolls and does not slide
 SEEN_M = 5e-3  # a way that nobody overlooks
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
@@ -77,22 +77,32 @@ def run_slide(rig: Slide, bench: Bench, rng: np.random.Generator, *, fps: float 
 
 
 def taped(seeds: list[Seed]) -> Seed:
-    """Seeds side by side and end to end on a level table, as one rigid body; its underside is level, so all of them touch."""
-    columns = 2 if len(seeds) > 1 else 1
-    tightness = 1.0 - TAPE_OVERLAP
-    centres, radii = [], []
-    half_widths = [seed.radii_m.max() for seed in seeds]
-    lengths = [2 * reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0)) for seed in seeds]
+    """Seeds side by side and end to end on a level table, as one rigid body; its underside is level, so all of them touch.
+
+    The tape pulls them together until they are one piece: unequal seeds need more of it. ValueError when PULLED[-1] does not do.
+    """
+    balls = sum(len(seed.radii_m) for seed in seeds)
+    if balls > MOST_SPHERES:
+        raise ValueError(f"spheres: {len(seeds)} taped seeds have {balls} balls; {MOST_SPHERES} at most")
+    for pull in PULLED:
+        try:
+            return _pulled_together(seeds, pull)
+        except ValueError as error:
+            apart = error
+    raise ValueError(f"the seeds are too unequal to be taped together: {apart}")
+
+
+def _pulled_together(seeds: list[Seed], pull: float) -> Seed:
+    """The block with its seeds nearer by a share `pull` of their size than where equal ones would just touch."""
+    centres = []
     for k, seed in enumerate(seeds):
-        row, column = divmod(k, columns)
-        side = tightness * half_widths[k] * (1 if column else -1) if len(seeds) > 1 else 0.0
-        ahead = tightness * lengths[k] / 2 * (1 if row else -1) if len(seeds) > 2 else 0.0
+        row, column = divmod(k, 2)
+        half_width, half_length = seed.radii_m.max(), reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0))
+        side = (1 - pull) * half_width * (1 if column else -1) if len(seeds) > 1 else 0.0
+        ahead = (1 - pull) * half_length * (1 if row else -1) if len(seeds) > 2 else 0.0
         low = float(np.min(seed.centres_m[:, 2] - seed.radii_m))
         centres.append(seed.centres_m + np.array([ahead, side, -low]))
-        radii.append(seed.radii_m)
-    if sum(map(len, radii)) > MOST_SPHERES:
-        raise ValueError(f"spheres: {len(seeds)} taped seeds have {sum(map(len, radii))} balls; {MOST_SPHERES} at most")
-    return Seed.from_spheres(np.vstack(centres), np.concatenate(radii), seeds[0].density_kg_m3)
+    return Seed.from_spheres(np.vstack(centres), np.concatenate([s.radii_m for s in seeds]), seeds[0].density_kg_m3)
 
 
 def _travel(positions: np.ndarray, tilt: np.ndarray) -> np.ndarray:

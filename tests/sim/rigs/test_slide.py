@@ -46,6 +46,12 @@ def test_taped_seeds_lie_level_and_are_one_body():
     assert block.mass_kg == pytest.approx(sum(s.mass_kg for s in seeds), rel=0.01)  # pressed together, hardly overlapping
 
 
+@pytest.mark.parametrize("k", range(20))
+def test_four_seeds_of_any_lot_can_be_taped(k):
+    block = taped(Bench().draw(np.random.default_rng(k), 4))
+    assert len(block.radii_m) == 20
+
+
 def test_a_plate_too_rough_to_slide_on_is_said_so():
     with pytest.raises(ValueError, match="the block tips over at"):
         run_slide(Slide(tilt_rate_deg_s=20.0, start_deg=60.0), bench(5.0), np.random.default_rng(1))
