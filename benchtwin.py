@@ -77,19 +77,31 @@ def simulate(
 @app.command()
 def calibrate(
     bench: Annotated[Path, typer.Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
-    out: Annotated[Path, typer.Option(help="Folder for result.json, tables/ and report.html.")],
+    out: Annotated[Path, typer.Option(help="Folder for result.json, tables/, report.html, and the simulated runs.")],
     tables: Annotated[bool, typer.Option(help="Calibrate on the simulations in BENCH/tables instead of simulating.")] = False,
+    twin: Annotated[bool, typer.Option(help="With --tables: simulate what the tables hold, and show both.")] = False,
+    quick: Annotated[bool, typer.Option(help="Fewer repeats and a smaller pile: minutes, with wider intervals.")] = False,
+    whole_pile: Annotated[bool, typer.Option(help="Simulate the pile as described, not a slice of it: hours.")] = False,
+    rendered: Annotated[bool, typer.Option(help="Film every simulated run and measure the pictures: slower.")] = False,
+    ranges: Annotated[list[str], typer.Option("--range", help="seed_restitution=0.45:0.70: where to look for it.")] = [],  # noqa: B006
+    priors: Annotated[list[str], typer.Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand.")] = [],  # noqa: B006
     rng: Annotated[int, typer.Option(help="Seed of the random numbers: the same one gives the same result.")] = 1,
-    overwrite: Annotated[bool, typer.Option(help="Replace an existing result.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Processes that simulate; else one a core.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="tcp://host:port of a dask scheduler to simulate on.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace an existing result; finished runs are kept.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
 ) -> None:
     """Calibrate contact parameters on a bench folder: values with intervals, and what the bench leaves open.
 
+    Run again, a stopped calibration goes on where it was.
     Exit code 0: done; 1: stopped, or nothing could be calibrated; 2: the command was misused.
     """
-    from calibrate.calibrate_command import calibrate_command
+    from calibrate.calibrate_command import Asked, calibrate_command
 
-    raise typer.Exit(calibrate_command(bench, out, tables=tables, rng=rng, overwrite=overwrite, quiet=quiet))
+    how = {"tables": tables, "twin": twin, "quick": quick, "whole_pile": whole_pile, "rendered": rendered}
+    known = {"ranges": tuple(ranges), "priors": tuple(priors)}
+    run = {"rng": rng, "workers": workers, "scheduler": scheduler, "overwrite": overwrite, "quiet": quiet}
+    raise typer.Exit(calibrate_command(Asked(bench, out, **how, **known, **run)))
 
 
 @app.command()

@@ -2,12 +2,17 @@
 
 import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from calibrate.procedure import Calibration, calibrate_tables, parameters
+from calibrate.procedure.rigs import PARAMETERS
 from calibrate.report import write_report
 from calibrate.report.draw import name
 from calibrate.report.numbers import with_interval
@@ -17,46 +22,142 @@ DONE, STOPPED, MISUSED = 0, 1, 2
 OURS = {"result.json", "report.html", "tables", "runs"}  # what a calibration leaves in its folder
 
 
-def calibrate_command(bench: Path, out: Path, *, tables: bool, rng: int, overwrite: bool, quiet: bool) -> int:
-    """Calibrate a bench folder into the folder `out`; returns the exit code."""
+class Misuse(ValueError):
+    """The command was typed wrongly."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was typed. tables: on BENCH/tables; twin: with our simulations at the tables' values; ranges, priors: "NAME=A:B"."""
+
+    bench: Path
+    out: Path
+    tables: bool = False
+    twin: bool = False
+    rendered: bool = False
+    quick: bool = False
+    whole_pile: bool = False
+    ranges: tuple[str, ...] = ()
+    priors: tuple[str, ...] = ()
+    rng: int = 1
+    workers: int | None = None
+    scheduler: str | None = None
+    overwrite: bool = False
+    quiet: bool = False
+
+
+def calibrate_command(asked: Asked, simulator=None) -> int:
+    """Calibrate a bench folder; returns the exit code. simulator: in the place of the campaign, for tests."""
     try:
-        _check(bench, out, overwrite)
-        found = calibrate_tables(bench, seed=rng)
-        out.mkdir(parents=True, exist_ok=True)
-        write_result(found, out)
-        write_report(found, out)
+        _check(asked)
+        found = calibrate_tables(asked.bench, seed=asked.rng) if asked.tables and not asked.twin else _simulated(asked, simulator)
+        asked.out.mkdir(parents=True, exist_ok=True)
+        write_result(found, asked.out)
+        write_report(found, asked.out)
     except KeyboardInterrupt:
-        print(f"\nbenchtwin calibrate: stopped; the same command goes on where it stopped ({out})", file=sys.stderr)
-        return STOPPED
-    except (FileNotFoundError, FileExistsError) as error:
-        print(f"benchtwin calibrate: {error}", file=sys.stderr)
-        return MISUSED
-    except ValueError as error:
-        print(f"benchtwin calibrate: {error}", file=sys.stderr)
-        return STOPPED
+        return _say(f"stopped; the same command goes on where it stopped ({asked.out})", STOPPED)
+    except (FileNotFoundError, FileExistsError, Misuse) as error:
+        return _say(error, MISUSED)
+    except (ValueError, RuntimeError) as error:  # nothing could be calibrated; the campaign stopped
+        return _say(error, STOPPED)
     except OSError as error:
-        print(f"benchtwin calibrate: {error.filename or out}: {error.strerror or error}", file=sys.stderr)
-        return STOPPED
-    if not quiet:
-        show(found, out)
+        return _say(f"{error.filename or asked.out}: {error.strerror or error}", STOPPED)
+    if not asked.quiet:
+        show(found, asked.out)
     return DONE
 
 
-def _check(bench: Path, out: Path, overwrite: bool) -> None:
+def _say(error, code: int) -> int:
+    print(f"benchtwin calibrate: {error}", file=sys.stderr)
+    return code
+
+
+def _check(asked: Asked) -> None:
     """FileNotFoundError without a bench folder; FileExistsError where `out` holds something that must not be replaced."""
+    bench, out = asked.bench, asked.out
     if not bench.is_dir():
         raise FileNotFoundError(f"{bench}: {'is not a folder' if bench.exists() else 'no such folder'}")
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
+    if out.resolve() == bench.resolve() or bench.resolve() in out.resolve().parents:
+        raise Misuse(f"--out {out}: lies within the bench folder, whose recordings it would be taken for; choose another")
     there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
     if there - OURS:
         raise FileExistsError(f"{out}: holds {sorted(there - OURS)[0]}, which no calibration wrote; choose another --out")
     if "result.json" in there:
-        if not overwrite:
+        if not asked.overwrite:
             raise FileExistsError(f"{out}: holds a result already; choose another --out, or say --overwrite")
         # tables of other rigs than this time's would stand beside the new result; the finished runs are kept
         shutil.rmtree(out / "tables", ignore_errors=True)
         (out / "result.json").unlink()
+
+
+def _simulated(asked: Asked, simulator) -> Calibration:
+    """The procedure with simulations; the report is written anew after every rig."""
+    from calibrate.procedure.effort import FULL, QUICK
+    from calibrate.procedure.simulated import Wishes, beside_tables, calibrate_simulated, checked_ranges
+    from calibrate.procedure.simulator import campaign
+    from calibrate.statistics.box import Box
+    from calibrate.statistics.prior import Prior
+
+    effort = replace(QUICK if asked.quick else FULL, **({"slab": None} if asked.whole_pile else {}))
+    options = {k: v for k, v in vars(asked).items() if k in ("twin", "rendered", "quick", "whole_pile", "ranges", "priors") and v}
+    wishes = Wishes(_pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior"), options=options)
+    try:
+        checked_ranges(wishes.ranges)
+        Prior(Box(PARAMETERS, [0.0] * len(PARAMETERS), [1.0] * len(PARAMETERS)), wishes.held)
+    except ValueError as error:
+        raise Misuse(error) from None
+    printed = None
+    if asked.twin:
+        printed = calibrate_tables(asked.bench, seed=asked.rng)
+        wishes = _as_tabulated(wishes, printed)
+    with _progress(asked.quiet) as (say, told):
+        simulate = simulator or campaign(
+            asked.out / "runs", rendered=asked.rendered, workers=asked.workers, scheduler=asked.scheduler, progress=told
+        )
+
+        def so_far(calibration: Calibration) -> None:
+            asked.out.mkdir(parents=True, exist_ok=True)
+            write_report(calibration, asked.out)
+
+        found = calibrate_simulated(asked.bench, simulate, effort=effort, seed=asked.rng, wishes=wishes, say=say, so_far=so_far)
+    return beside_tables(found, printed) if printed else found
+
+
+def _as_tabulated(wishes, printed: Calibration):
+    """The tables' own values, design and published optimum."""
+    values = {n: tuple(fit.rows[fit.rig.parameter]) for n, fit in printed.steel.items()}
+    pile = printed.pile
+    return replace(wishes, values=values, **({"levels": pile.box, "near": pile.optimum.point} if pile else {}))
+
+
+def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]]:
+    """ "name=a:b" → {name: (a, b)}."""
+    out = {}
+    for text in texts:
+        key, _, ends = text.partition("=")
+        try:
+            a, b = (float(v) for v in ends.split(":"))
+        except ValueError:
+            raise Misuse(f"{option} {text}: expected NAME=NUMBER:NUMBER, such as seed_restitution=0.4:0.7") from None
+        out[key.strip()] = (a, b)
+    return out
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[tuple]:
+    """Two functions: one told of every stage, one of the campaign's progress."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
+        task, stage = progress.add_task("", total=None), [""]
+
+        def say(text: str) -> None:
+            stage[0] = text
+            progress.update(task, description=text)
+            progress.console.print(text, highlight=False)
+
+        yield say, lambda told: progress.update(task, description=f"{stage[0]}: {told}")
 
 
 def show(c: Calibration, out: Path) -> None:
@@ -68,13 +169,9 @@ def show(c: Calibration, out: Path) -> None:
     for row in parameters(c).itertuples():
         shown.add_row(name(row.parameter), with_interval(row.value, row.low, row.high), row.status)
     console.print(shown)
-    for rig, why in c.refused.items():
-        console.print(f"not calibrated: {rig}: {why}", markup=False, soft_wrap=True)
-    for line in (*c.findings, *c.flags):
-        console.print(line, markup=False, soft_wrap=True)
+    lines = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
+    lines += [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
     wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
-    for row in wrong.itertuples():
-        console.print(
-            f"printed {row.item} = {row.printed} does not follow; recomputed {row.recomputed:.4g}", markup=False, soft_wrap=True
-        )
-    console.print(f"report: {out / 'report.html'}", markup=False, soft_wrap=True)
+    lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
+    for line in (*lines, f"report: {out / 'report.html'}"):
+        console.print(line, markup=False, soft_wrap=True)

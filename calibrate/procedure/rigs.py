@@ -36,7 +36,7 @@ STEEL = {
 PILE_RESPONSE = "repose_angle_deg"
 SEED_FACTORS = ("seed_restitution", "seed_static_friction", "seed_rolling_friction")
 SEED_LIMITS = {"seed_restitution": (0.05, 0.95), "seed_static_friction": (0.02, 1.5), "seed_rolling_friction": (0.0005, 0.5)}
-STEEL_PARAMETERS = tuple(rig.parameter for rig in STEEL.values())
+PARAMETERS = (*(rig.parameter for rig in STEEL.values()), *SEED_FACTORS)
 
 
 def direct(rig: str, reading: float, description: dict) -> float | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from calibrate.calibrate_command import DONE, MISUSED, STOPPED, calibrate_command
+from calibrate.calibrate_command import DONE, MISUSED, STOPPED, Asked, calibrate_command
 from calibrate.export import read_result
 from calibrate.procedure import calibrate_tables, parameters
 
@@ -30,8 +30,7 @@ def bench(tmp_path):
 
 
 def run(bench, tmp_path, **options):
-    options = {"tables": True, "rng": 1, "overwrite": False, "quiet": False} | options
-    return calibrate_command(bench, tmp_path / "out", **options)
+    return calibrate_command(Asked(bench, tmp_path / "out", **{"tables": True} | options))
 
 
 def test_the_papers_parameters_come_out_within_intervals(paper):
@@ -102,7 +101,7 @@ def test_a_folder_of_something_else_is_not_written_into(tmp_path, capsys):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").write_text("")
     assert run(PAPER, tmp_path) == MISUSED and "thesis.tex" in capsys.readouterr().err
-    assert calibrate_command(tmp_path / "no", tmp_path / "x", tables=True, rng=1, overwrite=False, quiet=False) == MISUSED
+    assert calibrate_command(Asked(tmp_path / "no", tmp_path / "x", tables=True)) == MISUSED
     assert "no such folder" in capsys.readouterr().err
 
 

@@ -1,0 +1,219 @@
+"""Seed–seed piles simulated: noise, path, replicates, design with common packings, verification."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.bench import RigReadings
+from calibrate.procedure.effort import Effort
+from calibrate.procedure.pile import PileFit, fit_pile
+from calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
+from calibrate.procedure.simulator import Run, Simulator, seed_numbers, usable
+from calibrate.statistics.ascent import Centre, choose_centre, equal_steps
+from calibrate.statistics.bench import BenchMean, verify
+from calibrate.statistics.box import Box
+from calibrate.statistics.designs import box_behnken
+from calibrate.statistics.replicates import Noise, Pairing, Plan, common_packing, packing_noise, plan
+from calibrate.statistics.resolution import Candidate
+from calibrate.statistics.surface import fit_surface
+
+RANGES = {"seed_restitution": (0.45, 0.70), "seed_static_friction": (0.20, 0.70), "seed_rolling_friction": (0.01, 0.06)}
+STEPS, MOST_STEPS = 6, 14
+MOST_EFFECT = 8.0  # in packing noise
+WIDEST = 3  # groups on either side of the centre that a design may span
+KNOWN = {"true_repose_angle_deg", "true_photo_s", "true_lies_still", "seconds", "repose_angle_sd_deg"}  # not further observables
+
+
+@dataclass(frozen=True)
+class PileStage:
+    """What the pile's simulations need. fixed: seed–steel parameters; ranges: of the factors, for the path; levels: a box that is
+    prescribed in the place of the path's; near: the point of the sheet to report."""
+
+    readings: RigReadings
+    fixed: dict[str, float]
+    description: dict
+    simulate: Simulator
+    effort: Effort
+    seed: int
+    ranges: dict[str, tuple[float, float]]
+    levels: Box | None = None
+    near: dict[str, float] | None = None
+
+    def piles(self, points: pd.DataFrame, packings) -> pd.DataFrame:
+        """One pile a row of `points` (factors in natural units) on that row's packing; the table of runs."""
+        factors = list(self.ranges)
+        runs = [
+            Run(
+                "pile",
+                {**self.fixed, **{f: float(v) for f, v in zip(factors, row)}},
+                seed_numbers(self.seed, "pile", p),
+                self.description,
+            )
+            for row, p in zip(points[factors].to_numpy(), packings)
+        ]
+        return self.simulate(runs).reset_index(drop=True)
+
+
+def simulate_pile(stage: PileStage, rng: np.random.Generator) -> tuple[PileFit, list[Candidate]]:
+    """The whole of it; also further observables of the same piles, as candidates to measure. ValueError, SimulationFailed."""
+    box = stage.levels or Box.of(stage.ranges)
+    noise, pairing, notes = measure_noise(stage, box)
+    bench = stage.readings.mean(other=(noise.sd, float(noise.df)))
+    if stage.readings.values.size == 1:
+        notes.append(f"one bench pile: its scatter is taken to be that of the simulated piles, {noise.sd:.2g}°")
+    path, reach = None, 0.0
+    if stage.levels is None:
+        path, steps = climb(stage, bench, noise)
+        box, reach = box_around(path, steps, noise, stage, pairing)
+    design, chosen, more = run_design(stage, box, noise, pairing, reach)
+    notes += more
+    packing = "packing" if pairing.worth_it else None
+    found = {"path": path, "noise": noise, "pairing": pairing, "plan": chosen}
+    fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing, notes=tuple(notes), **found)
+    return _verified(stage, fit), candidates(design, box, packing, stage.readings.values.size)
+
+
+def measure_noise(stage: PileStage, box: Box) -> tuple[Noise, Pairing, list[str]]:
+    """Packing noise at two points of the box, on the same packings: how far one pile scatters, and what common packings save."""
+    middle = box.natural(np.array([[-0.2] * len(box.names), [0.2] * len(box.names)]))
+    points = pd.DataFrame(np.repeat(middle, stage.effort.noise, axis=0), columns=list(box.names))
+    packings = np.tile(np.arange(stage.effort.noise), 2)
+    table = stage.piles(points, packings).assign(point=np.repeat(["a", "b"], stage.effort.noise), packing=packings)
+    there, notes = usable(table, PILE_RESPONSE)
+    noise = packing_noise(table[there], PILE_RESPONSE, point="point")
+    try:
+        pairing = common_packing(table[there], PILE_RESPONSE, point="point", packing="packing")
+    except ValueError:
+        pairing = Pairing(0.0, -1.0, 1.0, 1.0, False)
+    return noise, pairing, notes
+
+
+def climb(stage: PileStage, bench: BenchMean, noise: Noise) -> tuple[Centre, pd.DataFrame]:
+    """The path of steepest ascent, lengthened until it brackets the bench's angle or a factor comes to its limit."""
+    steps = equal_steps(Box.of(stage.ranges), STEPS)
+    done = _walked(stage, steps)
+    factors, sd = tuple(stage.ranges), noise.sd / np.sqrt(stage.effort.path)
+    while len(done) < MOST_STEPS:
+        centre = choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd)
+        if (
+            done[PILE_RESPONSE].min() <= bench.value <= done[PILE_RESPONSE].max()
+            and centre.group not in done["group"].iloc[[0, -1]].tolist()
+        ):
+            break
+        more = _next_steps(done, factors, below=centre.group == done["group"].iloc[0])
+        if more.empty:
+            break
+        done = pd.concat([done, _walked(stage, more)]).sort_values("group", ignore_index=True)
+    return choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd), done
+
+
+def _walked(stage: PileStage, steps: pd.DataFrame) -> pd.DataFrame:
+    """The steps with the mean of their piles; those that gave none are left out."""
+    n = stage.effort.path
+    table = stage.piles(steps.loc[np.repeat(steps.index, n)], np.tile(np.arange(n), len(steps)))
+    there, _ = usable(table, PILE_RESPONSE)
+    mean = table[PILE_RESPONSE].where(there).groupby(np.repeat(np.arange(len(steps)), n)).mean()
+    return steps.assign(**{PILE_RESPONSE: mean.to_numpy()}).dropna(subset=PILE_RESPONSE)
+
+
+def _next_steps(done: pd.DataFrame, factors: tuple[str, ...], *, below: bool) -> pd.DataFrame:
+    """Two more groups at an end of the path, each factor kept within its limits; none where all stand there already."""
+    ends = done.iloc[[0, 1]] if below else done.iloc[[-1, -2]]
+    end, step = ends.iloc[0], ends.iloc[0][list(factors)] - ends.iloc[1][list(factors)]
+    rows = []
+    for k in (1, 2):
+        point = {f: float(f"{np.clip(end[f] + k * step[f], *SEED_LIMITS[f]):.9g}") for f in factors}
+        if all(np.isclose(point[f], (rows[-1] if rows else end)[f]) for f in factors):
+            break
+        rows.append({"group": end["group"] + (-k if below else k), **point})
+    return pd.DataFrame(rows, columns=["group", *factors])
+
+
+def box_around(path: Centre, done: pd.DataFrame, noise: Noise, stage: PileStage, pairing: Pairing) -> tuple[Box, float]:
+    """The design's box, and the angle's change over it: the path's neighbouring groups as −1 and +1, as the paper takes them, or
+    groups farther off when packing noise would hide the main effects over so little."""
+    factors, groups = list(stage.ranges), done["group"].to_numpy()
+    slope = np.polyfit(groups, done[PILE_RESPONSE], 1)[0]
+    at = int(np.clip(np.flatnonzero(groups == path.group)[0], 1, len(groups) - 2))
+    for wide in range(1, WIDEST + 1):
+        low, high = max(0, at - wide), min(len(groups) - 1, at + wide)
+        while (
+            low > 0 and (done.iloc[low][factors] >= done.iloc[high][factors]).any()
+        ):  # a factor that stands at its limit in both
+            low -= 1
+        ends = done.iloc[[low, high]]
+        box = Box(tuple(factors), ends.iloc[0][factors].to_numpy(float), ends.iloc[1][factors].to_numpy(float))
+        reach = float(slope * (groups[high] - groups[low]))
+        if _plan(box, reach, noise, pairing, stage.effort).reached or (low == 0 and high == len(groups) - 1):
+            break
+    return box, reach
+
+
+def _plan(box: Box, reach: float, noise: Noise, pairing: Pairing, effort: Effort) -> Plan:
+    """Replicates so that a third of the path's change over the box, an even share of three factors, is found."""
+    coded = _design(box, effort)[[f"{n}_coded" for n in box.names]].to_numpy()
+    # an effect of many times the noise is found by any design, and beyond that the power is not computed well
+    effect = min(abs(reach) / len(box.names) or noise.sd, MOST_EFFECT * noise.sd)
+    correlation = min(pairing.correlation, 0.95) if pairing.worth_it else 0.0
+    return plan(coded, effect, noise, wanted=effort.power, most=effort.most, correlation=correlation)
+
+
+def _design(box: Box, effort: Effort) -> pd.DataFrame:
+    return box_behnken(box, centre_points=effort.centre)
+
+
+def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach: float) -> tuple[pd.DataFrame, Plan, list[str]]:
+    """Box–Behnken runs with their angles.
+
+    Where common packings help, the four edge points that vary the same two factors share one, another one for every such block
+    and replicate: what a packing does cancels within a block and averages out between them. Else, and at the centre, every run
+    has a packing of its own.
+    """
+    chosen = _plan(box, reach or 4 * noise.sd, noise, pairing, stage.effort)
+    once = _design(box, stage.effort).sort_values("standard", ignore_index=True)
+    edges = once[once["point"] == "edge"]
+    block = np.arange(len(edges)) // 4
+    blocks = int(block.max()) + 1
+    parts = [edges.assign(packing=block + r * blocks, replicate=r + 1) for r in range(chosen.replicates)]
+    centre = once[once["point"] == "centre"]
+    design = pd.concat([*parts, centre.assign(packing=np.arange(len(centre)), replicate=1)], ignore_index=True)
+    if not pairing.worth_it:
+        design["packing"] = np.arange(len(design))
+    table = stage.piles(design, 100 + design["packing"])  # packings of their own: the noise's have been seen
+    there, notes = usable(table, PILE_RESPONSE, least=0.8)
+    extra = [c for c in table.columns if c not in KNOWN and table[c].dtype.kind == "f"]
+    design = pd.concat([design.drop(columns="run"), table[list(dict.fromkeys([PILE_RESPONSE, *extra]))]], axis=1)[there]
+    return design.reset_index(drop=True), chosen, notes
+
+
+def _verified(stage: PileStage, fit: PileFit) -> PileFit:
+    """Piles at the optimum, on new packings, beside the bench."""
+    n = stage.effort.piles
+    table = stage.piles(pd.DataFrame([fit.optimum.point] * n), 1000 + np.arange(n))
+    there, notes = usable(table, PILE_RESPONSE)
+    if there.sum() < 2:
+        return replace(fit, notes=(*fit.notes, *notes))
+    found = verify(table.loc[there, PILE_RESPONSE].to_numpy(float), fit.bench, name="pile")
+    if not found.agrees:
+        notes.append(
+            f"verification disagrees: {found.simulated:.4g}° simulated, {found.bench:.4g}° at the bench (p = {found.p:.2g})"
+        )
+    return replace(fit, verification=found, notes=(*fit.notes, *notes))
+
+
+def candidates(design: pd.DataFrame, box: Box, packing: str | None, piles: int) -> list[Candidate]:
+    """What else the same piles show, as observables to measure: their scatter is the simulated piles', over as many piles."""
+    out = []
+    for column in design.columns:
+        if (
+            column in (PILE_RESPONSE, "packing", "replicate", *box.names)
+            or design[column].dtype.kind != "f"
+            or column.endswith("_coded")
+        ):
+            continue
+        if "_sd" in column or design[column].isna().any() or design[column].nunique() < 8:
+            continue
+        surface = fit_surface(design, column, box, packing=packing)
+        out.append(Candidate(column.removeprefix("true_").replace("_", " "), surface, surface.noise_sd / np.sqrt(max(piles, 1))))
+    return out

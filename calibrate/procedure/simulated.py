@@ -1,0 +1,179 @@
+"""The procedure with simulations of our own: rig after rig, each with what the earlier ones found, then the pile."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.bench import Bench, bench_of, missing
+from calibrate.procedure.calibration import FOLLOWS, Calibration
+from calibrate.procedure.effort import FULL, Effort, pile_description
+from calibrate.procedure.joint import fit_joint
+from calibrate.procedure.pile_runs import RANGES, PileStage, simulate_pile
+from calibrate.procedure.rigs import SEED_LIMITS, STEEL
+from calibrate.procedure.simulator import SimulationFailed, Simulator
+from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_steel
+from calibrate.statistics.box import Box
+
+NOT_FOUND = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}  # the paper's, for a rig that says nothing
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What may be prescribed. ranges: of the seed–seed factors; held: {parameter: (mean, sd)} known beforehand; values: where a
+    seed–steel rig is simulated, by rig; levels: the pile design's box; near: the seed–seed point to report; options: how it was
+    asked for, for the record."""
+
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    held: dict[str, tuple[float, float]] = field(default_factory=dict)
+    values: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    levels: Box | None = None
+    near: dict[str, float] | None = None
+    options: dict = field(default_factory=dict)
+
+
+def calibrate_simulated(
+    folder: Path,
+    simulate: Simulator,
+    *,
+    effort: Effort = FULL,
+    seed: int = 1,
+    wishes: Wishes | None = None,
+    say: Callable[[str], None] = lambda text: None,
+    so_far: Callable[[Calibration], None] = lambda calibration: None,
+) -> Calibration:
+    """Calibrate a bench folder on simulations.
+
+    say: told what begins; so_far: given the calibration after every rig. Raises FileNotFoundError, ValueError where nothing can
+    be calibrated (a range with low ≥ high included), and what the simulator raises.
+    """
+    wishes = wishes or Wishes()
+    ranges = checked_ranges(wishes.ranges)
+    say("measuring the bench's recordings")
+    bench = bench_of(folder)
+    rng = np.random.default_rng(seed)
+    state = _State(bench, effort, seed, wishes, missing(bench))
+    for name in STEEL:
+        if name in bench.rigs:
+            say(f"{name}: {STEEL[name].parameter}")
+            state.steel_rig(name, simulate, rng)
+            so_far(state.calibration(rng, finished=False))
+    if "pile" in bench.rigs:
+        say("pile: seed on seed")
+        state.pile_rig(simulate, ranges, rng)
+    if not state.steel and state.pile is None:
+        raise ValueError(f"{folder}: nothing could be calibrated: " + "; ".join(f"{k}: {v}" for k, v in state.refused.items()))
+    say("all recordings together")
+    return state.calibration(rng, finished=True)
+
+
+def checked_ranges(asked: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Ranges of the seed–seed factors; ValueError for an unknown one, low ≥ high, or what cannot be simulated."""
+    for name, (low, high) in asked.items():
+        if name not in RANGES:
+            raise ValueError(f"--range {name}: no such factor; there are {', '.join(RANGES)}")
+        least, most = SEED_LIMITS[name]
+        if not (least <= low and high <= most):
+            raise ValueError(f"--range {name}={low:g}:{high:g}: must lie within {least:g} to {most:g}")
+    ranges = RANGES | asked
+    Box.of(ranges)  # names the factor whose low is not below its high
+    return ranges
+
+
+class _State:
+    """What is known so far."""
+
+    def __init__(self, bench: Bench, effort: Effort, seed: int, wishes: Wishes, refused: dict[str, str]) -> None:
+        self.bench, self.effort, self.seed, self.wishes = bench, effort, seed, wishes
+        self.steel, self.pile, self.candidates = {}, None, []
+        self.refused, self.findings, self.said = refused, [], list(effort.said())
+
+    def steel_rig(self, name: str, simulate: Simulator, rng: np.random.Generator) -> None:
+        """One rig, with the parameters that those before it found."""
+        readings = self.bench.rigs[name]
+        before = list(STEEL)[: list(STEEL).index(name)]
+        fixed = {STEEL[n].parameter: self._found(n) for n in before}
+        stage = SteelStage(
+            STEEL[name],
+            readings,
+            fixed,
+            self._description(readings.description),
+            simulate,
+            self.effort,
+            self.seed,
+            self.wishes.values.get(name),
+        )
+        try:
+            self.steel[name] = simulate_steel(stage, rng)
+        except Unreachable as error:
+            self.refused[name] = str(error)
+            self.findings.append(str(error))
+        except (ValueError, SimulationFailed) as error:
+            self.refused[name] = str(error)
+
+    def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
+        """The pile, with all seed–steel parameters."""
+        readings = self.bench.rigs["pile"]
+        section, said = pile_description(readings.description.get("pile", {}), self.effort)
+        self.said += said
+        description = self._description({**readings.description, "pile": section})
+        fixed = {STEEL[n].parameter: self._found(n) for n in STEEL}
+        stage = PileStage(
+            readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels, self.wishes.near
+        )
+        try:
+            self.pile, self.candidates = simulate_pile(stage, rng)
+        except (ValueError, SimulationFailed) as error:
+            self.refused["pile"] = str(error)
+
+    def _found(self, rig: str) -> float:
+        name = STEEL[rig].parameter
+        return self.steel[rig].inverse.value if rig in self.steel else NOT_FOUND[name]
+
+    def _description(self, own: dict) -> dict:
+        """The lot's seed and air, with the rig's own section."""
+        seed = self.bench.seed.get("seed", {}) | own.get("seed", {})
+        air = {"air": self.bench.seed["air"]} if "air" in self.bench.seed else {}
+        return {**own, **({"seed": seed} if seed else {}), **air}
+
+    def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
+        """What is known, joined."""
+        joint = (
+            fit_joint(self.steel, self.pile, rng=rng, given=self.wishes.held, candidates=self.candidates) if finished else None
+        )
+        findings = [*self.findings, *(n for n in (self.pile.notes if self.pile else ()) if n.startswith("finding"))]
+        assumed = [
+            f"{STEEL[n].parameter} = {NOT_FOUND[STEEL[n].parameter]:g} was assumed, because {n} was not calibrated"
+            for n in STEEL
+            if n in self.refused and (self.steel or self.pile)
+        ]
+        options = {**self.wishes.options, "effort": asdict(self.effort), "said": [*self.said, *assumed]}
+        return Calibration(
+            "simulated",
+            self.bench,
+            dict(self.steel),
+            self.pile,
+            joint,
+            dict(self.refused),
+            pd.DataFrame(columns=FOLLOWS),
+            (),
+            tuple(findings),
+            options,
+            self.seed,
+            finished=finished,
+        )
+
+
+def beside_tables(c: Calibration, printed: Calibration) -> Calibration:
+    """A simulated calibration with the tabulated simulations' answers beside its own, as a further table `beside_tables`."""
+    rows = [
+        (n, printed.steel[n].rig.parameter, printed.steel[n].inverse.value, c.steel[n].inverse.value)
+        for n in c.steel
+        if n in printed.steel
+    ]
+    if c.pile is not None and printed.pile is not None:
+        rows += [("pile", f, printed.pile.optimum.point[f], c.pile.optimum.point[f]) for f in c.pile.box.names]
+    table = pd.DataFrame(rows, columns=["rig", "parameter", "on_the_tables", "simulated"])
+    return replace(c, more={**c.more, "beside_tables": table}, title=printed.title)

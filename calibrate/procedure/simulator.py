@@ -1,0 +1,103 @@
+"""Simulated runs for the procedure: what it asks for, and the campaign that answers."""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.rigs import STEEL
+
+BELOW_DEG = 4.0  # how far below the expected onset a slide's tilting begins: nothing happens before
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run: rig; values of contact parameters by name; rng: seed numbers of its generator (the same ones: the same packing);
+    description: sections of its recording.toml."""
+
+    rig: str
+    values: dict[str, float]
+    rng: tuple[int, ...]
+    description: dict = field(default_factory=dict)
+
+
+Simulator = Callable[[Sequence[Run]], pd.DataFrame]
+"""Runs in, a row a run out, in their order: status ("done" where it was measured), reason, rerun, and the measured columns."""
+
+
+class SimulationFailed(RuntimeError):
+    """So many runs of a stage came to nothing that it cannot go on."""
+
+
+def campaign(
+    store: Path,
+    *,
+    base: dict | None = None,
+    rendered: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable = lambda told: None,
+) -> Simulator:
+    """A simulator over the store: each run is computed once, whoever asks again. base: further fields of `Parameters`."""
+    from calibrate.campaign import run_campaign
+    from calibrate.twin import Parameters
+    from calibrate.twin.job import Job
+
+    def simulate(runs: Sequence[Run]) -> pd.DataFrame:
+        jobs = [Job(r.rig, Parameters(**(base or {}) | rounded(r.values)), _begun(r), r.rng, rendered) for r in runs]
+        return run_campaign(jobs, store, workers=workers, scheduler=scheduler, progress=progress, keep="photos").table
+
+    return simulate
+
+
+def rounded(values: dict[str, float]) -> dict[str, float]:
+    """Nine digits: what differs by less is the same input, and the same job."""
+    return {name: float(f"{value:.9g}") for name, value in values.items()}
+
+
+def _begun(run: Run) -> dict:
+    """The run's description; a slide begins a little below the onset that its friction gives."""
+    if run.rig != "slide" or "start_deg" in run.description.get("slide", {}):
+        return run.description
+    onset = float(np.degrees(np.arctan(run.values.get("static_friction", 0.34))))
+    start = float(np.floor(max(0.0, onset - BELOW_DEG)))
+    return run.description | {"slide": run.description.get("slide", {}) | ({"start_deg": start} if start > 0 else {})}
+
+
+def usable(table: pd.DataFrame, response: str, *, least: float = 0.5) -> tuple[pd.Series, list[str]]:
+    """Which rows have a finite response, and what to say of the others.
+
+    Raises SimulationFailed when fewer than the share `least` have one, naming a failure and how to run it alone.
+    """
+    there = table["status"].eq("done") & (table[response].notna() if response in table else False)
+    notes = []
+    if not there.all():
+        first = table[~there].iloc[0]
+        again = f"; run it alone: {first['rerun']}" if first.get("rerun") else ""
+        notes.append(
+            f"{(~there).sum()} of {len(table)} simulated runs gave nothing ({first['reason'] or first['status']}{again})"
+        )
+    if there.mean() < least:
+        raise SimulationFailed(notes[0])
+    return there, notes
+
+
+def seed_numbers(seed: int, *words) -> tuple[int, ...]:
+    """Seed numbers of a run, from what it is: another stage, value or repeat has others, whatever was run before.
+
+    >>> seed_numbers(1, "drop", 0.5, 3) == seed_numbers(1, "drop", 0.5, 3) != seed_numbers(1, "drop", 0.5, 4)
+    True
+    """
+    text = " ".join(f"{w:.9g}" if isinstance(w, float) else str(w) for w in words)
+    return (seed, int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little"))
+
+
+def steel_rows(table: pd.DataFrame, rig: str, values: np.ndarray) -> pd.DataFrame:
+    """A row a value: parameter, mean response, sd of single runs, repeats; from one row a run."""
+    of = STEEL[rig]
+    by = pd.DataFrame({of.parameter: values, of.response: table[of.response].to_numpy(float)}).groupby(of.parameter)[of.response]
+    rows = pd.DataFrame({of.response: by.mean(), of.sd: by.std(ddof=1), "repeats": by.count()}).reset_index()
+    return rows[rows["repeats"] >= 2].reset_index(drop=True)

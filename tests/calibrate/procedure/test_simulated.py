@@ -1,0 +1,199 @@
+"""The procedure with simulations, on a stand-in whose true parameters are known: what comes back, in what order, at what cost."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from stand_in import TRUE, StandIn, angle, write_bench
+
+from calibrate.calibrate_command import DONE, MISUSED, STOPPED, Asked, calibrate_command
+from calibrate.procedure import parameters
+from calibrate.procedure.effort import FULL, QUICK, pile_description
+from calibrate.procedure.simulated import Wishes, calibrate_simulated
+from calibrate.procedure.simulator import Run, _begun, seed_numbers
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    return write_bench(tmp_path_factory.mktemp("bench") / "b", np.random.default_rng(7))
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    return StandIn()
+
+
+@pytest.fixture(scope="module")
+def found(bench, simulator):
+    return calibrate_simulated(bench, simulator, effort=QUICK, seed=7)
+
+
+@pytest.fixture
+def spoilt(bench, tmp_path):
+    return shutil.copytree(bench, tmp_path / "b")
+
+
+def readings(folder, rig, column, values):
+    (folder / rig / "readings.csv").write_text(column + "\n" + "\n".join(map(str, values)) + "\n")
+
+
+def test_the_true_parameters_lie_within_the_intervals(found):
+    t = parameters(found).set_index("parameter")
+    truth = pd.Series(TRUE)
+    assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
+    assert abs(t["value"] - truth)[["restitution", "static_friction"]].max() < 0.02
+    assert abs(t.loc["rolling_friction", "value"] - TRUE["rolling_friction"]) < 0.0005
+    assert angle(found.pile.optimum.point) == pytest.approx(found.pile.bench.value, abs=1.0)
+
+
+def test_each_rig_is_simulated_with_what_the_earlier_ones_found(found, simulator):
+    order = list(dict.fromkeys(r.rig for r in simulator.runs))
+    assert order == ["drop", "slide", "roll", "pile"]
+    by = {rig: next(r for r in simulator.runs if r.rig == rig).values for rig in order}
+    e, mu = (found.steel[r].inverse.value for r in ("drop", "slide"))
+    assert set(by["drop"]) == {"restitution"} and by["slide"]["restitution"] == e
+    assert by["roll"]["static_friction"] == mu and set(by["pile"]) == set(TRUE)
+
+
+def test_quick_asks_for_little(simulator, found):
+    assert simulator.rigs["pile"] == 2 * 3 + 6 + 12 + 3 + 3 and sum(simulator.rigs.values()) < 200
+    assert any("quick" in line for line in found.options["said"])
+
+
+def test_no_two_runs_of_a_rig_share_a_generator_unless_they_share_a_packing(simulator, found):
+    steel = {(r.rig, r.rng, tuple(r.values.items())) for r in simulator.runs if r.rig != "pile"}
+    assert len({(rig, rng) for rig, rng, _ in steel}) == len(steel)
+    piles = [r.rng for r in simulator.runs if r.rig == "pile"]
+    assert len(set(piles)) < len(piles)
+    assert found.pile.noise.sd > 0 and found.pile.plan.replicates == 1 and found.pile.verification is not None
+
+
+def test_the_same_seed_gives_the_same_result(bench, found):
+    again = calibrate_simulated(bench, StandIn(), effort=QUICK, seed=7)
+    pd.testing.assert_frame_equal(parameters(again), parameters(found))
+
+
+def test_full_effort_chooses_replicates_from_the_noise(bench):
+    quiet, loud = (
+        calibrate_simulated(bench, StandIn(packing_sd=sd, own_sd=sd), effort=replace(FULL, repeats=3, verify=3), seed=1).pile
+        for sd in (0.05, 0.9)
+    )
+    assert quiet.plan.replicates == 1 and quiet.plan.reached
+    assert loud.plan.replicates > 1 and loud.box.half_width[0] > quiet.box.half_width[0] - 1e-9
+    assert len(loud.design) == 12 * loud.plan.replicates + FULL.centre
+
+
+def test_the_range_is_extended_until_the_bench_lies_inside(spoilt):
+    (spoilt / "bench.toml").write_text((spoilt / "bench.toml").read_text().replace("height_mm = 310", "height_mm = 900"))
+    fit = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1).steel["drop"]
+    assert any("range extended" in n for n in fit.notes)
+    assert fit.inverse.value == pytest.approx(TRUE["restitution"], abs=0.03)
+
+
+def test_a_height_that_no_restitution_gives_is_a_finding(spoilt):
+    readings(spoilt, "drop", "rebound_height_mm", [326, 327, 328, 325])
+    found = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1)
+    assert "drop" not in found.steel and any("finding for diagnosis: no restitution" in f for f in found.findings)
+    assert any("restitution = 0.54 was assumed" in s for s in found.options["said"]) and "slide" in found.steel
+
+
+def test_an_angle_that_no_parameters_give_is_a_finding(spoilt):
+    readings(spoilt, "pile", "repose_angle_deg", [55, 56])
+    found = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1)
+    assert found.pile.optimum.outcome == "target above all"
+    assert any("finding for diagnosis: the bench's 55.5°" in f for f in found.findings)
+    assert len(found.pile.path.errors) > 6 and any("does not bracket" in n for n in found.pile.path.notes)
+
+
+def test_one_reading_takes_the_scatter_of_simulated_runs(spoilt):
+    readings(spoilt, "drop", "rebound_height_mm", [88.0])
+    readings(spoilt, "pile", "repose_angle_deg", [30.0])
+    found = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1)
+    assert found.steel["drop"].bench.scatter_sd == pytest.approx(0.05 * 88, rel=0.5)
+    assert any("one bench pile" in n for n in found.pile.notes)
+
+
+def test_runs_that_fail_are_named_with_how_to_run_one_alone(bench, tmp_path, capsys):
+    asked = Asked(bench, tmp_path / "out", quick=True)
+    assert calibrate_command(asked, StandIn(fails=("pile",))) == DONE
+    said = capsys.readouterr().out
+    assert "not calibrated: pile: 6 of 6 simulated runs gave nothing (ValueError: it blew up; run it alone: python -m" in said
+    assert (
+        calibrate_command(Asked(bench, tmp_path / "b", quick=True), StandIn(fails=("drop", "slide", "roll", "pile"))) == STOPPED
+    )
+    assert "nothing could be calibrated" in capsys.readouterr().err and not (tmp_path / "b" / "result.json").exists()
+
+
+def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
+    held = Wishes(held={"seed_restitution": (0.6, 0.01)})
+    known = calibrate_simulated(bench, StandIn(), effort=QUICK, seed=7, wishes=held).joint.table.set_index("factor")
+    assert known.loc["seed_restitution", "sd"] < 0.5 * found.joint.table.set_index("factor").loc["seed_restitution", "sd"]
+
+
+def test_what_else_the_piles_show_is_a_candidate(found):
+    assert "crest mm" in found.joint.narrowing["candidate"].tolist()
+
+
+def test_the_command_writes_a_report_after_every_rig_and_a_result_at_the_end(bench, tmp_path, capsys):
+    out, states = tmp_path / "out", []
+
+    class Watching(StandIn):
+        def __call__(self, runs):
+            report = out / "report.html"
+            states.append((report.exists() and "still running" in report.read_text(), (out / "result.json").exists()))
+            return super().__call__(runs)
+
+    assert calibrate_command(Asked(bench, out, quick=True), Watching()) == DONE
+    assert states[0] == (False, False) and states[-1] == (True, False)
+    assert "still running" not in (out / "report.html").read_text()
+    told = json.loads((out / "result.json").read_text())
+    assert told["mode"] == "simulated" and told["options"]["effort"]["name"] == "quick" and len(told["parameters"]) == 6
+    assert "quick calibration" in capsys.readouterr().out
+
+
+def test_an_interrupted_calibration_can_go_on(bench, tmp_path, capsys):
+    class Interrupted(StandIn):
+        def __call__(self, runs):
+            if runs[0].rig == "roll":
+                raise KeyboardInterrupt
+            return super().__call__(runs)
+
+    asked = Asked(bench, tmp_path / "out", quick=True, quiet=True)
+    assert calibrate_command(asked, Interrupted()) == STOPPED
+    assert "goes on where it stopped" in capsys.readouterr().err
+    assert "still running" in (tmp_path / "out" / "report.html").read_text()
+    assert calibrate_command(asked, StandIn()) == DONE
+
+
+@pytest.mark.parametrize(("more", "reason"), [
+    ({"ranges": ("seed_restitution=0.7:0.5",)}, "seed_restitution: low must be below high; here are 0.7 and 0.5"),
+    ({"ranges": ("seed_restitution=0.5",)}, "expected NAME=NUMBER:NUMBER"),
+    ({"ranges": ("bounce=0.5:0.6",)}, "--range bounce: no such factor"),
+    ({"priors": ("seed_restitution=0.5:-1",)}, "sd above 0"),
+    ({"priors": ("bounce=0.5:0.1",)}, "prior for bounce"),
+])  # fmt: skip
+def test_misuse_is_told_before_anything_is_simulated(bench, tmp_path, capsys, more, reason):
+    simulator = StandIn()
+    assert calibrate_command(Asked(bench, tmp_path / "out", **more), simulator) == MISUSED
+    assert reason in capsys.readouterr().err and not simulator.runs and not (tmp_path / "out").exists()
+
+
+def test_results_are_not_written_among_the_recordings(bench, capsys):
+    assert calibrate_command(Asked(bench, bench / "out"), StandIn()) == MISUSED
+    assert "within the bench folder" in capsys.readouterr().err
+
+
+def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
+    section, said = pile_description({"box_mm": [105.0, 105.0, 200.0], "plate_mm": [200.0, 200.0], "gate_speed_mm_s": 30.0}, FULL)
+    assert section["box_mm"] == [105.0, 30.0, 200.0] and section["slab"] and section["gate_speed_mm_s"] == 30.0 and said
+    assert pile_description(section, FULL) == (section, ()) and pile_description(section, replace(QUICK, slab=None))[1] == ()
+
+
+def test_a_slide_begins_a_little_below_its_onset():
+    begun = _begun(Run("slide", {"static_friction": 0.34}, (1,), {"seed": {"count": 4}}))
+    assert begun == {"seed": {"count": 4}, "slide": {"start_deg": 14.0}}
+    assert _begun(Run("slide", {"static_friction": 0.05}, (1,)))["slide"] == {}
+    assert seed_numbers(1, "a") != seed_numbers(2, "a")
