@@ -58,13 +58,13 @@ class PileStage:
 def simulate_pile(stage: PileStage, rng: np.random.Generator) -> tuple[PileFit, list[Candidate]]:
     """The whole of it; also further observables of the same piles, as candidates to measure. ValueError, SimulationFailed."""
     box = stage.levels or Box.of(stage.ranges)
-    noise, pairing, notes = measure_noise(stage, box)
+    noise, pairing, seen, notes = measure_noise(stage, box)
     bench = stage.readings.mean(other=(noise.sd, float(noise.df)))
     if stage.readings.values.size == 1:
         notes.append(f"one bench pile: its scatter is taken to be that of the simulated piles, {noise.sd:.2g}°")
     path, reach = None, 0.0
     if stage.levels is None:
-        path, steps = climb(stage, bench, noise)
+        path, steps = climb(stage, bench, noise, seen)
         box, reach = box_around(path, steps, noise, stage, pairing)
     design, chosen, more = run_design(stage, box, noise, pairing, reach)
     notes += more
@@ -74,10 +74,11 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> tuple[PileFit, 
     return _verified(stage, fit), candidates(design, box, packing, stage.readings.values.size)
 
 
-def measure_noise(stage: PileStage, box: Box) -> tuple[Noise, Pairing, list[str]]:
-    """Packing noise at two points of the box, on the same packings: how far one pile scatters, and what common packings save."""
-    middle = box.natural(np.array([[-0.2] * len(box.names), [0.2] * len(box.names)]))
-    points = pd.DataFrame(np.repeat(middle, stage.effort.noise, axis=0), columns=list(box.names))
+def measure_noise(stage: PileStage, box: Box) -> tuple[Noise, Pairing, pd.DataFrame, list[str]]:
+    """Packing noise at two points, on the same packings: how far one pile scatters, and what common packings save; also the two
+    points with their mean angles, which are the path's middle groups."""
+    middle = equal_steps(box, STEPS).iloc[[STEPS // 2 - 1, STEPS // 2]]
+    points = middle.loc[np.repeat(middle.index, stage.effort.noise)]
     packings = np.tile(np.arange(stage.effort.noise), 2)
     table = stage.piles(points, packings).assign(point=np.repeat(["a", "b"], stage.effort.noise), packing=packings)
     there, notes = usable(table, PILE_RESPONSE)
@@ -86,13 +87,18 @@ def measure_noise(stage: PileStage, box: Box) -> tuple[Noise, Pairing, list[str]
         pairing = common_packing(table[there], PILE_RESPONSE, point="point", packing="packing")
     except ValueError:
         pairing = Pairing(0.0, -1.0, 1.0, 1.0, False)
-    return noise, pairing, notes
+    mean = table[there].groupby("point")[PILE_RESPONSE].mean()
+    return noise, pairing, middle.assign(**{PILE_RESPONSE: mean.reindex(["a", "b"]).to_numpy()}).dropna(), notes
 
 
-def climb(stage: PileStage, bench: BenchMean, noise: Noise) -> tuple[Centre, pd.DataFrame]:
-    """The path of steepest ascent, lengthened until it brackets the bench's angle or a factor comes to its limit."""
+def climb(stage: PileStage, bench: BenchMean, noise: Noise, seen: pd.DataFrame) -> tuple[Centre, pd.DataFrame]:
+    """The path of steepest ascent, lengthened until it brackets the bench's angle or a factor comes to its limit.
+
+    seen: its groups whose angles are known already.
+    """
     steps = equal_steps(Box.of(stage.ranges), STEPS)
-    done = _walked(stage, steps)
+    new = _walked(stage, steps[~steps["group"].isin(seen["group"])])
+    done = pd.concat([seen, new]).sort_values("group", ignore_index=True)
     factors, sd = tuple(stage.ranges), noise.sd / np.sqrt(stage.effort.path)
     while len(done) < MOST_STEPS:
         centre = choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd)

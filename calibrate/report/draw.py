@@ -22,6 +22,11 @@ def name(key: str) -> str:
     return NAMES.get(key, key.replace("_", " "))
 
 
+def unit(key: str) -> str:
+    """A unit as it is printed."""
+    return {"deg": "°"}.get(key, key)
+
+
 def short(key: str) -> str:
     return name(key).split(",")[0]
 
@@ -57,8 +62,8 @@ def layout(x: str, y: str) -> dict:
         "xaxis": {"title": {"text": x}},
         "yaxis": {"title": {"text": y}},
         "margin": {"l": 60, "r": 15, "t": 10, "b": 50},
-        "height": 380,
-        "legend": {"orientation": "h", "y": -0.22},
+        "height": 400,
+        "legend": {"orientation": "h", "y": -0.3},
     }
 
 

@@ -31,7 +31,7 @@ def steel(fit: SteelFit) -> dict:
     reach, ends = 1.96 * fit.bench.sd, [float(min(x[0], fit.inverse.low)), float(max(x[-1], fit.inverse.high))]
     data += [
         draw.band(np.array(ends), np.full(2, fit.bench.value - reach), np.full(2, fit.bench.value + reach), draw.ORANGE),
-        draw.line(ends, [fit.bench.value] * 2, draw.ORANGE, f"bench mean {fit.bench.value:.4g} {rig.unit}, ± 95 %"),
+        draw.line(ends, [fit.bench.value] * 2, draw.ORANGE, f"bench mean {fit.bench.value:.4g} {draw.unit(rig.unit)}, ± 95 %"),
         {
             "type": "scatter",
             "mode": "markers",
@@ -87,8 +87,7 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
                         "x": draw.listed((ex[1:] + ex[:-1]) / 2),
                         "y": draw.listed((ey[1:] + ey[:-1]) / 2),
                         "z": draw.rows(counts.T),
-                        "colorscale": "Blues",
-                        "reversescale": False,
+                        "colorscale": [[0, "#ffffff"], [1, draw.BLUE]],
                         "showscale": False,
                         **_axes(axis),
                     },

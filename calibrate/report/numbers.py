@@ -22,10 +22,10 @@ HEADINGS = {
     "box_fraction": "share of range",
 }
 SAID = {
-    "rebound_height_mm": "rebound height in mm",
-    "slide_angle_deg": "sliding angle in °",
-    "run_out_mm": "run-out in mm",
-    "repose_angle_deg": "angle of repose in °",
+    "rebound_height_mm": "rebound height",
+    "slide_angle_deg": "sliding angle",
+    "run_out_mm": "run-out",
+    "repose_angle_deg": "angle of repose",
 }
 PERCENT = {"sd_ratio", "variance_left", "variance_left_after", "box_fraction", "relative_error"}
 
@@ -49,12 +49,18 @@ def with_interval(value: float, low: float, high: float) -> str:
 
 def sentence(text: str) -> str:
     """A capital first letter and a full stop, column names as words."""
-    keys = "|".join(sorted(NAMES, key=len, reverse=True))
-    # a column's name, and no part of a longer one
-    text = re.sub(
-        rf"(?<![\w.])({keys})(?!\w)", lambda found: SAID.get(found[1]) or NAMES[found[1]].replace(", ", " "), text
-    ).strip()
+    text = words(text).strip()
     return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+
+
+def words(text: str) -> str:
+    """The text with names of columns, and of no part of a longer name, in words.
+
+    >>> words("seed_restitution at its limit")
+    'restitution seed–seed at its limit'
+    """
+    keys = "|".join(sorted(NAMES, key=len, reverse=True))
+    return re.sub(rf"(?<![\w.])({keys})(?!\w)", lambda found: SAID.get(found[1]) or NAMES[found[1]].replace(", ", " "), text)
 
 
 def cells(table: pd.DataFrame) -> dict:
@@ -77,4 +83,4 @@ def _cell(value, column: str) -> str:
         if column == "p":
             return "<0.0001" if value < 1e-4 else f"{value:.4f}"
         return f"{value:.4g}".replace("-", "−")
-    return "" if value is None else str(value)
+    return "" if value is None else words(str(value))

@@ -91,10 +91,11 @@ def _rigs(c: Calibration) -> list[dict]:
             f"{v:+.5g}" + ("" if p == 0 else " x" if p == 1 else f" x{'²³'[p - 2]}")
             for v, p in zip(fit.polynomial.coefficients, powers)
         ]
-        equation = f"y = {' '.join(terms)}".replace("+", "", 1) if terms[0].startswith("+") else f"y = {' '.join(terms)}"
+        equation = "y = " + " ".join(terms).removeprefix("+")
         out.append(
             {
                 "key": n,
+                "unit": draw.unit(fit.rig.unit),
                 "fit": fit,
                 "equation": equation.replace("-", "−"),
                 "answers": fit.answers,

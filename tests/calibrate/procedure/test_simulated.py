@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,6 +15,8 @@ from calibrate.procedure import parameters
 from calibrate.procedure.effort import FULL, QUICK, pile_description
 from calibrate.procedure.simulated import Wishes, calibrate_simulated
 from calibrate.procedure.simulator import Run, _begun, seed_numbers
+
+PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +62,7 @@ def test_each_rig_is_simulated_with_what_the_earlier_ones_found(found, simulator
 
 
 def test_quick_asks_for_little(simulator, found):
-    assert simulator.rigs["pile"] == 2 * 3 + 6 + 12 + 3 + 3 and sum(simulator.rigs.values()) < 200
+    assert simulator.rigs["pile"] == 2 * 3 + 4 + 12 + 3 + 3 and sum(simulator.rigs.values()) < 200
     assert any("quick" in line for line in found.options["said"])
 
 
@@ -179,6 +182,16 @@ def test_misuse_is_told_before_anything_is_simulated(bench, tmp_path, capsys, mo
     simulator = StandIn()
     assert calibrate_command(Asked(bench, tmp_path / "out", **more), simulator) == MISUSED
     assert reason in capsys.readouterr().err and not simulator.runs and not (tmp_path / "out").exists()
+
+
+def test_the_papers_tables_simulated_anew_stand_beside_its_own(tmp_path, capsys):
+    simulator, out = StandIn(packing_sd=0.2, own_sd=0.1), tmp_path / "out"
+    assert calibrate_command(Asked(PAPER, out, tables=True, twin=True, quick=True), simulator) == DONE
+    values = {r.values["restitution"] for r in simulator.runs if r.rig == "drop"}
+    assert {0.45, 0.49, 0.53, 0.57, 0.61, 0.65} <= values
+    beside = pd.read_csv(out / "tables" / "beside_tables.csv").set_index("parameter")
+    assert beside.loc["restitution", "on_the_tables"] == pytest.approx(0.5398, abs=1e-4) and len(beside) == 6
+    assert "Our simulations beside the tabulated ones" in (out / "report.html").read_text()
 
 
 def test_results_are_not_written_among_the_recordings(bench, capsys):

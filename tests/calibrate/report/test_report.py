@@ -91,4 +91,4 @@ def test_a_calibration_without_a_pile_is_a_page_too(paper):
 def test_numbers_carry_the_digits_their_error_bears():
     assert with_interval(0.5397671, 0.4967, 0.5806) == "0.540 (0.497 to 0.581)"
     assert digits(float("nan")) == 4 and digits(12.0) == 0
-    assert sentence("seed_restitution 0.6, run_out_mm 3") == "Restitution seed–seed 0.6, run-out in mm 3."
+    assert sentence("seed_restitution 0.6, run_out_mm 3") == "Restitution seed–seed 0.6, run-out 3."
