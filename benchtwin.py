@@ -80,7 +80,7 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="Folder for result.json, tables/, report.html, and the simulated runs.")],
     tables: Annotated[bool, typer.Option(help="Calibrate on the simulations in BENCH/tables instead of simulating.")] = False,
     twin: Annotated[bool, typer.Option(help="With --tables: simulate what the tables hold, and show both.")] = False,
-    quick: Annotated[bool, typer.Option(help="Fewer repeats and a smaller pile: minutes, with wider intervals.")] = False,
+    quick: Annotated[bool, typer.Option(help="Fewer repeats and piles: minutes, with wider intervals.")] = False,
     whole_pile: Annotated[bool, typer.Option(help="Simulate the pile as described, not a slice of it: hours.")] = False,
     rendered: Annotated[bool, typer.Option(help="Film every simulated run and measure the pictures: slower.")] = False,
     ranges: Annotated[list[str], typer.Option("--range", help="seed_restitution=0.45:0.70: where to look for it.")] = [],  # noqa: B006

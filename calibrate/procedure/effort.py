@@ -10,7 +10,8 @@ class Effort:
     """levels: values a seed–steel parameter is simulated at; repeats: runs of each; verify: verification runs of a rig;
     path: piles a group of the ascent; noise: piles of one point that tell the packing noise; centre: centre points of the
     design; most: largest number of replicates a design point gets; piles: verification piles; power: with which main effects are
-    to be found; slab, fill_mm: width and filling of the slice that stands for the bench's pile, None for the pile as described.
+    to be found; slab, fill_mm: width and filling of the slice that stands for the bench's pile, None for the pile as described;
+    draws: effective ones from the posterior.
     """
 
     name: str
@@ -25,15 +26,16 @@ class Effort:
     power: float = 0.80
     slab: float | None = SLAB_MM
     fill_mm: float = FILL_MM
+    draws: int = 1000
 
     def said(self) -> tuple[str, ...]:
         """What a reader of the report must know of it."""
-        quick = "a quick calibration: fewer repeats and a smaller pile than usual, so wider intervals"
+        quick = "a quick calibration: fewer repeats and piles than usual, so wider intervals"
         return (quick,) if self.name == "quick" else ()
 
 
 FULL = Effort("full")
-QUICK = Effort("quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1, piles=3, slab=24.0, fill_mm=45.0)
+QUICK = Effort("quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1, piles=3)
 
 
 def pile_description(stated: dict, effort: Effort) -> tuple[dict, tuple[str, ...]]:

@@ -141,7 +141,9 @@ class _State:
     def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
         """What is known, joined."""
         joint = (
-            fit_joint(self.steel, self.pile, rng=rng, given=self.wishes.held, candidates=self.candidates) if finished else None
+            fit_joint(self.steel, self.pile, rng=rng, given=self.wishes.held, candidates=self.candidates, ess=self.effort.draws)
+            if finished
+            else None
         )
         findings = [*self.findings, *(n for n in (self.pile.notes if self.pile else ()) if n.startswith("finding"))]
         assumed = [

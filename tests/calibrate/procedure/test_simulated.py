@@ -16,6 +16,7 @@ from calibrate.procedure.effort import FULL, QUICK, pile_description
 from calibrate.procedure.simulated import Wishes, calibrate_simulated
 from calibrate.procedure.simulator import Run, _begun, seed_numbers
 
+EASY = replace(QUICK, draws=200)  # of the posterior: enough for what is asked here
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 
 
@@ -31,7 +32,7 @@ def simulator():
 
 @pytest.fixture(scope="module")
 def found(bench, simulator):
-    return calibrate_simulated(bench, simulator, effort=QUICK, seed=7)
+    return calibrate_simulated(bench, simulator, effort=EASY, seed=7)
 
 
 @pytest.fixture
@@ -75,13 +76,15 @@ def test_no_two_runs_of_a_rig_share_a_generator_unless_they_share_a_packing(simu
 
 
 def test_the_same_seed_gives_the_same_result(bench, found):
-    again = calibrate_simulated(bench, StandIn(), effort=QUICK, seed=7)
+    again = calibrate_simulated(bench, StandIn(), effort=EASY, seed=7)
     pd.testing.assert_frame_equal(parameters(again), parameters(found))
 
 
 def test_full_effort_chooses_replicates_from_the_noise(bench):
     quiet, loud = (
-        calibrate_simulated(bench, StandIn(packing_sd=sd, own_sd=sd), effort=replace(FULL, repeats=3, verify=3), seed=1).pile
+        calibrate_simulated(
+            bench, StandIn(packing_sd=sd, own_sd=sd), effort=replace(FULL, repeats=3, verify=3, draws=200), seed=1
+        ).pile
         for sd in (0.05, 0.9)
     )
     assert quiet.plan.replicates == 1 and quiet.plan.reached
@@ -91,21 +94,21 @@ def test_full_effort_chooses_replicates_from_the_noise(bench):
 
 def test_the_range_is_extended_until_the_bench_lies_inside(spoilt):
     (spoilt / "bench.toml").write_text((spoilt / "bench.toml").read_text().replace("height_mm = 310", "height_mm = 900"))
-    fit = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1).steel["drop"]
+    fit = calibrate_simulated(spoilt, StandIn(), effort=EASY, seed=1).steel["drop"]
     assert any("range extended" in n for n in fit.notes)
     assert fit.inverse.value == pytest.approx(TRUE["restitution"], abs=0.03)
 
 
 def test_a_height_that_no_restitution_gives_is_a_finding(spoilt):
     readings(spoilt, "drop", "rebound_height_mm", [326, 327, 328, 325])
-    found = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1)
+    found = calibrate_simulated(spoilt, StandIn(), effort=EASY, seed=1)
     assert "drop" not in found.steel and any("finding for diagnosis: no restitution" in f for f in found.findings)
     assert any("restitution = 0.54 was assumed" in s for s in found.options["said"]) and "slide" in found.steel
 
 
 def test_an_angle_that_no_parameters_give_is_a_finding(spoilt):
     readings(spoilt, "pile", "repose_angle_deg", [55, 56])
-    found = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1)
+    found = calibrate_simulated(spoilt, StandIn(), effort=EASY, seed=1)
     assert found.pile.optimum.outcome == "target above all"
     assert any("finding for diagnosis: the bench's 55.5°" in f for f in found.findings)
     assert len(found.pile.path.errors) > 6 and any("does not bracket" in n for n in found.pile.path.notes)
@@ -114,7 +117,7 @@ def test_an_angle_that_no_parameters_give_is_a_finding(spoilt):
 def test_one_reading_takes_the_scatter_of_simulated_runs(spoilt):
     readings(spoilt, "drop", "rebound_height_mm", [88.0])
     readings(spoilt, "pile", "repose_angle_deg", [30.0])
-    found = calibrate_simulated(spoilt, StandIn(), effort=QUICK, seed=1)
+    found = calibrate_simulated(spoilt, StandIn(), effort=EASY, seed=1)
     assert found.steel["drop"].bench.scatter_sd == pytest.approx(0.05 * 88, rel=0.5)
     assert any("one bench pile" in n for n in found.pile.notes)
 
@@ -132,7 +135,7 @@ def test_runs_that_fail_are_named_with_how_to_run_one_alone(bench, tmp_path, cap
 
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
     held = Wishes(held={"seed_restitution": (0.6, 0.01)})
-    known = calibrate_simulated(bench, StandIn(), effort=QUICK, seed=7, wishes=held).joint.table.set_index("factor")
+    known = calibrate_simulated(bench, StandIn(), effort=EASY, seed=7, wishes=held).joint.table.set_index("factor")
     assert known.loc["seed_restitution", "sd"] < 0.5 * found.joint.table.set_index("factor").loc["seed_restitution", "sd"]
 
 
