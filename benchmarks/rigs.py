@@ -48,10 +48,11 @@ def main(full: bool) -> None:
         folder, stages, begin = Path(tempfile.mkdtemp()), Stages(), time.perf_counter()
         recording = job.run(folder / "run", watch=stages)
         stages("measuring")
-        observe(recording)
+        main_quantity = observe(recording).quantities[0]
         stages("end")
         told = ", ".join(f"{stage} {seconds:.1f}" for stage, seconds in stages.seconds.items())
-        print(f"{name:26} {time.perf_counter() - begin:7.1f} {target or '–':>7}   {told}", flush=True)
+        found = f"{main_quantity.name} {main_quantity.value:.4g} {main_quantity.unit}"
+        print(f"{name:26} {time.perf_counter() - begin:7.1f} {target or '–':>7}   {told}; {found}", flush=True)
         shutil.rmtree(folder)
 
 
