@@ -3,7 +3,7 @@
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -112,10 +112,9 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     if asked.twin:
         printed = calibrate_tables(asked.bench, seed=asked.rng)
         wishes = _as_tabulated(wishes, printed)
-    with _progress(asked.quiet) as (say, told):
-        simulate = simulator or campaign(
-            asked.out / "runs", rendered=asked.rendered, workers=asked.workers, scheduler=asked.scheduler, progress=told
-        )
+    cluster = {"rendered": asked.rendered, "workers": asked.workers, "scheduler": asked.scheduler}
+    with _progress(asked.quiet) as (say, told), ExitStack() as stack:
+        simulate = simulator or stack.enter_context(campaign(asked.out / "runs", progress=told, **cluster))
 
         def so_far(calibration: Calibration) -> None:
             asked.out.mkdir(parents=True, exist_ok=True)

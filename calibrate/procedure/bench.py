@@ -79,6 +79,11 @@ def missing(bench: Bench) -> dict[str, str]:
     }
 
 
+def contradictory(bench: Bench) -> list[str]:
+    """Recordings of one rig that cannot all be right, as findings."""
+    return [f"{rig}: {note}" for rig, r in bench.rigs.items() for note in r.notes if " contradicts the other recordings" in note]
+
+
 def _pooled(rig: str, seen: list[Seen]) -> RigReadings:
     """Recordings of one rig as one set of readings; those of a differently built rig are left out and named."""
     usable = [s for s in seen if s.readings.size]

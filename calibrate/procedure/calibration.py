@@ -7,7 +7,7 @@ import pandas as pd
 
 from calibrate.procedure.bench import Bench
 from calibrate.procedure.joint import Joint
-from calibrate.procedure.pile import PileFit
+from calibrate.procedure.pile import PileFit, weak
 from calibrate.procedure.steel import SteelFit
 
 LEVEL = 0.95
@@ -75,6 +75,8 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     low, high = min(low, value), max(high, value)
     ratio = float(draws.std() / joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)])
     status = f"at the boundary: its {edge} limit" if edge else "calibrated"
+    if weak(pile.surface):
+        status = status.replace("calibrated", "not calibrated: packing noise hides it")
     if ratio > 0.5:
         status += f"{';' if edge else ','} not resolved ({ratio:.0%} of its prior's sd is left)"
     source = f"pile: repose angle {pile.bench.value:.4g} ± {pile.bench.sd:.2g}°, one point of a sheet that fits"

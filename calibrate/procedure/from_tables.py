@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibrate.procedure.bench import Bench, bench_of, missing
+from calibrate.procedure.bench import Bench, bench_of, contradictory, missing
 from calibrate.procedure.calibration import FOLLOWS, Calibration
 from calibrate.procedure.joint import fit_joint
 from calibrate.procedure.pile import PileFit, fit_pile
@@ -62,7 +62,7 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
         raise ValueError(f"{folder}: nothing could be calibrated: " + "; ".join(f"{k}: {v}" for k, v in refused.items()))
     joint = fit_joint(steel, pile, rng=rng)
     found = pd.concat([t for t in checks if len(t)], ignore_index=True) if any(len(t) for t in checks) else _none()
-    findings = tuple(n for n in (pile.notes if pile else ()) if n.startswith("finding"))
+    findings = (*contradictory(bench), *(n for n in (pile.notes if pile else ()) if n.startswith("finding")))
     return Calibration(
         "tables",
         bench,

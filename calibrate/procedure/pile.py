@@ -98,6 +98,11 @@ def _normality(surface: Surface) -> Normality | None:
         return None
 
 
+def weak(surface: Surface, alpha: float = 0.05) -> bool:
+    """Whether the runs do not show that the factors do anything at all."""
+    return not anova_table(surface)["p"].iloc[0] < alpha
+
+
 def _said(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
     """Notes: where the optimum stands, lack of fit."""
     notes = [taken.statement]
@@ -105,6 +110,11 @@ def _said(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
         low, high = taken.reachable
         notes.append(
             f"finding for diagnosis: the bench's {bench.value:.4g}° lies outside {low:.4g} to {high:.4g}°, all that the box gives"
+        )
+    if weak(surface):
+        p = anova_table(surface)["p"].iloc[0]
+        notes.append(
+            f"packing noise hides what the parameters do (the whole surface has p = {p:.2g}): more piles a point are needed"
         )
     if surface.lack_sd:
         notes.append(f"lack of fit: the quadratic is off by about {surface.lack_sd:.2g}° beyond noise; it is in all intervals")

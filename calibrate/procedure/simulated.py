@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibrate.procedure.bench import Bench, bench_of, missing
+from calibrate.procedure.bench import Bench, bench_of, contradictory, missing
 from calibrate.procedure.calibration import FOLLOWS, Calibration
 from calibrate.procedure.effort import FULL, Effort, pile_description
 from calibrate.procedure.joint import fit_joint
@@ -88,7 +88,7 @@ class _State:
     def __init__(self, bench: Bench, effort: Effort, seed: int, wishes: Wishes, refused: dict[str, str]) -> None:
         self.bench, self.effort, self.seed, self.wishes = bench, effort, seed, wishes
         self.steel, self.pile, self.candidates = {}, None, []
-        self.refused, self.findings, self.said = refused, [], list(effort.said())
+        self.refused, self.findings, self.said = refused, contradictory(bench), list(effort.said())
 
     def steel_rig(self, name: str, simulate: Simulator, rng: np.random.Generator) -> None:
         """One rig, with the parameters that those before it found."""

@@ -1,7 +1,8 @@
 """Simulated runs for the procedure: what it asks for, and the campaign that answers."""
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pandas as pd
 
 from calibrate.procedure.rigs import STEEL
 
+MANY = 10_000  # jobs: as many workers as there are cores
 BELOW_DEG = 4.0  # how far below the expected onset a slide's tilting begins: nothing happens before
 
 
@@ -32,6 +34,7 @@ class SimulationFailed(RuntimeError):
     """So many runs of a stage came to nothing that it cannot go on."""
 
 
+@contextmanager
 def campaign(
     store: Path,
     *,
@@ -40,17 +43,28 @@ def campaign(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Callable = lambda told: None,
-) -> Simulator:
-    """A simulator over the store: each run is computed once, whoever asks again. base: further fields of `Parameters`."""
-    from calibrate.campaign import run_campaign
+) -> Iterator[Simulator]:
+    """A simulator over the store: each run is computed once, whoever asks again. base: further fields of `Parameters`.
+
+    Without a scheduler, local workers are started with the first run that the store has not, and stay for all that follow: they
+    load their compiled kernels once.
+    """
+    from calibrate.campaign import read_campaign, run_campaign
+    from calibrate.campaign.cluster import connected
     from calibrate.twin import Parameters
     from calibrate.twin.job import Job
 
-    def simulate(runs: Sequence[Run]) -> pd.DataFrame:
-        jobs = [Job(r.rig, Parameters(**(base or {}) | rounded(r.values)), _begun(r), r.rng, rendered) for r in runs]
-        return run_campaign(jobs, store, workers=workers, scheduler=scheduler, progress=progress, keep="photos").table
+    with ExitStack() as stack:
+        address = scheduler
 
-    return simulate
+        def simulate(runs: Sequence[Run]) -> pd.DataFrame:
+            nonlocal address
+            jobs = [Job(r.rig, Parameters(**(base or {}) | rounded(r.values)), _begun(r), r.rng, rendered) for r in runs]
+            if address is None and read_campaign(jobs, store).counts()["done"] < len(jobs):
+                address = stack.enter_context(connected(MANY, workers, None)).client.scheduler.address
+            return run_campaign(jobs, store, scheduler=address, progress=progress, keep="photos").table
+
+        yield simulate
 
 
 def rounded(values: dict[str, float]) -> dict[str, float]:

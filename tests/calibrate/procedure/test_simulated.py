@@ -133,6 +133,13 @@ def test_runs_that_fail_are_named_with_how_to_run_one_alone(bench, tmp_path, cap
     assert "nothing could be calibrated" in capsys.readouterr().err and not (tmp_path / "b" / "result.json").exists()
 
 
+def test_piles_that_show_nothing_are_not_taken_for_a_calibration(bench):
+    found = calibrate_simulated(bench, StandIn(packing_sd=0.0, own_sd=6.0), effort=EASY, seed=3)
+    status = parameters(found).set_index("parameter")["status"]
+    assert any("packing noise hides what the parameters do" in n for n in found.pile.notes)
+    assert status["seed_static_friction"].startswith(("not calibrated: packing noise", "at the boundary"))
+
+
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
     held = Wishes(held={"seed_restitution": (0.6, 0.01)})
     known = calibrate_simulated(bench, StandIn(), effort=EASY, seed=7, wishes=held).joint.table.set_index("factor")

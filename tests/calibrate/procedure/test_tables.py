@@ -150,8 +150,7 @@ def test_contradictory_recordings_are_flagged(bench, tmp_path):
     (bench / "drop-b" / "recording.toml").write_text('rig = "drop"\n')
     (bench / "drop-b" / "readings.csv").write_text("rebound_height_mm\n150\n152\n149\n151\n")
     found = calibrate_tables(bench)
-    notes = " ".join(found.bench.rigs["drop"].notes)
-    assert "drop-b: 150.5 contradicts the other recordings" in notes
+    assert "drop: drop-b: 150.5 contradicts the other recordings" in " ".join(found.findings)
 
 
 def test_nothing_to_calibrate_stops_with_a_reason(bench, tmp_path, capsys):
