@@ -1,0 +1,123 @@
+"""From parameters to what a camera sees of one session: flights, then the picture.
+
+Every flight has a start of its own (x, z, v_x, v_z at its middle): impacts are free, the sector-saturated model. The globals are
+the effects and nuisances by name, in their own units, common to all recordings of the session; 0 is the baseline's centre.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from calibrate.diagnose.drop.air import G_M_S2
+from calibrate.diagnose.drop.flight import accelerations, shift_basis, speed_basis
+from calibrate.diagnose.drop.nuisances import NUISANCES
+from calibrate.diagnose.drop.session import Session
+from calibrate.diagnose.effects.drop import EFFECTS
+from calibrate.diagnose.effects.effect import Motion
+
+LAWS = EFFECTS | NUISANCES
+JOINT_SD_M = 2e-5  # how far the centre moves sideways during a contact beside what its speeds before and after say
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where the model is asked for: flight (n,), τ (n,), and what depends on them alone."""
+
+    flight: np.ndarray
+    tau: np.ndarray
+    shift: np.ndarray
+    speed: np.ndarray
+    runs: tuple[tuple[int, int, int], ...]  # (flight, first row, row after the last) of neighbouring rows of one flight
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A session with the names of its globals, and the bases that never change."""
+
+    session: Session
+    names: tuple[str, ...]
+    rows: Places
+    contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
+
+
+def build(session: Session) -> Model:
+    """All globals that this session can say something about."""
+    names = tuple(n for n, law in LAWS.items() if _seen(law, session))
+    contacts = Places(*_at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2)))
+    rows = Places(*_at(session, session.flight, session.tau + session.middle[session.flight]))
+    return Model(session, names, rows, contacts)
+
+
+def _seen(law, session: Session) -> bool:
+    if law.needs == "spin":
+        return session.spin_seen and bool(np.any(session.spin))
+    return not law.name.startswith("pixel-lock") or session.view.pixel > 0
+
+
+def _at(session: Session, flight: np.ndarray, time: np.ndarray):
+    tau, half = time - session.middle[flight], session.half[flight]
+    cuts = np.concatenate([[0], np.flatnonzero(np.diff(flight)) + 1, [len(flight)]]).astype(int)
+    runs = tuple((int(flight[a]), int(a), int(b)) for a, b in pairwise(cuts) if b > a)
+    return flight, tau, shift_basis(tau, half) * half[:, None] ** 2, speed_basis(tau, half) * half[:, None], runs
+
+
+def forces(model: Model, values: dict[str, float]):
+    """force(velocity (F, p, 2)) in stated seconds, gravity and the stated air included."""
+    s = model.session
+    air = np.array([[s.air[r].share, s.air[r].reynolds_per_speed, s.air[r].lift, s.air[r].room] for r in s.recording])
+    rate = float(np.prod([LAWS[n].clock(v) for n, v in values.items() if LAWS[n].clock]))
+    acting = [(LAWS[n].acceleration, v) for n, v in values.items() if LAWS[n].acceleration and v]
+
+    def force(velocity: np.ndarray) -> np.ndarray:
+        motion = Motion(velocity * rate, s.spin[:, None] * rate, air[:, 1:2], air[:, 2:3], air[:, 3:4], G_M_S2)
+        out = np.zeros_like(velocity)
+        out[..., 1] = -G_M_S2
+        if air[:, 0].any():
+            out += EFFECTS["drag"].acceleration(motion, air[:, 0][:, None, None])
+        for law, value in acting:
+            out += law(motion, value)
+        return out / rate**2
+
+    return force
+
+
+def places(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """True places (n, 2) [m] for starts (F, 4) and accelerations `push` (F, POINTS, 2)."""
+    start = starts[at.flight]
+    moved = [at.shift[a:b] @ push[f] for f, a, b in at.runs]
+    return start[:, :2] + start[:, 2:] * at.tau[:, None] + np.concatenate(moved or [np.zeros((0, 2))])
+
+
+def velocities(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Velocities (n, 2) [m per stated second]."""
+    return starts[at.flight, 2:] + np.einsum("np,npc->nc", at.speed, push[at.flight])
+
+
+def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated."""
+    s = model.session
+    push = accelerations(starts[:, 2:], s.half, forces(model, values))
+    seen = places(model.rows, starts, push)
+    for name, value in values.items():
+        if LAWS[name].picture and value:
+            seen = LAWS[name].picture(seen, s.view, value)
+    touch = places(model.contacts, starts, push)
+    count = len(s.joint)
+    speed = velocities(model.contacts, starts, push)[:, 0]
+    kick = np.abs(speed[count:] - speed[:count])
+    joined = (touch[count:, 0] - touch[:count, 0]) / (JOINT_SD_M + 0.3 * s.frame_s * kick)
+    return seen, np.concatenate([joined, _falls(model, starts, push, touch[:count])])
+
+
+def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray) -> np.ndarray:
+    """(R,): fall from the first flight's apex to its contact, less the stated one, over its sd; 0 where none is stated."""
+    s = model.session
+    out = np.zeros(len(s.names))
+    for j, (before, _) in enumerate(s.joint):
+        r = s.recording[before]
+        if np.isfinite(s.release[r]) and before == np.flatnonzero(s.recording == r)[0]:
+            late = starts[before, 3] / G_M_S2
+            apex = starts[before, 1] + starts[before, 3] * late / 2
+            out[r] = (apex - touch[j, 1] - s.release[r]) / s.release_sd[r]
+    return out

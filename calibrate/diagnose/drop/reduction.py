@@ -1,0 +1,169 @@
+"""The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
+
+With the flights' own starts eliminated, recording r says  b_r = A_r θ + S_r s + noise,  noise independent of variance 1: θ the
+globals of the model (nuisances and candidates), s what smooth curves would add to each flight (Legendre degrees 2 to 6).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from calibrate.diagnose.drop.air import G_M_S2
+from calibrate.diagnose.drop.flight import POINTS, accelerations
+from calibrate.diagnose.drop.model import JOINT_SD_M, LAWS, Model, forces, predict, velocities
+from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
+from calibrate.diagnose.drop.session import Session
+from calibrate.diagnose.noise import frame_lag, whiten
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """One recording: a (m, G) of the globals, smooth (m, …) of its flights' curves, b (m,), all at θ = 0 (not at the fit)."""
+
+    a: np.ndarray
+    smooth: np.ndarray
+    b: np.ndarray
+
+
+def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
+    """Linearised about `starts` (F, 4) and `values` (G,): Reduced of each recording, and a function (change of θ) → change of
+    starts. The last entry of each b is the residual that no parameter can change, so that χ² of different points compare.
+
+    pushes (K, F, POINTS, 2): accelerations at the flights' nodes, whose columns follow those of the globals.
+    """
+    pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
+    blocks = _blocks(model, noise, starts, values, pushes)
+    lower, change = _eliminate(model.session, blocks, len(values) + len(pushes))
+    at = np.concatenate([values, np.zeros(len(pushes))])
+    return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
+
+
+def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
+    """Triangle of each flight's whitened rows [4 locals | G globals, K pushes | 10 smooth | residual]; side conditions' rows."""
+    s, names = model.session, model.names
+    at = dict(zip(names, values, strict=True))
+    seen, side = predict(model, starts, at)
+    columns, side_columns = [], []
+    for p in range(4):
+        step = 1e-6
+        moved = starts.copy()
+        moved[:, p] += step
+        columns.append((predict(model, moved, at)[0] - seen) / step)
+    for name, value in at.items():
+        step = 1e-3 * LAWS[name].prior_sd
+        there, over = predict(model, starts, at | {name: value + step})
+        columns.append((there - seen) / step)
+        side_columns.append((over - side) / step)
+    columns += list(_pushed_rows(model, pushes))
+    side_columns += [_pushed_sides(model, starts, at, push) for push in pushes]
+    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, 4 + G + K + 1)
+    triangles = [np.linalg.qr(white, mode="r") for white in _whitened(model, noise, jacobian)]
+    return triangles, _side_rows(model, starts, at, np.array(side_columns).T, side)
+
+
+def _whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
+    """Whitened rows (2 n_f, 4 + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
+    s, extra = model.session, len(SMOOTH)
+    width = jacobian.shape[2]
+    size = s.stop - s.first
+    both = []
+    for axis in (0, 1):
+        rows, lag = np.zeros((size.max(), len(size), width + extra)), np.full((size.max(), len(size)), np.inf)
+        for f, n in enumerate(size):
+            here = slice(s.first[f], s.stop[f])
+            sigma = noise.sigma[s.recording[f], axis]
+            rows[:n, f, :width] = jacobian[here, axis] / sigma
+            rows[:n, f, width:] = smooth_columns(s.tau[here], s.half[f])  # in units of σ: their priors are flat anyway
+            lag[:n, f] = frame_lag(s.frame[here])
+        both.append(whiten(rows, lag, noise.axes[axis].rho, noise.axes[axis].white)[0])
+    for f, n in enumerate(size):
+        across, up = both[0][:n, f], both[1][:n, f]
+        nil = np.zeros((n, extra))
+        yield np.vstack([
+            np.hstack([across[:, : width - 1], across[:, width:], nil, across[:, width - 1 : width]]),
+            np.hstack([up[:, : width - 1], nil, up[:, width:], up[:, width - 1 : width]]),
+        ])  # fmt: skip
+
+
+def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
+    """(K, n, 2): where accelerations (K, F, POINTS, 2) move the rows."""
+    s = model.session
+    parts = [
+        np.einsum("np,kpc->knc", model.rows.shift[a:b], pushes[:, f], optimize=True)
+        for f, (a, b) in enumerate(zip(s.first, s.stop))
+    ]
+    return np.concatenate(parts, axis=1)
+
+
+def _pushed_sides(model: Model, starts: np.ndarray, at: dict, push: np.ndarray) -> np.ndarray:
+    """Change of the side conditions (J + R,) by an acceleration; stated falls are too loose (1 mm) to notice."""
+    count = len(model.session.joint)
+    touch = np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
+    return np.concatenate([(touch[count:] - touch[:count]) / _joint_sd(model, starts, at), np.zeros(len(model.session.names))])
+
+
+def _joint_sd(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
+    """(J,) [m]: how well a seed's place across is the same before and after a contact."""
+    s = model.session
+    push = accelerations(starts[:, 2:], s.half, forces(model, at))
+    speed = velocities(model.contacts, starts, push)[:, 0]
+    return JOINT_SD_M + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
+
+
+def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray):
+    """Rows (recording, {flight: its 4 local entries}, globals (G,), right side) of contacts and stated falls."""
+    s = model.session
+    count, rows, sds = len(s.joint), [], _joint_sd(model, starts, at)
+    for j, (before, after) in enumerate(s.joint):
+        sd = sds[j]
+        taus = model.contacts.tau[[j, count + j]]
+        entries = {before: np.array([-1, 0, -taus[0], 0]) / sd, after: np.array([1, 0, taus[1], 0]) / sd}
+        rows.append((s.recording[before], entries, side_columns[j], -side[j]))
+    for r in np.flatnonzero(np.isfinite(s.release)):
+        flight = int(np.flatnonzero(s.recording == r)[0])
+        j = int(np.flatnonzero(s.joint[:, 0] == flight)[0])
+        slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
+        rows.append((r, {flight: np.array([0, 0, 0, slope])}, side_columns[count + r], -side[count + r]))
+    return rows
+
+
+def _eliminate(session: Session, blocks, count: int):
+    """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts (F, 4)."""
+    triangles, sides = blocks
+    extra = 2 * len(SMOOTH)
+    reduced, back = [], []
+    for r in range(len(session.names)):
+        flights = np.flatnonzero(session.recording == r)
+        if not len(flights):
+            continue
+        spot = {int(f): i for i, f in enumerate(flights)}
+        local, total = 4 * len(flights), 4 * len(flights) + count + extra * len(flights) + 1
+        rows = []
+        for f in flights:
+            triangle, i = triangles[f], spot[int(f)]
+            block = np.zeros((len(triangle), total))
+            block[:, 4 * i : 4 * i + 4] = triangle[:, :4]
+            block[:, local : local + count] = triangle[:, 4 : 4 + count]
+            at = local + count + extra * i
+            block[:, at : at + extra] = triangle[:, 4 + count : -1]
+            block[:, -1] = triangle[:, -1]
+            rows.append(block)
+        for _, entries, across, right in (side for side in sides if side[0] == r):
+            row = np.zeros((1, total))
+            for f, entry in entries.items():
+                row[0, 4 * spot[int(f)] : 4 * spot[int(f)] + 4] = entry
+            row[0, local : local + count], row[0, -1] = across, right
+            rows.append(row)
+        triangle = np.linalg.qr(np.vstack(rows), mode="r")
+        below = triangle[local:]
+        reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1]))
+        back.append((flights, triangle[:local, :local], triangle[:local, local : local + count], triangle[:local, -1]))
+
+    def change(theta: np.ndarray) -> np.ndarray:
+        out = np.zeros((len(session.middle), 4))
+        for flights, own, across, right in back:
+            out[flights] = solve_triangular(own, right - across @ theta).reshape(-1, 4)
+        return out
+
+    return reduced, change

@@ -1,0 +1,176 @@
+"""Drops of one session as flat arrays: every used row knows its flight, every flight its recording."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrate.diagnose.drop.air import Air, air_of
+from calibrate.diagnose.effects.effect import View
+
+GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
+LEAST_ROWS = 8  # of a flight: four numbers describe it
+ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
+HEIGHT_SD_M = 1e-3  # how well a release height is known
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """R recordings, F flights, n rows. Lengths in m, upright by the stated plumb line (x right, z up), times in s.
+
+    recording (F,), middle (F,) and half (F,) of each flight [s]; spin (F,) [rad/s], 0 where not seen; first, stop (F,): its rows.
+    flight (n,), tau (n,) time after the flight's middle, places (n, 2), frame (n,), angle (n,) [rad].
+    joint (J, 2): flights before and after each contact, joint_time (J,).
+    release (R,): stated fall [m] of recordings whose release was seen, NaN else; release_sd (R,): height ± 1 mm and shape.
+    roundness_sd: sd of the height of the centre at contact [m], from the stated sizes.
+    """
+
+    names: tuple[str, ...]
+    recording: np.ndarray
+    middle: np.ndarray
+    half: np.ndarray
+    spin: np.ndarray
+    first: np.ndarray
+    stop: np.ndarray
+    flight: np.ndarray
+    tau: np.ndarray
+    places: np.ndarray
+    frame: np.ndarray
+    angle: np.ndarray
+    joint: np.ndarray
+    joint_time: np.ndarray
+    release: np.ndarray
+    release_sd: np.ndarray
+    frame_s: float
+    air: tuple[Air, ...]
+    view: View
+    spin_seen: bool
+    scale_sd: float
+    plumb_sd_deg: float
+    elongation: float  # (length − thickness)/(length + thickness) of the stated seed; NaN where not stated
+    notes: tuple[str, ...] = ()
+
+
+def assemble(tracks) -> Session:
+    """Tracks (calibrate.twin.tracks.SeenTrack, those in trouble left out) → Session. ValueError where no flight is left."""
+    tracks = [t for t in tracks if not t.trouble]
+    parts, notes, joints = [], [], []
+    count = 0
+    flights = [_flights_of(track, r) for r, track in enumerate(tracks)]
+    usual = float(np.median([_roughness(part) for found in flights for _, part in found] or [0.0]))
+    for track, found in zip(tracks, flights, strict=True):
+        kept = [(k, free) for k, part in found if (free := _free_part(part, usual)) is not None]
+        if len(kept) < len(found):
+            notes.append(f"{track.recording}: {len(found) - len(kept)} flights left out, touched again in mid-flight")
+        numbers = {k: count + i for i, (k, _) in enumerate(kept)}
+        joints += [(numbers[k], numbers[k + 1], t) for k, t in enumerate(track.contacts_s) if k in numbers and k + 1 in numbers]
+        parts += [part for _, part in kept]
+        count += len(kept)
+    if not parts:
+        raise ValueError("no flight with at least 8 frames in any recording")
+    sizes = np.array([len(p["frame"]) for p in parts])
+    rows = {key: np.concatenate([p[key] for p in parts]) for key in ("tau", "places", "frame", "angle", "phase")}
+    spin_seen = all(t.angle_deg is not None for t in tracks)
+    low, high = rows["places"].min(0), rows["places"].max(0)
+    about = [t.description for t in tracks]
+    pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
+    view = View((low + high) / 2, float(np.linalg.norm(high - low) / 2), rows["angle"], rows["phase"], pixel)
+    release, release_sd = _releases(tracks)
+    return Session(
+        names=tuple(t.recording for t in tracks),
+        **{key: np.array([p[key] for p in parts]) for key in ("recording", "middle", "half", "spin")},
+        first=np.cumsum(sizes) - sizes, stop=np.cumsum(sizes), flight=np.repeat(np.arange(len(parts)), sizes),
+        tau=rows["tau"], places=rows["places"], frame=rows["frame"], angle=rows["angle"],
+        joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2), joint_time=np.array([j[2] for j in joints]),
+        release=release, release_sd=release_sd, frame_s=float(np.median([_step(t) for t in tracks])),
+        air=tuple(air_of(d) for d in about), view=view, spin_seen=spin_seen,
+        scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
+        plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
+        elongation=float(np.median([_elongation(d) for d in about])), notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _step(track) -> float:
+    return float(np.median(np.diff(track.time_s) / np.diff(track.frame)))
+
+
+def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
+    """The flights of one track that have enough rows, with their number in it."""
+    turn = np.radians(track.description["camera"].get("plumb_deg", 0.0) or 0.0)
+    x, y = track.x_mm / 1000, track.y_mm / 1000
+    places = np.column_stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)])
+    pixel = track.description["camera"].get("mm_per_px") or 0.0
+    phase = 2 * np.pi * np.column_stack([track.x_mm, track.y_mm]) / pixel if pixel else np.zeros_like(places)
+    near = np.zeros(len(x), dtype=bool)
+    for contact in track.contacts_s:
+        near |= np.abs(track.time_s - contact) <= GUARD_FRAMES * _step(track)
+    found = []
+    for k in range(int(track.flight.max(initial=-1)) + 1):
+        rows = np.flatnonzero((track.flight == k) & ~near)
+        if len(rows) < LEAST_ROWS:
+            continue
+        time = track.time_s[rows]
+        middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
+        angle, spin = _turning(track.angle_deg, rows, time)
+        found.append((k, {
+            "recording": recording, "middle": middle, "half": half, "spin": spin, "tau": time - middle, "places": places[rows],
+            "frame": track.frame[rows], "angle": angle, "phase": phase[rows],
+        }))  # fmt: skip
+    return found
+
+
+def _roughness(part: dict) -> float:
+    """rms [m] across and up of what a curve of degree 6 leaves of a flight; physics bends a flight more smoothly than that."""
+    degree = min(6, len(part["tau"]) // 4)
+    basis = np.column_stack([np.polynomial.legendre.legvander(part["tau"] / part["half"], degree), *_twice(part["angle"])])
+    left = part["places"] - basis @ np.linalg.lstsq(basis, part["places"], rcond=None)[0]
+    return float(np.sqrt((left**2).mean()))
+
+
+def _twice(angle: np.ndarray):
+    return (np.cos(2 * angle), np.sin(2 * angle)) if len(angle) > 60 and np.ptp(angle) > 0 else ()
+
+
+def _free_part(part: dict, usual: float) -> dict | None:
+    """The flight, without its first rows where a long seed's other end touched a moment later; None: no flight."""
+    for share in (0.0, 0.1, 0.25):
+        rows = slice(int(share * len(part["tau"])), None)
+        time = part["middle"] + part["tau"][rows]
+        if len(time) < LEAST_ROWS:
+            return None
+        middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
+        cut = part | {key: part[key][rows] for key in ("places", "frame", "angle", "phase")}
+        cut |= {"middle": middle, "half": half, "tau": time - middle}
+        if _roughness(cut) < ROUGH * max(usual, 1e-7):
+            return cut
+    return None
+
+
+def _turning(angle_deg, rows: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, float]:
+    """Angle (rows,) [rad] by a straight line through what was seen, and its slope; zeros where nothing was."""
+    if angle_deg is None:
+        return np.zeros(len(rows)), 0.0
+    seen = np.isfinite(angle_deg[rows])
+    if seen.sum() < 5:
+        return np.zeros(len(rows)), 0.0
+    slope, level = np.polyfit(time[seen] - time[0], np.radians(angle_deg[rows][seen]), 1)
+    return level + slope * (time - time[0]), float(slope)
+
+
+def _elongation(description: dict) -> float:
+    seed = description.get("seed", {})
+    sizes = [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
+    return (max(sizes) - min(sizes)) / (max(sizes) + min(sizes)) if len(sizes) > 1 else float("nan")
+
+
+def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
+    """Stated fall and its sd; a seed that turns on its way lands on another radius than it hung by."""
+    falls, sds = [], []
+    for t in tracks:
+        stated = t.description.get("drop", {}).get("height_mm")
+        seed = t.description.get("seed", {})
+        sizes = [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
+        shape = (max(sizes) - min(sizes)) / 4000 if len(sizes) > 1 else 0.0 if sizes else HEIGHT_SD_M
+        usable = bool(stated) and t.release_seen and len(t.contacts_s) > 0
+        falls.append(stated / 1000 if usable else np.nan)
+        sds.append(float(np.hypot(HEIGHT_SD_M, shape)))
+    return np.array(falls), np.array(sds)

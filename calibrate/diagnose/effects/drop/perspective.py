@@ -1,0 +1,18 @@
+"""Perspective: the scale changes linearly with height, because the camera looks up or down or the fall is not square to it."""
+
+import numpy as np
+
+from calibrate.diagnose.effects.effect import Effect, View
+
+
+def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
+    """True place over 1 + `value` (z − z_middle): mm per px grows by `value` [1/m] per metre; as stated in the middle."""
+    off = places - view.middle
+    return view.middle + off / (1 + value * off[:, 1:])
+
+
+EFFECT = Effect(
+    name="perspective", sector="measurement", unit="1/m", meaning="relative change of scale per metre of height", prior_sd=0.03,
+    low=-1.0, high=1.0, source="pinhole camera, first order", twins=("scale-error",),
+    separating="a ruler in the plane of motion, read at the top and at the bottom", picture=picture,
+)  # fmt: skip

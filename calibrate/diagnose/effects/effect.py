@@ -1,0 +1,61 @@
+"""What a candidate is: a law with one reported parameter, its physical prior, where it acts and what it is taken for."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Seeds in flight at many moments: velocity (f, n, 2) [m/s] along x (right) and z (up); spin (f, 1) [rad/s] anticlockwise
+    in the picture; reynolds, lift, room (f, 1): see drop.air.Air; g [m/s²]."""
+
+    velocity: np.ndarray
+    spin: np.ndarray
+    reynolds: np.ndarray
+    lift: np.ndarray
+    room: np.ndarray
+    g: float
+
+
+@dataclass(frozen=True)
+class View:
+    """What the camera looks at: middle (2,) of the view and reach [m] (half its diagonal); angle (n,) of the seed [rad], 0 where
+    unknown; phase (n, 2): raw place in pixels times 2π, 0 where the scale is not stated; pixel [m]."""
+
+    middle: np.ndarray
+    reach: float
+    angle: np.ndarray
+    phase: np.ndarray
+    pixel: float
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One candidate, or one nuisance that is always there.
+
+    name, unit, meaning: as in effects.json; sector: flight | measurement | impact; prior_sd: of the physical prior about 0, in
+    the unit; low, high: physical range; twins: names it is taken for; exact_twins: what no recording of this kind separates;
+    separating: the recording that would; source of law and range.
+    Exactly one law: acceleration(Motion, value) → (f, n, 2) [m/s²] added in flight; picture(places (n, 2) [m], View, value) →
+    places as the camera shows them; clock(value) → true over stated frame rate; restitution(impacts, value) → change of e.
+    needs: what must have been seen ("spin"), "" for nothing.
+    """
+
+    name: str
+    sector: str
+    unit: str
+    meaning: str
+    prior_sd: float
+    low: float
+    high: float
+    source: str
+    twins: tuple[str, ...] = ()
+    separating: str = ""
+    needs: str = ""
+    acceleration: Callable[[Motion, float], np.ndarray] | None = None
+    picture: Callable[[np.ndarray, View, float], np.ndarray] | None = None
+    clock: Callable[[float], float] | None = None
+    restitution: Callable | None = None
+    group: str = ""  # the effect that this is a further parameter of

@@ -1,0 +1,159 @@
+"""Name the missing physics: score test, refits of what is above threshold and of its near twins, evidence, prediction, decision.
+
+Rules (missing-physics.md §3.5). Alarm: global p < .005. Definite name: ln BF ≥ 5 over the baseline and ≥ 3 over every rival,
+predictive gain > 2 standard errors, the same sign in ≥ 80 % of the recordings, parameter inside its physical range, and nothing
+left that the saturated model would still explain (p > .01). Else a class with the recording that best separates it; else unknown.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrate.diagnose.drop.baseline import Fit, fit
+from calibrate.diagnose.drop.scores import explained, ln_evidence, predictive_gains, score, single_estimates
+from calibrate.diagnose.effects.drop import EFFECTS
+from calibrate.diagnose.locate import Location, chance
+from calibrate.diagnose.noise import maximum_draws
+
+ALPHA = 0.005
+LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
+SAME_SIGN, SIGNS_COUNT = 0.8, 2.0  # a recording that sees the effect at less than 2 sd has no say about its sign
+SATURATED_P = 0.01
+MOST_EFFECTS = 3  # named together
+REFITS = 5  # candidates at a time that are fitted in full
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One set of effects fitted together.
+
+    value, sd: of each one's reported parameter; ln_bayes: over the baseline; gain, gain_se: mean predictive gain a recording (NaN
+    for one recording); same_sign: share of the recordings that see it; left_p: of what the saturated model still explains;
+    flaws: which rules it breaks, in words.
+    """
+
+    names: tuple[str, ...]
+    value: tuple[float, ...]
+    sd: tuple[float, ...]
+    ln_bayes: float
+    gain: float
+    gain_se: float
+    same_sign: float
+    left_p: float
+    flaws: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """verdict: none | name | class | unknown; names: of the effects (class: its members); candidates: all that was fitted, best
+    first; p_global of the alarm; next_record: what would separate or settle it, None where nothing is open."""
+
+    verdict: str
+    names: tuple[str, ...]
+    p_global: float
+    candidates: tuple[Candidate, ...]
+    ln_bayes_runner_up: float
+    next_record: str | None
+
+
+def alarm(base: Fit, location: Location, rng: np.random.Generator, *, draws: int = 40_000) -> tuple[float, dict[str, float]]:
+    """Global p (maximum candidate score, and the smooth excess for what has no name; Bonferroni), and |z| of each effect."""
+    found = score(base)
+    maxima = maximum_draws(found.covariance, rng, level_sd=base.noise.level_sd, draws=draws)
+    p = (1 + (maxima >= np.abs(found.z).max()).sum()) / (1 + draws)
+    strength = {}
+    for name, z in zip(found.names, np.abs(found.z), strict=True):
+        own = EFFECTS[name].group or name
+        strength[own] = max(strength.get(own, 0.0), float(z))
+    return float(min(1.0, 2 * min(p, location.p))), strength
+
+
+def name(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
+    """The verdict on a fitted baseline that has been located."""
+    p, strength = alarm(base, location, rng)
+    if p >= ALPHA:
+        return Verdict("none", (), p, (), float("nan"), None)
+    tried = {(): candidate(base, (), rng)}
+    chosen: tuple[str, ...] = ()
+    for _ in range(MOST_EFFECTS):
+        for other in _worth_trying(base, chosen, strength):
+            tried[tuple(sorted((*chosen, other)))] = candidate(base, (*chosen, other), rng)
+        level = [c for key, c in tried.items() if len(key) == len(chosen) + 1 and set(chosen) <= set(key)]
+        best = max(level, key=lambda c: c.ln_bayes)
+        if best.ln_bayes < tried[tuple(sorted(chosen))].ln_bayes + LN_BF_BASELINE:
+            break
+        chosen = best.names
+        if best.left_p > SATURATED_P:
+            break
+    return _decide(p, chosen, tuple(c for key, c in tried.items() if key))
+
+
+def _worth_trying(base: Fit, chosen: tuple[str, ...], strength: dict[str, float]) -> list[str]:
+    """The effects with the greatest scores beside those chosen, and the twins of the greatest."""
+    if chosen:
+        rest = score(fit(base.model, base.noise, free=chosen, start=base))
+        strength = {}
+        for name, z in zip(rest.names, np.abs(rest.z), strict=True):
+            own = EFFECTS[name].group or name
+            strength[own] = max(strength.get(own, 0.0), float(z))
+    order = [n for n in sorted(strength, key=strength.get, reverse=True) if n not in chosen]
+    twins = [t for t in (*EFFECTS[order[0]].twins, *(u for c in chosen for u in EFFECTS[c].twins)) if t in order]
+    return list(dict.fromkeys([*order[:REFITS], *twins]))
+
+
+def candidate(base: Fit, names: tuple[str, ...], rng: np.random.Generator) -> Candidate:
+    """Full refit with the effects `names` at their physical prior, and all that the decision rules ask."""
+    names = tuple(sorted(names))
+    found = fit(base.model, base.noise, free=names, start=base) if names else base
+    bayes = ln_evidence(found.reduced, found.prior_sd) - ln_evidence(base.reduced, base.prior_sd) if names else 0.0
+    values = tuple(found.by_name[n] for n in names)
+    sds = tuple(float(np.sqrt(found.covariance[i, i])) for i in map(found.names.index, names))
+    fall, freedom = explained(found, (), smooth=True)
+    left = chance(fall, freedom, np.exp(base.noise.level_sd * rng.standard_normal(4000)))
+    gains = predictive_gains(found, base, names) if names else np.zeros(0)
+    gain = float(gains.mean()) if len(gains) else float("nan")
+    error = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else float("nan")
+    same = min((_same_sign(found, n) for n in names), default=1.0)
+    flaws = _flaws(names, values, bayes, gain, error, same, left)
+    return Candidate(names, values, sds, bayes, gain, error, same, left, flaws)
+
+
+def _same_sign(found: Fit, effect: str) -> float:
+    values, sds = single_estimates(found, effect)
+    says = np.abs(values) > SIGNS_COUNT * sds
+    return float((values[says] * found.by_name[effect] > 0).mean()) if says.any() else 1.0
+
+
+def _flaws(names, values, bayes, gain, error, same, left) -> tuple[str, ...]:
+    """The rules that a candidate breaks by itself; rivals are `_decide`'s business."""
+    flaws = [f"{n} = {v:.3g} {EFFECTS[n].unit} is outside its physical range" for n, v in zip(names, values, strict=True)
+             if not EFFECTS[n].low <= v <= EFFECTS[n].high]  # fmt: skip
+    if bayes < LN_BF_BASELINE:
+        flaws.append(f"ln Bayes factor {bayes:.1f} over the baseline is below {LN_BF_BASELINE:g}")
+    if not gain > 2 * error:
+        flaws.append("it does not predict left-out recordings better by 2 standard errors")
+    if same < SAME_SIGN:
+        flaws.append(f"its sign is the same in only {100 * same:.0f} % of the recordings")
+    if left <= SATURATED_P:
+        flaws.append(f"something else is left (p = {left:.1g})")
+    return tuple(flaws)
+
+
+def _decide(p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...]) -> Verdict:
+    ranked = tuple(sorted(candidates, key=lambda c: -c.ln_bayes))
+    if not chosen:
+        return Verdict("unknown", (), p, ranked, float("nan"), "the same drop again from twice and from half the height")
+    best = next(c for c in ranked if c.names == chosen)
+    rivals = [c for c in ranked if c is not best and len(c.names) <= len(best.names)]
+    runner_up = best.ln_bayes - max((c.ln_bayes for c in rivals), default=0.0)
+    close = [c for c in rivals if c.ln_bayes > best.ln_bayes - LN_BF_RIVAL]
+    members = tuple(dict.fromkeys(n for c in (best, *close) for n in c.names))
+    advice = next((EFFECTS[n].separating for n in members if EFFECTS[n].separating), None)
+    left_over = any(flaw.startswith("something else") for flaw in best.flaws)
+    if left_over or any("physical range" in flaw for flaw in best.flaws):
+        return Verdict("unknown", (), p, ranked, runner_up, advice)
+    if close:
+        return Verdict("class", members, p, ranked, runner_up, advice)
+    if best.flaws:
+        return Verdict("class", best.names, p, ranked, runner_up, advice or "more recordings of the same drop")
+    return Verdict("name", best.names, p, ranked, runner_up, None)

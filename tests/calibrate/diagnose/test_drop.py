@@ -1,0 +1,129 @@
+"""Drops made by other code (falling.py): clean ones raise no alarm, concealed effects are located, named and measured."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from falling import Bench, G, tracks
+
+from calibrate.diagnose.drop.baseline import fit
+from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
+from calibrate.diagnose.drop.model import build
+from calibrate.diagnose.drop.scores import score
+from calibrate.diagnose.drop.session import assemble
+from calibrate.diagnose.locate import locate
+from calibrate.diagnose.name import ALPHA, alarm, name
+from calibrate.diagnose.noise import maximum_draws
+
+LIGHT = Bench(fps=500.0)
+
+
+def fitted(bench, seed, count=3, heights=None):
+    return fit(build(assemble(tracks(bench, count, np.random.default_rng(seed), heights=heights))))
+
+
+def verdict(bench, seed, count=3, heights=None):
+    base, rng = fitted(bench, seed, count, heights), np.random.default_rng(0)
+    where = locate(base, rng)
+    return where, name(base, where, rng)
+
+
+def test_flight_with_quadratic_drag_has_its_closed_form():
+    """Straight down from rest: v = v_t tanh(g t/v_t), z = −(v_t²/g) ln cosh(g t/v_t), up to terminal speed."""
+    terminal, half = 8.0, 0.9
+    push = accelerations(
+        np.array([[0.0, -terminal * np.tanh(G * half / terminal)]]), np.array([half]),
+        lambda v: np.stack([0 * v[..., 0], -G - G * v[..., 1] * np.abs(v[..., 1]) / terminal**2], axis=-1),
+    )  # fmt: skip
+    start = np.array([[0.0, 0.0, 0.0, -terminal * np.tanh(G * half / terminal)]])
+    places, speeds = positions_at_nodes(start, np.array([half]), push)
+    fall = [-(terminal**2) / G * np.log(np.cosh(G * t / terminal)) for t in (0.0, half, 2 * half)]
+    assert POINTS == 16
+    assert places[0, 0, 1] == pytest.approx(fall[0] - fall[1], abs=1e-7)
+    assert places[0, -1, 1] == pytest.approx(fall[2] - fall[1], abs=1e-7)
+    assert speeds[0, -1, 1] == pytest.approx(-terminal * np.tanh(2 * G * half / terminal), abs=1e-7)
+
+
+def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
+    base = fitted(LIGHT, 1)
+    where = locate(base, np.random.default_rng(0))
+    found = name(base, where, np.random.default_rng(0))
+    assert found.verdict == "none" and found.names == ()
+    # correlated noise estimated from 2,000 rows: σ² to 3 %, so χ² per degree of freedom to 10 %
+    assert base.chi2 / base.freedom == pytest.approx(1, abs=0.12)
+
+
+CASES = [
+    ("drag", {"stated_air": 0.0}, None, "flight"),
+    ("scale-error", {"scale": 0.02}, 0.02, "measurement"),
+]
+MORE = [
+    ("magnus", {"lift": 1.0, "spin": 60.0}, 1.0, "flight"),
+    ("clock-error", {"clock": 0.01}, 0.01, "measurement"),
+    ("perspective", {"keystone": 0.03}, 0.03, "measurement"),
+    ("silhouette-wobble", {"wobble_mm": 0.15, "spin": 60.0}, 0.15, "measurement"),
+    ("camera-roll", {"roll_deg": 0.5}, 0.5, "measurement"),
+]
+
+
+@pytest.mark.parametrize(
+    ("effect", "change", "true", "sector"), [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in MORE)]
+)
+def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, sector):
+    where, found = verdict(replace(LIGHT, **change), 1)
+    assert where.sectors[0].name == sector and where.sectors[0].explained > 0.5 and where.sectors[0].p < ALPHA
+    assert found.verdict == "name" and found.names == (effect,)
+    best = found.candidates[0]
+    if true is not None:  # seven cases must all pass
+        assert abs(best.value[0] - true) < 4 * best.sd[0]
+
+
+def test_scale_and_clock_are_a_class_when_no_height_is_stated():
+    """Exact twins once nothing but t² tells them apart: never a definite name."""
+    seen = tracks(replace(LIGHT, scale=0.02), 3, np.random.default_rng(1))
+    blind = [replace(t, description=t.description | {"drop": {}}) for t in seen]
+    base, rng = fit(build(assemble(blind))), np.random.default_rng(0)
+    found = name(base, locate(base, rng), rng)
+    assert found.verdict == "class" and {"scale-error", "clock-error"} <= set(found.names)
+    assert found.next_record
+
+
+def test_what_the_stated_uncertainty_covers_is_no_news():
+    """A roll of 1.5 of its own sd and a C_d 15 % off are the bench's usual state."""
+    base = fitted(replace(LIGHT, roll_deg=0.075, shape_drag=1.15), 4)
+    assert alarm(base, locate(base, np.random.default_rng(0)), np.random.default_rng(0))[0] > ALPHA
+
+
+def scores_of(bench, seed):
+    """(p of the maximum score, z of every candidate) of two drops."""
+    base = fitted(bench, seed, count=2)
+    found, rng = score(base), np.random.default_rng(seed)
+    draws = maximum_draws(found.covariance, rng, level_sd=base.noise.level_sd)
+    return (1 + (draws >= np.abs(found.z).max()).sum()) / (1 + len(draws)), dict(zip(found.names, found.z, strict=True))
+
+
+def usual(seed, **change):
+    """A clean bench as stated uncertainties leave it, noise of any kind."""
+    rng = np.random.default_rng(10_000 + seed)
+    rho = (0.0, 0.5, 0.8, 0.9)[seed % 4]
+    state = {"scale": rng.normal(0, 8e-4), "roll_deg": rng.normal(0, 0.05), "shape_drag": 1 + 0.15 * rng.normal()}
+    return replace(LIGHT, rho=rho, white=float(rng.choice([0.0, 0.3])), **(state | change))
+
+
+@pytest.mark.slow
+def test_false_alarms_on_clean_drops():
+    p = np.array([scores_of(usual(seed), seed)[0] for seed in range(200)])
+    print(f"p < .005: {(p < ALPHA).mean():.3f}, p < .05: {(p < 0.05).mean():.3f}")
+    assert (p < ALPHA).sum() <= 5  # 1 expected; more than 5 has a chance of 6e-4
+    assert (p < 0.05).sum() <= 22  # 10 expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "least"), [(0.0, 0.0), (4.5, 0.4), (7.0, 0.9)])
+def test_power_to_detect_drag(share, least):
+    """`share`: signal to noise, in sd of the drag's own score, by weighing the air."""
+    sizes = [abs(scores_of(usual(seed, stated_air=0.0), seed)[1]["drag"]) for seed in range(4)]
+    air = 1.2 * share / float(np.mean(sizes))
+    hits = [scores_of(usual(seed, stated_air=0.0, air=air), seed)[0] < ALPHA for seed in range(100, 124)]
+    print(f"SNR {share}: {np.mean(hits):.2f}")
+    assert np.mean(hits) >= least
