@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from calibrate.procedure.rigs import STEEL
 from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading
@@ -126,18 +127,12 @@ def _row(s: Seen) -> dict:
 
 
 def _contradictions(taken: list[Seen]) -> list[str]:
-    """Recordings farther from the others than their scatter allows, as sentences.
-
-    Single films of single seeds differ as seeds do: they are compared with the scatter between all of them.
-    """
-    if len(taken) < 2:
-        return []
-    between = np.concatenate([s.readings for s in taken]).std(ddof=1)
-    several = [s for s in taken if s.readings.size > 1]
-    own = [s.readings.std(ddof=1) for s in several]
-    spread = float(np.sqrt(np.mean(np.square(own)))) if own else float(_robust(np.array([s.readings[0] for s in taken])))
-    spread = spread or float(between)
-    if spread == 0:
+    """Recordings farther from the others than the scatter within recordings allows, as sentences."""
+    several = [s.readings for s in taken if s.readings.size > 1]
+    if not several:
+        return _odd_one(taken)
+    spread = float(np.sqrt(np.mean([r.var(ddof=1) for r in several])))
+    if len(taken) < 2 or spread == 0:
         return []
     sds = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) / np.sqrt(s.readings.size) for s in taken]
     found = agreement([s.recording for s in taken], [s.readings.mean() for s in taken], sds).table
@@ -148,9 +143,21 @@ def _contradictions(taken: list[Seen]) -> list[str]:
     ]
 
 
-def _robust(values: np.ndarray) -> float:
-    """Standard deviation from the median distance to the median, which one bad recording of several hardly moves."""
-    return 1.4826 * float(np.median(abs(values - np.median(values)))) if values.size > 3 else 0.0
+def _odd_one(taken: list[Seen], alpha: float = 0.01) -> list[str]:
+    """Of films of one seed each, the one that Grubbs' test (1969) finds too far off; seeds differ, so it may be right."""
+    x, n = np.array([s.readings[0] for s in taken]), len(taken)
+    if n < 3 or np.ptp(x) == 0:
+        return []
+    t = stats.t.ppf(1 - alpha / (2 * n), n - 2)
+    far = abs(x - x.mean()) / x.std(ddof=1)
+    worst = int(np.argmax(far))
+    if far[worst] <= (n - 1) / np.sqrt(n) * np.sqrt(t**2 / (n - 2 + t**2)):
+        return []
+    rest = np.delete(x, worst)
+    return [
+        f"{taken[worst].recording}: {x[worst]:.4g} lies far from the others ({rest.mean():.4g} ± {rest.std(ddof=1):.2g}): look at "
+        "what was found on it before it is believed"
+    ]
 
 
 def _lot(seen: list[Seen]) -> dict:

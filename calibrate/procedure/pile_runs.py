@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from calibrate.procedure.bench import RigReadings
 from calibrate.procedure.effort import Effort
@@ -62,6 +63,7 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> tuple[PileFit, 
     bench = stage.readings.mean(other=(noise.sd, float(noise.df)))
     if stage.readings.values.size == 1:
         notes.append(f"one bench pile: its scatter is taken to be that of the simulated piles, {noise.sd:.2g}°")
+    notes += too_scattered(stage.readings.values, noise)
     path, reach = None, 0.0
     if stage.levels is None:
         path, steps = climb(stage, bench, noise, seen)
@@ -89,6 +91,19 @@ def measure_noise(stage: PileStage, box: Box) -> tuple[Noise, Pairing, pd.DataFr
         pairing = Pairing(0.0, -1.0, 1.0, 1.0, False)
     mean = table[there].groupby("point")[PILE_RESPONSE].mean()
     return noise, pairing, middle.assign(**{PILE_RESPONSE: mean.reindex(["a", "b"]).to_numpy()}).dropna(), notes
+
+
+def too_scattered(values: np.ndarray, noise: Noise, alpha: float = 0.001) -> list[str]:
+    """A finding where the bench's piles scatter more than simulated ones of one packing after another can (F test)."""
+    if values.size < 2:
+        return []
+    own = float(values.std(ddof=1))
+    if stats.f.sf(own**2 / noise.sd**2, values.size - 1, noise.df) >= alpha:
+        return []
+    return [
+        f"finding for diagnosis: the bench's piles scatter by {own:.2g}°, simulated ones by {noise.sd:.2g}°: recordings "
+        "contradict one another, or the bench has something that the simulation has not"
+    ]
 
 
 def climb(stage: PileStage, bench: BenchMean, noise: Noise, seen: pd.DataFrame) -> tuple[Centre, pd.DataFrame]:

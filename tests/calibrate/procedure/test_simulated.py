@@ -140,6 +140,12 @@ def test_piles_that_show_nothing_are_not_taken_for_a_calibration(bench):
     assert status["seed_static_friction"].startswith(("not calibrated: packing noise", "at the boundary"))
 
 
+def test_piles_that_scatter_beyond_all_packings_are_a_finding(spoilt):
+    readings(spoilt, "pile", "repose_angle_deg", [22.0, 30.0, 38.0])
+    found = calibrate_simulated(spoilt, StandIn(packing_sd=0.1, own_sd=0.1), effort=EASY, seed=1)
+    assert any("the bench's piles scatter by 8°" in f for f in found.findings)
+
+
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
     held = Wishes(held={"seed_restitution": (0.6, 0.01)})
     known = calibrate_simulated(bench, StandIn(), effort=EASY, seed=7, wishes=held).joint.table.set_index("factor")
