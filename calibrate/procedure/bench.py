@@ -155,8 +155,8 @@ def _odd_one(taken: list[Seen], alpha: float = 0.01) -> list[str]:
         return []
     rest = np.delete(x, worst)
     return [
-        f"{taken[worst].recording}: {x[worst]:.4g} lies far from the others ({rest.mean():.4g} ± {rest.std(ddof=1):.2g}): look at "
-        "what was found on it before it is believed"
+        f"{taken[worst].recording}: {x[worst]:.4g} lies far from the others ({rest.mean():.4g} ± {rest.std(ddof=1):.2g}): look "
+        "at what was found on it before it is believed"
     ]
 
 

@@ -21,7 +21,7 @@ from calibrate.statistics.surface import fit_surface
 
 RANGES = {"seed_restitution": (0.45, 0.70), "seed_static_friction": (0.20, 0.70), "seed_rolling_friction": (0.01, 0.06)}
 STEPS, MOST_STEPS = 6, 14
-MOST_EFFECT = 8.0  # in packing noise
+MOST_EFFECT = 5.0  # in packing noise
 WIDEST = 3  # groups on either side of the centre that a design may span
 KNOWN = {"true_repose_angle_deg", "true_photo_s", "true_lies_still", "seconds", "repose_angle_sd_deg"}  # not further observables
 

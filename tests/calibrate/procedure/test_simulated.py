@@ -226,3 +226,15 @@ def test_a_slide_begins_a_little_below_its_onset():
     assert begun == {"seed": {"count": 4}, "slide": {"start_deg": 14.0}}
     assert _begun(Run("slide", {"static_friction": 0.05}, (1,)))["slide"] == {}
     assert seed_numbers(1, "a") != seed_numbers(2, "a")
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_over_forty_folders(tmp_path):
+    """95 % intervals; of 40, fewer than 34 would happen once in a thousand."""
+    hits = []
+    for seed in range(40):
+        folder = write_bench(tmp_path / str(seed), np.random.default_rng(500 + seed))
+        found = calibrate_simulated(folder, StandIn(), effort=QUICK, seed=seed)
+        t, truth = parameters(found).set_index("parameter"), pd.Series(TRUE)
+        hits.append((t["low"] <= truth) & (truth <= t["high"]))
+    assert (pd.DataFrame(hits).sum() >= 34).all(), pd.DataFrame(hits).sum()
