@@ -92,7 +92,7 @@ def estimate(stretches: list[Stretch]) -> Noise:
     highest = max(1 - CELLS / float(np.median([len(s.data) for s in usable])), 0.5)
 
     def loss(rho: float, white: float) -> float:
-        return _loss(packed, rho, white) + np.log(Noise(rho, white, 0.0).low_frequency)
+        return _loss(packed, rho, white)[0] + np.log(Noise(rho, white, 0.0).low_frequency)
 
     grid = [theta for theta in COARSE if theta[0] < highest]
     start = min(grid, key=lambda theta: loss(*theta))
@@ -103,8 +103,9 @@ def estimate(stretches: list[Stretch]) -> Noise:
     )  # fmt: skip
     rho, white = _natural(found.x, highest)
     if loss(0.0, 0.0) <= found.fun:
-        rho, white = 0.0, 0.0
-    return Noise(rho, white, _log_level_sd(usable, rho))
+        spare = sum(len(s.data) - s.design.shape[1] for s in usable)
+        return Noise(0.0, 0.0, float(np.sqrt(2 / spare)))
+    return Noise(rho, white, _log_level_sd(packed, found.x, highest))
 
 
 def _natural(u: np.ndarray, highest: float) -> tuple[float, float]:
@@ -127,8 +128,8 @@ def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     return rows, lag, np.array([len(s.data) for s in stretches])
 
 
-def _loss(packed, rho: float, white: float) -> float:
-    """−2 ln of the restricted likelihood, σ of each stretch profiled out."""
+def _loss(packed, rho: float, white: float) -> tuple[float, float]:
+    """−2 ln of the restricted likelihood, σ of each stretch profiled out, and the mean of ln σ²."""
     rows, lag, count = packed
     clean, log_variance = whiten(rows, lag, rho, white)
     there = np.arange(len(rows))[:, None] < count
@@ -145,13 +146,28 @@ def _loss(packed, rho: float, white: float) -> float:
     freedom = count - kept.sum(1)
     left = np.maximum(gram[:, p, p] - seen.sum(1), 1e-14 * gram[:, p, p] + 1e-300)
     determinant = (np.log(np.where(kept, values, 1.0)).sum(1) + 2 * np.log(scale).sum(1)).sum()
-    return float((freedom * np.log(left)).sum() + (log_variance * there).sum() + determinant)
+    loss = (freedom * np.log(left)).sum() + (log_variance * there).sum() + determinant
+    return float(loss), float(np.average(np.log(left / freedom), weights=freedom))
 
 
-def _log_level_sd(stretches: list[Stretch], rho: float) -> float:
-    """sd of ln of the low-frequency power: that of σ², and of ρ, var ρ = (1 − ρ²)/n, through (1 + ρ)/(1 − ρ)."""
-    spare = sum(max(len(s.data) - s.design.shape[1], 1) for s in stretches)
-    return float(np.sqrt(2 / spare + (4 / (spare * (1 - rho**2)) if rho > 0 else 0.0)))
+def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
+    """sd of ln of the low-frequency power, from the curvature of the likelihood in (logit ρ, logit white); 0.7 where it has none.
+
+    A flat valley (correlation nearly as long as a flight, white share near its end) is as wide as the prior allows: ± 0.7.
+    """
+    step = 0.4
+    points = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, -1]]) * step + np.clip(at, -4, 4)
+    found = [_loss(packed, *_natural(u, highest)) for u in points]
+    loss = np.array([f[0] for f in found]) / 2
+    level = np.array([f[1] + np.log(Noise(*_natural(u, highest), 0.0).low_frequency) for f, u in zip(found, points, strict=True)])
+    cross = (loss[5] + loss[6] + 2 * loss[0] - loss[1:5].sum()) / 2
+    curve = np.array([[loss[1] + loss[2] - 2 * loss[0], cross], [cross, loss[3] + loss[4] - 2 * loss[0]]])
+    slope = np.array([level[1] - level[2], level[3] - level[4]]) / 2
+    values, vectors = np.linalg.eigh(curve + 0.05 * np.eye(2))  # steps of 0.4: a prior sd of 1.8 on either logit
+    if values[0] <= 0:
+        return 0.7
+    spread = (vectors.T @ slope) ** 2 / values
+    return float(min(np.sqrt(spread.sum() + 2 / packed[2].sum()), 0.7))
 
 
 def tail_weight(innovations: np.ndarray) -> float:

@@ -32,7 +32,7 @@ def drag_coefficient(reynolds):
     """C_d of a sphere.
 
     >>> [round(float(drag_coefficient(re)), 3) for re in (1.0, 100.0, 1000.0, 1e5)]
-    [27.6, 1.09, 0.465, 0.414]
+    [27.6, 1.094, 0.466, 0.492]
     """
     re = np.maximum(reynolds, 1e-6)
     return 24 / re * (1 + 0.15 * re**0.687) + 0.42 / (1 + 42500 * re**-1.16)

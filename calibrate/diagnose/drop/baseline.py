@@ -15,7 +15,7 @@ from calibrate.diagnose.drop.session import Session
 
 GRAVITY_SD = 5e-4  # of g at an unknown place on earth, beside 9.80665: a twin of the scale, so part of what is known of it
 PERSPECTIVE_SD = 1e-3
-TURNS = 8
+TURNS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ def fit(model: Model, noise: TrackNoise | None = None, *, free: tuple[str, ...] 
         values_next, covariance, chi2 = ridge(np.vstack([r.a for r in reduced]), np.concatenate([r.b for r in reduced]), prior)
         starts = starts + solve_locals(values_next - values)
         moved, values = np.abs(values_next - values) / np.maximum(prior, 1e-300), values_next
-        if np.max(moved, where=prior > 0, initial=0.0) < 1e-3 and abs(before - chi2) < 1e-2:
+        if np.max(moved, where=prior > 0, initial=0.0) < 0.01 and abs(before - chi2) < 0.1:  # far below one sd, one unit of χ²
             break
         before = chi2
     used = 2 * len(model.session.tau) + int((np.isfinite(model.session.release)).sum()) + len(model.session.joint)

@@ -17,7 +17,9 @@ from calibrate.diagnose.effects.drop import EFFECTS
 from calibrate.diagnose.effects.effect import Motion
 
 LAWS = EFFECTS | NUISANCES
-JOINT_SD_M = 2e-5  # how far the centre moves sideways during a contact beside what its speeds before and after say
+ROUND_JOINT_SD_M = 2e-5  # how far the centre moves sideways during a contact beside what its speeds before and after say
+LONG_JOINT_SD_M = 3e-4  # a long seed touches with one end, then with the other: some ms at a speed in between
+ROUND = 0.02  # elongation of what is taken for a ball
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +108,13 @@ def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple
     count = len(s.joint)
     speed = velocities(model.contacts, starts, push)[:, 0]
     kick = np.abs(speed[count:] - speed[:count])
-    joined = (touch[count:, 0] - touch[:count, 0]) / (JOINT_SD_M + 0.3 * s.frame_s * kick)
+    joined = (touch[count:, 0] - touch[:count, 0]) / (joint_sd(s) + 0.3 * s.frame_s * kick)
     return seen, np.concatenate([joined, _falls(model, starts, push, touch[:count])])
+
+
+def joint_sd(session: Session) -> float:
+    """[m], see above; a seed of which no sizes are stated may be long."""
+    return ROUND_JOINT_SD_M if session.elongation < ROUND else LONG_JOINT_SD_M
 
 
 def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray) -> np.ndarray:

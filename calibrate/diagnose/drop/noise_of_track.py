@@ -9,6 +9,8 @@ from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, tail_weight, whiten
 
 DEGREE = 6  # of the curve; forces bend a flight in degrees 2 to 5
+EXACT_M = 1e-7  # a simulated track may be exact; nothing is gained from less than a tenth of a micrometre
+UNSEEN_M = 10.0  # a place that never changes at all was not looked at (heights only)
 SMOOTH = range(2, DEGREE + 1)  # what the curve has beyond a straight line
 
 
@@ -47,7 +49,9 @@ def estimate_noise(session: Session) -> TrackNoise:
         spread = np.sqrt(power / np.maximum(freedom, 1))
         known = freedom >= 10
         pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
-        sigma[:, axis] = np.maximum(np.where(known, spread, pooled), 1e-9)  # a simulated track may be exact
+        sigma[:, axis] = np.maximum(np.where(known, spread, pooled), EXACT_M)
+        if np.ptp(session.places[:, axis]) < EXACT_M:
+            sigma[:, axis] = UNSEEN_M
         axes.append(noise)
     return TrackNoise((axes[0], axes[1]), sigma, tail_weight(np.concatenate(kept)))
 

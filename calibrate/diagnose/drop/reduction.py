@@ -11,7 +11,7 @@ from scipy.linalg import solve_triangular
 
 from calibrate.diagnose.drop.air import G_M_S2
 from calibrate.diagnose.drop.flight import POINTS, accelerations
-from calibrate.diagnose.drop.model import JOINT_SD_M, LAWS, Model, forces, predict, velocities
+from calibrate.diagnose.drop.model import LAWS, Model, forces, joint_sd, predict, velocities
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.noise import frame_lag, whiten
@@ -108,7 +108,7 @@ def _joint_sd(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
     s = model.session
     push = accelerations(starts[:, 2:], s.half, forces(model, at))
     speed = velocities(model.contacts, starts, push)[:, 0]
-    return JOINT_SD_M + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
+    return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
 
 
 def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray):

@@ -8,7 +8,7 @@ from calibrate.diagnose.drop.air import Air, air_of
 from calibrate.diagnose.effects.effect import View
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
-LEAST_ROWS = 8  # of a flight: four numbers describe it
+LEAST_ROWS = 20  # of a flight: fewer tell nothing of physics, and the last hops of a long seed are hardly free
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
 HEIGHT_SD_M = 1e-3  # how well a release height is known
 
@@ -66,7 +66,7 @@ def assemble(tracks) -> Session:
         parts += [part for _, part in kept]
         count += len(kept)
     if not parts:
-        raise ValueError("no flight with at least 8 frames in any recording")
+        raise ValueError(f"no flight with at least {LEAST_ROWS} frames in any recording")
     sizes = np.array([len(p["frame"]) for p in parts])
     rows = {key: np.concatenate([p[key] for p in parts]) for key in ("tau", "places", "frame", "angle", "phase")}
     spin_seen = all(t.angle_deg is not None for t in tracks)
@@ -108,6 +108,10 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
         rows = np.flatnonzero((track.flight == k) & ~near)
         if len(rows) < LEAST_ROWS:
             continue
+        if k and k == len(track.contacts_s):
+            rows = _before_landing(rows, places[rows, 1], track.description)
+            if len(rows) < LEAST_ROWS:
+                continue
         time = track.time_s[rows]
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         angle, spin = _turning(track.angle_deg, rows, time)
@@ -116,6 +120,20 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
             "frame": track.frame[rows], "angle": angle, "phase": phase[rows],
         }))  # fmt: skip
     return found
+
+
+def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.ndarray:
+    """Rows of the last flight until it is as low as a seed that has turned may touch: (longest − shortest)/2 above its start."""
+    sizes = _sizes(description)
+    margin = (max(sizes) - min(sizes)) / 2000 if len(sizes) > 1 else 1.5e-3
+    apex = int(np.argmax(up))
+    low = np.flatnonzero(up[apex:] < up[0] + margin)
+    return rows[: apex + int(low[0])] if len(low) else rows
+
+
+def _sizes(description: dict) -> list[float]:
+    seed = description.get("seed", {})
+    return [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
 
 
 def _roughness(part: dict) -> float:
@@ -157,8 +175,7 @@ def _turning(angle_deg, rows: np.ndarray, time: np.ndarray) -> tuple[np.ndarray,
 
 
 def _elongation(description: dict) -> float:
-    seed = description.get("seed", {})
-    sizes = [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
+    sizes = _sizes(description)
     return (max(sizes) - min(sizes)) / (max(sizes) + min(sizes)) if len(sizes) > 1 else float("nan")
 
 
@@ -167,8 +184,7 @@ def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
     falls, sds = [], []
     for t in tracks:
         stated = t.description.get("drop", {}).get("height_mm")
-        seed = t.description.get("seed", {})
-        sizes = [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
+        sizes = _sizes(t.description)
         shape = (max(sizes) - min(sizes)) / 4000 if len(sizes) > 1 else 0.0 if sizes else HEIGHT_SD_M
         usable = bool(stated) and t.release_seen and len(t.contacts_s) > 0
         falls.append(stated / 1000 if usable else np.nan)
