@@ -56,6 +56,8 @@ def power(coded: np.ndarray, effect: float, sd: float, replicates: int, *, terms
     main = np.diag(np.linalg.inv(x.T @ x))[1 : 1 + coded.shape[1]].max()
     shift = abs(effect) / 2 / (sd * np.sqrt(main / replicates))
     limit = stats.t.ppf(1 - alpha / 2, df)
+    if shift > limit + 10:  # certain to 1e-15, and scipy's non-central t gives NaN out there
+        return 1.0
     return float(stats.nct.sf(limit, df, shift) + stats.nct.cdf(-limit, df, shift))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.twin.parameters import Parameters
-from calibrate.twin.run import RECORD, simulate
+from calibrate.twin.run import MODEL, RECORD, simulate
 from calibrate.twin.scene import rig_of
 from sim.rigs.bench import no_watch
 from vision.evidence.keys import merge, read_toml, validate
@@ -44,6 +44,7 @@ class Job:
         """All of it as plain JSON values."""
         told = {name: values for name, values in self.description.items() if values}
         return {
+            "model": MODEL,
             "rig": self.rig,
             "parameters": self.parameters.for_rig(self.rig).to_dict(),
             "description": told,

@@ -22,6 +22,7 @@ from vision.recording import Recording, read_recording, write_recording
 Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 HEAPS = ("pile",)
+MODEL = 1  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
 
 
 def simulate(

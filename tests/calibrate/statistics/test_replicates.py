@@ -133,3 +133,8 @@ def test_main_effects_use_the_designs_own_leverage(design, box):
 def test_bad_input_is_named(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_an_effect_that_nobody_could_miss_has_power_one(design):
+    coded = design.filter(like="_coded").to_numpy()
+    assert [power(coded, 1.5, sd, n) for sd, n in ((0.06, 1), (0.2, 2), (0.01, 3))] == pytest.approx([1.0, 1.0, 1.0])
