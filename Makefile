@@ -15,6 +15,8 @@ demo: $(VENV)/installed
 	@$(BIN)/benchtwin simulate slide --from samples/twin/slide.toml --out $(DEMO_OUT)/twin-slide
 	@$(BIN)/benchtwin simulate roll --out $(DEMO_OUT)/twin-roll
 	@$(BIN)/benchtwin simulate pile --from samples/twin/slab.toml --out $(DEMO_OUT)/twin-pile
+	@echo "3. A soybean calibration, from its published readings and simulations"
+	@$(BIN)/benchtwin calibrate samples/soybean-paper --tables --out $(DEMO_OUT)/calibrated --overwrite
 
 test: $(VENV)/installed
 	$(BIN)/ruff check .
