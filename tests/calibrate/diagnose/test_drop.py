@@ -127,3 +127,10 @@ def test_power_to_detect_drag(share, least):
     hits = [scores_of(usual(seed, stated_air=0.0, air=air), seed)[0] < ALPHA for seed in range(100, 124)]
     print(f"SNR {share}: {np.mean(hits):.2f}")
     assert np.mean(hits) >= least
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [{"tilt_deg": 1.5}, {"e": lambda speed, count: 0.7 - 0.08 * speed}])
+def test_what_happens_in_impacts_is_not_taken_for_flight_or_picture(change):
+    for seed in (1, 2):
+        assert verdict(replace(LIGHT, **change), seed)[1].verdict == "none"
