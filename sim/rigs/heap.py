@@ -108,6 +108,7 @@ def _truth(motion: Motion) -> dict[str, float]:
     places = motion.positions_m[-1, :, 0]
     x = np.arange(np.nanmin(places) - 0.01, np.nanmax(places) + 0.01, 1e-4)
     height = outline(motion, x)
-    flanks = [slope_angle(x, height), slope_angle(-x[::-1], height[::-1])]
-    angle, crest = float(np.nanmean(flanks)), 1e3 * float(height.max())
+    flanks = np.array([slope_angle(x, height), slope_angle(-x[::-1], height[::-1])])
+    there = flanks[np.isfinite(flanks)]
+    angle, crest = float(there.mean()) if len(there) else float("nan"), 1e3 * float(height.max())
     return {"repose_angle_deg": angle, "crest_mm": crest, "photo_s": float(motion.t_s[-1])}
