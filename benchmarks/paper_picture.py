@@ -25,6 +25,9 @@ def panel(axis, table: pd.DataFrame, x: str, unit: str, labels: tuple[str, str],
     axis.errorbar(
         table[x], table[f"twin_{unit}"], yerr=table[f"twin_sd_{unit}"], fmt="o", color=OURS, ms=5, capsize=2, label="benchtwin"
     )
+    for column, said in (("top_mm", "benchtwin, the seed's upper side"), ("seen_deg", "benchtwin, slid 5 mm")):
+        if column in table:
+            axis.plot(table[x], table[column], "^", color=OURS, mfc="none", ms=6, label=said)
     axis.set(xlabel=labels[0], ylabel=labels[1])
     axis.legend(frameon=False, fontsize=8)
 
