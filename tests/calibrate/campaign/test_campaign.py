@@ -114,10 +114,10 @@ def test_interrupted_and_resumed_equals_uninterrupted(tmp_path):
     children = psutil.Process(process.pid).children(recursive=True)
     os.killpg(process.pid, signal.SIGINT)
     begin = time.monotonic()
-    _, errors = process.communicate(timeout=30)
-    assert time.monotonic() - begin < 15
+    _, errors = process.communicate(timeout=120)
+    assert time.monotonic() - begin < 60  # a busy machine; it takes about a second
     assert all(first) and process.returncode != 0 and errors.count("KeyboardInterrupt") == 1, errors
-    assert psutil.wait_procs(children, timeout=10)[1] == []
+    assert psutil.wait_procs(children, timeout=60)[1] == []
     assert nothing_half_written(store)
     jobs = [Square(n, str(log)) for n in range(12)]
     left = read_campaign(jobs, store).counts()
