@@ -59,7 +59,8 @@ def test_the_drawn_bench_is_what_its_script_draws(tmp_path):
 def test_the_readme_names_only_what_is_there():
     text = (ROOT / "README.md").read_text()
     for option in set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text)):
-        helps = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200).output for verb in ("measure", "simulate", "calibrate")]
+        verbs = ("measure", "simulate", "calibrate")
+        helps = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200).output for verb in verbs]
         assert any(option in text for text in helps), option
     for path in re.findall(r"`((?:samples|docs|benchmarks)/[\w/.-]+)`|\((docs/[\w./-]+)\)", text):
         assert (ROOT / (path[0] or path[1])).exists(), path
