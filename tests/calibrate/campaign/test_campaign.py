@@ -109,7 +109,7 @@ def test_no_jobs_need_no_workers(tmp_path):
 def test_interrupted_and_resumed_equals_uninterrupted(tmp_path):
     """Ctrl-C reaches the whole process group, as from a terminal; what comes out in the end is the same bit for bit."""
     store, log = tmp_path / "store", tmp_path / "log"
-    process = campaign_process(tmp_path, store, log, 12, 0.4, workers=2)
+    process = campaign_process(tmp_path, store, log, 12, 2.0, workers=2)
     first = [process.stdout.readline() for _ in range(3)]
     children = psutil.Process(process.pid).children(recursive=True)
     os.killpg(process.pid, signal.SIGINT)
