@@ -1,10 +1,10 @@
-"""Diagnosis: where a recording departs from its baseline, and which physics or camera fault was left out.
+"""Diagnosis: where recordings depart from their baseline, and which physics, camera or reader's fault was left out.
 
-    session = assemble(read_drops(folder))            # calibrate.twin.tracks, drop.session: recordings of one session
-    base = fit(build(session))                        # drop.model, drop.baseline: noise, nuisances, every impact free
-    where = locate(base, rng)                         # sector, window, axis
+    problem = drop.problem.problem_of(…)              # each rig: its noise, nuisances, candidates; 0 is the baseline
+    base = fit(problem)                               # problem.py: everything later is asked of its reduced space
+    where = locate(base, windows_of(base), rng)       # sector, window, axis
     found = name(base, where, rng)                    # none | name | class | unknown
+    finding = finding_of(base, where, found)          # parameters, held-out figures: an entry of diagnosis.json
 
-The drop only, and of it what acts in flight and in the picture: impacts are free in the baseline, so laws of restitution, films
-and tilted plates neither disturb a verdict nor get one.
+A rig is a folder (drop/, …) that makes a problem, most simply by series.py; an effect is a file in effects/<rig>/.
 """

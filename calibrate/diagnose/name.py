@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibrate.diagnose.drop.baseline import Fit, fit
-from calibrate.diagnose.drop.scores import explained, ln_evidence, predictive_gains, score, single_estimates
-from calibrate.diagnose.effects.drop import EFFECTS
-from calibrate.diagnose.locate import Location, chance
+from calibrate.diagnose.linear import chance
+from calibrate.diagnose.locate import Location, noise_doubt
 from calibrate.diagnose.noise import maximum_draws
+from calibrate.diagnose.problem import Fit, fit
+from calibrate.diagnose.scores import explained, ln_evidence, predictive_gains, score, single_estimates
 
 ALPHA = 0.005
 LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
@@ -59,13 +59,18 @@ class Verdict:
 def alarm(base: Fit, location: Location, rng: np.random.Generator, *, draws: int = 40_000) -> tuple[float, dict[str, float]]:
     """Global p (maximum candidate score, and the smooth excess for what has no name; Bonferroni), and |z| of each effect."""
     found = score(base)
-    maxima = maximum_draws(found.covariance, rng, level_sd=base.noise.level_sd, draws=draws)
+    maxima = maximum_draws(found.covariance, rng, level_sd=base.problem.level_sd, draws=draws)
     p = (1 + (maxima >= np.abs(found.z).max()).sum()) / (1 + draws)
-    strength = {}
+    return float(min(1.0, 2 * min(p, location.p))), _strength(base)
+
+
+def _strength(at: Fit) -> dict[str, float]:
+    """Greatest |z| of each candidate's columns."""
+    found, strength = score(at), {}
     for name, z in zip(found.names, np.abs(found.z), strict=True):
-        own = EFFECTS[name].group or name
+        own = at.problem.effects[name].group or name
         strength[own] = max(strength.get(own, 0.0), float(z))
-    return float(min(1.0, 2 * min(p, location.p))), strength
+    return strength
 
 
 def name(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
@@ -85,36 +90,33 @@ def name(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
         chosen = best.names
         if best.left_p > SATURATED_P:
             break
-    return _decide(p, chosen, tuple(c for key, c in tried.items() if key))
+    return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key))
 
 
 def _worth_trying(base: Fit, chosen: tuple[str, ...], strength: dict[str, float]) -> list[str]:
     """The effects with the greatest scores beside those chosen, and the twins of the greatest."""
     if chosen:
-        rest = score(fit(base.model, base.noise, free=chosen, start=base))
-        strength = {}
-        for name, z in zip(rest.names, np.abs(rest.z), strict=True):
-            own = EFFECTS[name].group or name
-            strength[own] = max(strength.get(own, 0.0), float(z))
+        strength = _strength(fit(base.problem, free=chosen, start=base))
+    effects = base.problem.effects
     order = [n for n in sorted(strength, key=strength.get, reverse=True) if n not in chosen]
-    twins = [t for t in (*EFFECTS[order[0]].twins, *(u for c in chosen for u in EFFECTS[c].twins)) if t in order]
+    twins = [t for t in (*effects[order[0]].twins, *(u for c in chosen for u in effects[c].twins)) if t in order]
     return list(dict.fromkeys([*order[:REFITS], *twins]))
 
 
 def candidate(base: Fit, names: tuple[str, ...], rng: np.random.Generator) -> Candidate:
     """Full refit with the effects `names` at their physical prior, and all that the decision rules ask."""
     names = tuple(sorted(names))
-    found = fit(base.model, base.noise, free=names, start=base) if names else base
+    found = fit(base.problem, free=names, start=base) if names else base
     bayes = ln_evidence(found.reduced, found.prior_sd) - ln_evidence(base.reduced, base.prior_sd) if names else 0.0
     values = tuple(found.by_name[n] for n in names)
-    sds = tuple(float(np.sqrt(found.covariance[i, i])) for i in map(found.names.index, names))
+    sds = tuple(found.sd(n) for n in names)
     fall, freedom = explained(found, (), smooth=True)
-    left = chance(fall, freedom, np.exp(base.noise.level_sd * rng.standard_normal(4000)))
+    left = chance(fall, freedom, noise_doubt(base, rng))
     gains = predictive_gains(found, base, names) if names else np.zeros(0)
     gain = float(gains.mean()) if len(gains) else float("nan")
     error = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else float("nan")
     same = min((_same_sign(found, n) for n in names), default=1.0)
-    flaws = _flaws(names, values, bayes, gain, error, same, left)
+    flaws = _flaws(base.problem.effects, names, values, bayes, gain, error, same, left)
     return Candidate(names, values, sds, bayes, gain, error, same, left, flaws)
 
 
@@ -124,10 +126,10 @@ def _same_sign(found: Fit, effect: str) -> float:
     return float((values[says] * found.by_name[effect] > 0).mean()) if says.any() else 1.0
 
 
-def _flaws(names, values, bayes, gain, error, same, left) -> tuple[str, ...]:
+def _flaws(effects, names, values, bayes, gain, error, same, left) -> tuple[str, ...]:
     """The rules that a candidate breaks by itself; rivals are `_decide`'s business."""
-    flaws = [f"{n} = {v:.3g} {EFFECTS[n].unit} is outside its physical range" for n, v in zip(names, values, strict=True)
-             if not EFFECTS[n].low <= v <= EFFECTS[n].high]  # fmt: skip
+    flaws = [f"{n} = {v:.3g} {effects[n].unit} is outside its physical range" for n, v in zip(names, values, strict=True)
+             if not effects[n].low <= v <= effects[n].high]  # fmt: skip
     if bayes < LN_BF_BASELINE:
         flaws.append(f"ln Bayes factor {bayes:.1f} over the baseline is below {LN_BF_BASELINE:g}")
     if not gain > 2 * error:
@@ -139,7 +141,7 @@ def _flaws(names, values, bayes, gain, error, same, left) -> tuple[str, ...]:
     return tuple(flaws)
 
 
-def _decide(p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...]) -> Verdict:
+def _decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...]) -> Verdict:
     ranked = tuple(sorted(candidates, key=lambda c: -c.ln_bayes))
     if not chosen:
         return Verdict("unknown", (), p, ranked, float("nan"), "the same drop again from twice and from half the height")
@@ -148,7 +150,7 @@ def _decide(p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...]
     runner_up = best.ln_bayes - max((c.ln_bayes for c in rivals), default=0.0)
     close = [c for c in rivals if c.ln_bayes > best.ln_bayes - LN_BF_RIVAL]
     members = tuple(dict.fromkeys(n for c in (best, *close) for n in c.names))
-    advice = next((EFFECTS[n].separating for n in members if EFFECTS[n].separating), None)
+    advice = next((effects[n].separating for n in members if effects[n].separating), None)
     left_over = any(flaw.startswith("something else") for flaw in best.flaws)
     if left_over or any("physical range" in flaw for flaw in best.flaws):
         return Verdict("unknown", (), p, ranked, runner_up, advice)

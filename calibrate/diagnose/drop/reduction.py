@@ -1,10 +1,9 @@
 """The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
 
-With the flights' own starts eliminated, recording r says  b_r = A_r θ + S_r s + noise,  noise independent of variance 1: θ the
-globals of the model (nuisances and candidates), s what smooth curves would add to each flight (Legendre degrees 2 to 6).
+The locals are the flights' own starts; the smooth curves are Legendre polynomials of degrees 2 to 6 in each flight.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -14,16 +13,8 @@ from calibrate.diagnose.drop.flight import POINTS, accelerations
 from calibrate.diagnose.drop.model import LAWS, Model, forces, joint_sd, predict, velocities
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from calibrate.diagnose.drop.session import Session
+from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
-
-
-@dataclass(frozen=True, eq=False)
-class Reduced:
-    """One recording: a (m, G) of the globals, smooth (m, …) of its flights' curves, b (m,), all at θ = 0 (not at the fit)."""
-
-    a: np.ndarray
-    smooth: np.ndarray
-    b: np.ndarray
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):

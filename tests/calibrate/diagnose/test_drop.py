@@ -6,25 +6,27 @@ import numpy as np
 import pytest
 from falling import Bench, G, tracks
 
-from calibrate.diagnose.drop.baseline import fit
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
 from calibrate.diagnose.drop.model import build
-from calibrate.diagnose.drop.scores import score
+from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
+from calibrate.diagnose.drop.windows import windows_of
 from calibrate.diagnose.locate import locate
 from calibrate.diagnose.name import ALPHA, alarm, name
 from calibrate.diagnose.noise import maximum_draws
+from calibrate.diagnose.problem import fit
+from calibrate.diagnose.scores import score
 
 LIGHT = Bench(fps=500.0)
 
 
 def fitted(bench, seed, count=3, heights=None):
-    return fit(build(assemble(tracks(bench, count, np.random.default_rng(seed), heights=heights))))
+    return fit(problem_of(build(assemble(tracks(bench, count, np.random.default_rng(seed), heights=heights)))))
 
 
 def verdict(bench, seed, count=3, heights=None):
     base, rng = fitted(bench, seed, count, heights), np.random.default_rng(0)
-    where = locate(base, rng)
+    where = locate(base, windows_of(base), rng)
     return where, name(base, where, rng)
 
 
@@ -46,7 +48,7 @@ def test_flight_with_quadratic_drag_has_its_closed_form():
 
 def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
     base = fitted(LIGHT, 1)
-    where = locate(base, np.random.default_rng(0))
+    where = locate(base, windows_of(base), np.random.default_rng(0))
     found = name(base, where, np.random.default_rng(0))
     assert found.verdict == "none" and found.names == ()
     # correlated noise estimated from 2,000 rows: σ² to 3 %, so χ² per degree of freedom to 10 %
@@ -82,8 +84,8 @@ def test_scale_and_clock_are_a_class_when_no_height_is_stated():
     """Exact twins once nothing but t² tells them apart: never a definite name."""
     seen = tracks(replace(LIGHT, scale=0.02), 3, np.random.default_rng(1))
     blind = [replace(t, description=t.description | {"drop": {}}) for t in seen]
-    base, rng = fit(build(assemble(blind))), np.random.default_rng(0)
-    found = name(base, locate(base, rng), rng)
+    base, rng = fit(problem_of(build(assemble(blind)))), np.random.default_rng(0)
+    found = name(base, locate(base, windows_of(base), rng), rng)
     assert found.verdict == "class" and {"scale-error", "clock-error"} <= set(found.names)
     assert found.next_record
 
@@ -91,14 +93,14 @@ def test_scale_and_clock_are_a_class_when_no_height_is_stated():
 def test_what_the_stated_uncertainty_covers_is_no_news():
     """A roll of 1.5 of its own sd and a C_d 15 % off are the bench's usual state."""
     base = fitted(replace(LIGHT, roll_deg=0.075, shape_drag=1.15), 4)
-    assert alarm(base, locate(base, np.random.default_rng(0)), np.random.default_rng(0))[0] > ALPHA
+    assert alarm(base, locate(base, windows_of(base), np.random.default_rng(0)), np.random.default_rng(0))[0] > ALPHA
 
 
 def scores_of(bench, seed):
     """(p of the maximum score, z of every candidate) of two drops."""
     base = fitted(bench, seed, count=2)
     found, rng = score(base), np.random.default_rng(seed)
-    draws = maximum_draws(found.covariance, rng, level_sd=base.noise.level_sd)
+    draws = maximum_draws(found.covariance, rng, level_sd=base.problem.level_sd)
     return (1 + (draws >= np.abs(found.z).max()).sum()) / (1 + len(draws)), dict(zip(found.names, found.z, strict=True))
 
 

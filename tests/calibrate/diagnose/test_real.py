@@ -6,11 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibrate.diagnose.drop.baseline import fit
 from calibrate.diagnose.drop.model import build
+from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
+from calibrate.diagnose.drop.windows import windows_of
 from calibrate.diagnose.locate import locate
 from calibrate.diagnose.name import name
+from calibrate.diagnose.problem import fit
 from calibrate.twin.tracks import SeenTrack
 
 DATA = Path(__file__).parents[4] / "shared" / "real" / "ball-drops"
@@ -35,8 +37,8 @@ def ball(which):
     ("which", "alarmed"), [("Orange Whiffle Ball", True), ("Yellow Whiffle Ball", True), ("Bowling Ball", False)]
 )
 def test_drag_of_real_balls(which, alarmed):
-    base, rng = fit(build(assemble(ball(which)))), np.random.default_rng(0)
-    found = name(base, locate(base, rng), rng)
+    base, rng = fit(problem_of(build(assemble(ball(which))))), np.random.default_rng(0)
+    found = name(base, locate(base, windows_of(base), rng), rng)
     assert (found.verdict != "none") == alarmed
     if alarmed:  # decisive, and nothing but drag is ever named; a scale that depends on height may stand beside it
         assert "drag" in found.names and set(found.names) <= {"drag", "perspective", "scale-error", "clock-error"}

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibrate.diagnose.drop.baseline import Fit, ridge
-from calibrate.diagnose.drop.reduction import Reduced
-from calibrate.diagnose.effects.drop import EFFECTS
+from calibrate.diagnose.linear import Reduced, block_diagonal, fall_of_chi2, projector, ridge, stacked
+from calibrate.diagnose.problem import Fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,28 +22,17 @@ class Scores:
     unit: np.ndarray
 
 
-def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """A (M, G) and b (M,) of several recordings."""
-    return np.vstack([r.a for r in reduced]), np.concatenate([r.b for r in reduced])
-
-
-def projector(a: np.ndarray, prior_sd: np.ndarray):
-    """x → P x, the nuisances with prior_sd > 0 marginalised."""
-    scaled = a[:, prior_sd > 0] * prior_sd[prior_sd > 0]
-    inverse = np.linalg.inv(scaled.T @ scaled + np.eye(scaled.shape[1]))
-    return lambda x: x - scaled @ (inverse @ (scaled.T @ x))
-
-
 def score(fit: Fit) -> Scores:
     """Projected scores of all candidates that this session can show."""
     a, b = stacked(fit.reduced)
-    names = tuple(n for n in fit.names if n in EFFECTS)
+    names = tuple(n for n in fit.names if n in fit.problem.effects)
     columns = a[:, [fit.names.index(n) for n in names]]
     project = projector(a, fit.prior_sd)
     right = project(b)
     gram = columns.T @ project(columns)
     size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    return Scores(names, columns.T @ right / size, gram / np.outer(size, size), 1 / size)
+    z = np.where(size > 1e-9 * np.sqrt((columns**2).sum(0) + 1e-300), columns.T @ right / size, 0.0)  # 0: the nuisances hide it
+    return Scores(names, z, gram / np.outer(size, size), 1 / size)
 
 
 def explained(fit: Fit, free: tuple[str, ...], *, smooth: bool = False) -> tuple[float, int]:
@@ -52,27 +40,8 @@ def explained(fit: Fit, free: tuple[str, ...], *, smooth: bool = False) -> tuple
     a, b = stacked(fit.reduced)
     parts = [a[:, [fit.names.index(n) for n in free]]]
     if smooth:
-        parts.append(_block_diagonal([r.smooth for r in fit.reduced]))
+        parts.append(block_diagonal([r.smooth for r in fit.reduced]))
     return fall_of_chi2(np.hstack(parts), projector(a, fit.prior_sd), b)
-
-
-def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, int]:
-    """χ² that `columns` (M, k) take from b (M,) beside the nuisances of `project`, and their rank."""
-    gram, right = columns.T @ project(columns), columns.T @ project(b)
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
-    kept = values > 1e-8
-    seen = vectors[:, kept].T @ (right / scale)
-    return float((seen**2 / values[kept]).sum()), int(kept.sum())
-
-
-def _block_diagonal(blocks: list[np.ndarray]) -> np.ndarray:
-    out = np.zeros((sum(len(x) for x in blocks), sum(x.shape[1] for x in blocks)))
-    row = column = 0
-    for x in blocks:
-        out[row : row + len(x), column : column + x.shape[1]] = x
-        row, column = row + len(x), column + x.shape[1]
-    return out
 
 
 def ln_evidence(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> float:
@@ -111,3 +80,33 @@ def single_estimates(fit: Fit, name: str) -> tuple[np.ndarray, np.ndarray]:
         values.append(r.a[:, column] @ project(r.b) / max(size, 1e-300))
         sds.append(1 / np.sqrt(max(size, 1e-300)))
     return np.array(values), np.array(sds)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """What the effects do for recordings that were left out when they were fitted.
+
+    rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals; removed_fraction: (SSE_base − SSE_fit)/(SSE_base − SSE_noise).
+    """
+
+    rmse_ratio: float
+    removed_fraction: float
+
+
+def held_out(fit: Fit, base: Fit, effects: tuple[str, ...]) -> HeldOut | None:
+    """Each recording predicted with the globals of the others; None for one recording: nothing is held out.
+
+    The baseline predicts with `effects` at nil. SSE_noise: what a saturated model leaves, plus one a column.
+    """
+    if len(fit.reduced) < 2:
+        return None
+    nil = np.where([n in effects for n in base.names], 0.0, base.prior_sd)
+    sse_base = sse_fit = sse_noise = 0.0
+    for r, (mine, its) in enumerate(zip(fit.reduced, base.reduced, strict=True)):
+        theta = ridge(*stacked(fit.reduced[:r] + fit.reduced[r + 1 :]), fit.prior_sd)[0]
+        theta_base = ridge(*stacked(base.reduced[:r] + base.reduced[r + 1 :]), nil)[0]
+        sse_fit += float(((mine.b - mine.a @ theta) ** 2).sum())
+        sse_base += float(((its.b - its.a @ theta_base) ** 2).sum())
+        fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
+        sse_noise += float((mine.b**2).sum()) - fall + count
+    return HeldOut(float(np.sqrt(sse_fit / sse_base)), float((sse_base - sse_fit) / max(sse_base - sse_noise, 1e-9)))

@@ -1,0 +1,123 @@
+"""A finding: all that one rig's recordings told, in the form of diagnosis.json, with the curves that its report draws."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from calibrate.diagnose.locate import Location, Sector, Window
+from calibrate.diagnose.name import ALPHA, Candidate, Verdict
+from calibrate.diagnose.problem import Fit, fit
+from calibrate.diagnose.scores import HeldOut, held_out
+
+NORMAL_95 = 1.959964
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Reported parameter of a named effect, in the unit of effects.json, with its 95 % interval."""
+
+    unit: str
+    value: float
+    low95: float
+    high95: float
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """What a report draws of one recording: what was seen (n,) along `axis` (n,), what the baseline and the verdict's model leave
+    of it (n,), both in `unit`; `quantity` says what was seen."""
+
+    recording: str
+    quantity: str
+    unit: str
+    axis: str
+    along: np.ndarray
+    seen: np.ndarray
+    left_by_baseline: np.ndarray
+    left_by_model: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """What one rig's recordings told; fields as in diagnosis.json, and what its report shows beside them."""
+
+    rig: str
+    recordings: tuple[str, ...]
+    alarm: bool
+    p_global: float
+    sectors: tuple[Sector, ...]
+    window: Window | None
+    collapse: str
+    verdict: str
+    names: tuple[str, ...]
+    ln_bayes_baseline: float
+    ln_bayes_runner_up: float
+    parameters: dict[str, Parameter]
+    law: str | None
+    held_out: HeldOut | None
+    next_record: str | None
+    candidates: tuple[Candidate, ...] = ()
+    curves: tuple[Curve, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def to_json(self) -> dict:
+        """The rig's entry of diagnosis.json: plain values, null for what there is not (NaN included)."""
+        window = self.window and {"axis": self.window.axis, "low": _plain(self.window.low), "high": _plain(self.window.high)}
+        return {
+            "alarm": self.alarm,
+            "p_global": _plain(self.p_global),
+            "sectors": [{"name": s.name, "explained": _plain(s.explained), "p": _plain(s.p)} for s in self.sectors],
+            "window": window,
+            "verdict": self.verdict,
+            "names": list(self.names),
+            "ln_bayes_baseline": _plain(self.ln_bayes_baseline),
+            "ln_bayes_runner_up": _plain(self.ln_bayes_runner_up),
+            "parameters": {
+                name: {"unit": p.unit, "value": _plain(p.value), "low95": _plain(p.low95), "high95": _plain(p.high95)}
+                for name, p in self.parameters.items()
+            },
+            "law": self.law,
+            "held_out": {
+                "rmse_ratio": _plain(self.held_out.rmse_ratio) if self.held_out else None,
+                "removed_fraction": _plain(self.held_out.removed_fraction) if self.held_out else None,
+            },
+            "next_record": self.next_record,
+            "recordings": list(self.recordings),
+            "notes": list(self.notes),
+        }
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def finding_of(
+    base: Fit,
+    where: Location,
+    found: Verdict,
+    *,
+    law: str | None = None,
+    curves: tuple[Curve, ...] = (),
+    notes: tuple[str, ...] = (),
+) -> Finding:
+    """A verdict with parameters and held-out figures of the model that it names (a class: of its best member)."""
+    best = next((c for c in found.candidates if set(c.names) <= set(found.names)), None) if found.names else None
+    chosen = next((c for c in found.candidates if c.names == tuple(sorted(found.names))), best) if found.names else None
+    model = fit(base.problem, free=chosen.names, start=base) if chosen else None
+    return Finding(
+        base.problem.rig, base.problem.recordings, found.p_global < ALPHA, found.p_global, where.sectors,
+        where.window, where.collapse, found.verdict, found.names, chosen.ln_bayes if chosen else float("nan"),
+        found.ln_bayes_runner_up, parameters_of(model, chosen.names) if model and found.verdict == "name" else {}, law,
+        held_out(model, base, chosen.names) if model else None, found.next_record, found.candidates, curves, notes,
+    )  # fmt: skip
+
+
+def parameters_of(model: Fit, names: tuple[str, ...]) -> dict[str, Parameter]:
+    """Value and 95 % interval of each effect; the noise's own doubt widens it."""
+    wider = math.exp(model.problem.level_sd**2 / 2)
+    out = {}
+    for n in names:
+        value, half = model.by_name[n], NORMAL_95 * wider * model.sd(n)
+        out[n] = Parameter(model.problem.effects[n].unit, value, value - half, value + half)
+    return out

@@ -1,0 +1,69 @@
+"""Linear algebra of a fitted session: what its recordings say once all that is each recording's own has been eliminated.
+
+Recording r says  b_r = A_r θ + S_r s + noise,  noise independent of variance 1: θ the globals of the problem (nuisances and
+candidates), s what smooth curves would add that no physics asked about needs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """One recording: a (m, G) of the globals, smooth (m, …) of its curves, b (m,), all at θ = 0 (not at the fit)."""
+
+    a: np.ndarray
+    smooth: np.ndarray
+    b: np.ndarray
+
+
+def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """A (M, G) and b (M,) of several recordings."""
+    return np.vstack([r.a for r in reduced]), np.concatenate([r.b for r in reduced])
+
+
+def ridge(a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """θ (G,) minimising |b − aθ|² + |θ/sd|², its covariance and the minimum; sd 0: fixed at nil."""
+    kept = prior_sd > 0
+    scaled = a[:, kept] * prior_sd[kept]
+    information = scaled.T @ scaled + np.eye(kept.sum())
+    values, covariance = np.zeros(len(prior_sd)), np.zeros((len(prior_sd), len(prior_sd)))
+    inverse = np.linalg.inv(information)
+    u = inverse @ (scaled.T @ b)
+    values[kept] = prior_sd[kept] * u
+    covariance[np.ix_(kept, kept)] = prior_sd[kept][:, None] * inverse * prior_sd[kept]
+    return values, covariance, float(((b - scaled @ u) ** 2).sum() + (u**2).sum())
+
+
+def projector(a: np.ndarray, prior_sd: np.ndarray):
+    """x → P x, the nuisances with prior_sd > 0 marginalised."""
+    scaled = a[:, prior_sd > 0] * prior_sd[prior_sd > 0]
+    inverse = np.linalg.inv(scaled.T @ scaled + np.eye(scaled.shape[1]))
+    return lambda x: x - scaled @ (inverse @ (scaled.T @ x))
+
+
+def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, int]:
+    """χ² that `columns` (M, k) take from b (M,) beside the nuisances of `project`, and their rank."""
+    gram, right = columns.T @ project(columns), columns.T @ project(b)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    kept = values > 1e-8
+    seen = vectors[:, kept].T @ (right / scale)
+    return float((seen**2 / values[kept]).sum()), int(kept.sum())
+
+
+def chance(fall: float, freedom: int, doubt: np.ndarray) -> float:
+    """P(χ² > fall), averaged over what is not known of the noise's power (`doubt`: draws of true over estimated power)."""
+    return float(stats.chi2.sf(fall / doubt, freedom).mean())
+
+
+def block_diagonal(blocks: list[np.ndarray]) -> np.ndarray:
+    """Blocks of any shapes down the diagonal, zeros elsewhere."""
+    out = np.zeros((sum(len(x) for x in blocks), sum(x.shape[1] for x in blocks)))
+    row = column = 0
+    for x in blocks:
+        out[row : row + len(x), column : column + x.shape[1]] = x
+        row, column = row + len(x), column + x.shape[1]
+    return out

@@ -1,0 +1,96 @@
+"""A problem: what a session of recordings of one rig leaves open; and its fit, in the reduced space of every later question.
+
+Gauss–Newton on the globals within their priors; what is each recording's own (the locals) is eliminated by the problem itself.
+The rigs differ in how they predict; from here on they are all alike.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from calibrate.diagnose.effects.effect import Effect
+from calibrate.diagnose.linear import Reduced, ridge, stacked
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """effects: candidates by name; names (G,): of all globals, candidates and nuisances, each 0 at the baseline's centre.
+
+    known_sd: of each global in the baseline (what a good bench leaves open), absent: fixed at nil. starts: locals to begin with.
+    reduce(starts, values (G,), extra=None) → (Reduced of each recording, function (change of globals) → change of starts); the
+    columns of `extra`, K further accelerations or curves in the rig's own form, follow those of the globals.
+    freedom: rows less locals; level_sd: sd of ln of the noise power where missing physics lives; model: the rig's own.
+    """
+
+    rig: str
+    recordings: tuple[str, ...]
+    effects: dict[str, Effect]
+    names: tuple[str, ...]
+    known_sd: dict[str, float]
+    starts: np.ndarray
+    reduce: Callable
+    freedom: int
+    level_sd: float
+    model: Any
+    turns: int = 5
+
+    @property
+    def sectors(self) -> tuple[str, ...]:
+        """Sectors of the candidates at hand, in their order."""
+        return tuple(dict.fromkeys(self.effects[n].sector for n in self.names if n in self.effects))
+
+    def columns_of(self, effect: str) -> tuple[str, ...]:
+        """The globals of one candidate: its own, and the further parameters in its group."""
+        return tuple(n for n in self.names if n == effect or (n in self.effects and self.effects[n].group == effect))
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """prior_sd (G,) with which each global was held (0: fixed at nil); values (G,), covariance (G, G); starts: the locals; χ²
+    with its degrees of freedom, prior terms included; reduced: one a recording."""
+
+    problem: Problem
+    prior_sd: np.ndarray
+    values: np.ndarray
+    covariance: np.ndarray
+    starts: np.ndarray
+    chi2: float
+    reduced: tuple[Reduced, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.problem.names
+
+    @property
+    def freedom(self) -> int:
+        return self.problem.freedom
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        return dict(zip(self.names, self.values, strict=True))
+
+    def sd(self, name: str) -> float:
+        """Standard deviation of one global."""
+        i = self.names.index(name)
+        return float(np.sqrt(self.covariance[i, i]))
+
+
+def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = None) -> Fit:
+    """From the problem's own start (or from `start`); `free`: candidates with their physical prior."""
+    wide = {n for effect in free for n in problem.columns_of(effect)}
+    known = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
+    physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
+    prior = np.hypot(known, physical)
+    starts, values = (start.starts, start.values * (prior > 0)) if start else (problem.starts, np.zeros(len(prior)))
+    before = np.inf
+    for _ in range(problem.turns):
+        reduced, solve_locals = problem.reduce(starts, values)
+        after, covariance, chi2 = ridge(*stacked(reduced), prior)
+        starts = starts + solve_locals(after - values)
+        moved, values = np.abs(after - values) / np.maximum(prior, 1e-300), after
+        if np.max(moved, where=prior > 0, initial=0.0) < 0.01 and abs(before - chi2) < 0.1:  # far below one sd, one unit of χ²
+            break
+        before = chi2
+    return Fit(problem, prior, values, covariance, starts, chi2, reduced)

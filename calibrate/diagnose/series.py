@@ -1,0 +1,105 @@
+"""Problems whose recordings are series of one quantity each (travel of a block, way of a seed, height of a pile's surface).
+
+predict(r, own (L,), values) → (n_r,) says what recording r shows for its locals `own` and the globals by name. Derivatives are
+differences; rows are whitened with each recording's own noise; locals are eliminated by QR.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from calibrate.diagnose.effects.effect import Effect
+from calibrate.diagnose.linear import Reduced
+from calibrate.diagnose.noise import Noise, whiten
+from calibrate.diagnose.problem import Problem
+
+STEP = 1e-3  # of a prior's sd, for derivatives
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One recording: data (n,), sigma (n,) or scalar [data's unit], lag (n,) (noise.frame_lag), its noise, and curves (n, s) that
+    nothing asked about needs."""
+
+    recording: str
+    data: np.ndarray
+    sigma: np.ndarray | float
+    lag: np.ndarray
+    noise: Noise
+    smooth: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Locals:
+    """What is each recording's own: start (R, L), step (L,) for derivatives, sd (L,) about `start` (inf: free)."""
+
+    start: np.ndarray
+    step: np.ndarray
+    sd: np.ndarray
+
+
+def problem_of(
+    rig: str,
+    series: tuple[Series, ...],
+    own: Locals,
+    predict: Callable,
+    effects: dict[str, Effect],
+    nuisances: dict[str, float],
+    known_sd: dict[str, float],
+    model: Any,
+    *,
+    turns: int = 12,
+) -> Problem:
+    """effects: candidates with their laws in `predict`; nuisances: further globals with their typical size (for derivatives);
+    known_sd: sd of each global in the baseline, absent: fixed at nil."""
+    sizes = {n: e.prior_sd for n, e in effects.items()} | nuisances
+    rows = sum(len(s.data) for s in series) - int(np.isinf(own.sd).sum()) * len(series)
+    level = max(s.noise.log_level_sd for s in series)
+    return Problem(
+        rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
+        partial(reduce, series, own, predict, sizes), rows, level, model, turns,
+    )  # fmt: skip
+
+
+def reduce(series, own: Locals, predict: Callable, sizes: dict[str, float], starts: np.ndarray, values: np.ndarray, extra=None):
+    """See Problem.reduce; extra: K further columns, one array (n_r, K) a recording."""
+    at = dict(zip(sizes, values, strict=True))
+    made = [_reduced(s, own, predict, sizes, r, starts[r], at, None if extra is None else extra[r]) for r, s in enumerate(series)]
+    width = made[0][0].a.shape[1] - len(values)
+    theta = np.concatenate([values, np.zeros(width)])
+    reduced = tuple(Reduced(m.a, m.smooth, m.b + m.a @ theta) for m, _ in made)
+
+    def change(moved: np.ndarray) -> np.ndarray:
+        return np.array([back(moved) for _, back in made])
+
+    return reduced, change
+
+
+def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray, at: dict[str, float], extra):
+    """Reduced of one recording at the point of linearisation, and a function (change of globals) → change of its locals."""
+    seen = predict(r, start, at)
+    columns = [(predict(r, start + step, at) - seen) / own.step[k] for k, step in enumerate(np.diag(own.step))]
+    for name, size in sizes.items():
+        columns.append((predict(r, start, at | {name: at[name] + STEP * size}) - seen) / (STEP * size))
+    more = [] if extra is None else list(extra.T)
+    rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(one.sigma, (-1, 1))
+    white = whiten(rows[:, None, :], one.lag[:, None], one.noise.rho, one.noise.white)[0][:, 0]
+    count = len(start)
+    held = np.isfinite(own.sd)
+    prior = np.zeros((int(held.sum()), white.shape[1]))
+    prior[:, :count] = np.diag(1 / own.sd)[held]
+    prior[:, -1] = ((own.start[r] - start) / own.sd)[held]
+    triangle = np.linalg.qr(np.vstack([white, prior]), mode="r")
+    across, last = len(sizes) + len(more), triangle.shape[1] - 1
+    below = triangle[count:]
+    made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last])
+
+    def back(moved: np.ndarray) -> np.ndarray:
+        right = triangle[:count, last] - triangle[:count, count : count + len(sizes)] @ moved[: len(sizes)]
+        return solve_triangular(triangle[:count, :count] + 1e-300 * np.eye(count), right)
+
+    return made, back
