@@ -101,6 +101,8 @@ def test_compiled_kernels_need_no_lock(tmp_path, monkeypatch):
     monkeypatch.setattr("calibrate.campaign.work._compiled", {"a"})
     with one_compiles("a") as warming:
         warming.over()
+    with pytest.raises(FileNotFoundError), one_compiles("b"):  # the control: others would have made their lock in "nowhere"
+        pass
 
 
 def test_thinning_leaves_a_folder_without_pictures_alone(tmp_path):
