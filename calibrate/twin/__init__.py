@@ -7,7 +7,14 @@ for q in observe(recording).quantities:
     print(q.name, q.value, q.sd, q.unit)
 """
 
-from calibrate.twin.parameters import Parameters
-from calibrate.twin.run import observe, simulate
+from importlib import import_module
 
 __all__ = ["Parameters", "observe", "simulate"]
+_WHERE = {"Parameters": "parameters", "observe": "run", "simulate": "run"}
+
+
+def __getattr__(name: str):
+    """Imported when asked for: who only reads tracks need not wait for the engine's compiler."""
+    if name not in _WHERE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)

@@ -5,14 +5,41 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.twin.run import observe
-from vision.batch import find_all
+from vision.batch import find_all, observe
 from vision.evidence.tables import read_track
 from vision.measurement import MeasurementError
+from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import release_seen
 from vision.motion.rebound import measure_rebound
 from vision.motion.track import Track, track_from_table
 from vision.recording import Recording
+
+SCALE_OF_GRAVITY_SD = 0.1  # of a scale that only the fall itself gives: gravity is then no judge of it any more
+
+
+@dataclass(frozen=True)
+class Listed:
+    """One recording of a folder before anything is read of it: trouble says why nothing can be, "" when it can."""
+
+    recording: str
+    rig: str
+    evidence: str
+    session: str
+    trouble: str = ""
+
+
+def listed(folder: Path) -> list[Listed]:
+    """What a folder holds. FileNotFoundError without one."""
+    if not Path(folder).exists():
+        raise FileNotFoundError(f"{folder}: no such file or folder")
+    return [_entry(entry) for entry in find_all([Path(folder)])]
+
+
+def _entry(entry: Recording | MeasurementError) -> Listed:
+    if isinstance(entry, MeasurementError):
+        return Listed(entry.recording, "", "", "", str(entry))
+    trouble = "" if entry.rig else f"{entry.toml}: rig is missing; it should be drop, slide, roll or pile"
+    return Listed(entry.id, entry.rig or "", entry.evidence, entry.session or "", trouble)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +96,12 @@ def _track(recording: Recording) -> Track:
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:
-    """A track with its flights told apart; MeasurementError where nothing flies, or scale or frame rate is unknown."""
-    if track.unit != "mm" or not track.timed:
-        missing = "scale (mm_per_px)" if track.unit != "mm" else "frame rate (fps)"
-        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs lengths and times")
+    """A track with its flights told apart; MeasurementError where nothing flies, or the frame rate is unknown.
+
+    Where no scale is stated the free fall gives it, and the scale is taken for known no better than SCALE_OF_GRAVITY_SD.
+    """
+    if not track.timed:
+        raise MeasurementError(f"{recording.toml}: [camera] fps is missing; a diagnosis needs to know how fast things fell")
     found = measure_rebound(track, recording)
     if found.flights is None:
         raise MeasurementError(found.quantities[0].reason)
@@ -82,9 +111,16 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
         flight[rows[part]] = k
     flight[found.track.outlier] = -1
     contacts = np.array([found.flights.meeting(k) for k in range(len(found.flights.rows) - 1)])
+    told, notes, scale = describe(recording), (*track.notes, *found.notes), 1.0
+    if track.unit == "px":
+        if not found.flights.free > 0:
+            raise MeasurementError(f"{recording.toml}: [camera] mm_per_px is missing, and nothing in the track falls freely")
+        scale = G_MM_S2 / found.flights.free
+        told["camera"] |= {"mm_per_px": scale, "scale_sd": SCALE_OF_GRAVITY_SD}
+        notes = (*notes, f"no scale is stated: the free fall makes it {scale:.4g} mm per px, and nothing is said about scale")
     return SeenTrack(
-        recording.id, recording.session or "", track.frame, track.t_s, track.x, track.y, track.sd, track.angle_deg, flight,
-        contacts, release_seen(found.flights, track), describe(recording), (*track.notes, *found.notes),
+        recording.id, recording.session or "", track.frame, track.t_s, scale * track.x, scale * track.y, scale * track.sd,
+        track.angle_deg, flight, contacts, release_seen(found.flights, track), told, notes,
     )  # fmt: skip
 
 
