@@ -105,6 +105,26 @@ def calibrate(
 
 
 @app.command()
+def diagnose(
+    bench: Annotated[Path, typer.Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
+    out: Annotated[Path, typer.Option(help="Folder for diagnosis.json, report.html, and the twin's new runs.")],
+    rig: Annotated[list[str], typer.Option(help="Only this rig: drop, slide, roll or pile.")] = [],  # noqa: B006
+    twin: Annotated[bool, typer.Option(help="Run the twin again with what was found, and show whether it then agrees.")] = True,
+    quick: Annotated[bool, typer.Option(help="The twin's tracks only: no pictures are rendered.")] = False,
+    rng: Annotated[int, typer.Option(help="Seed of the random numbers: the same one gives the same result.")] = 1,
+    overwrite: Annotated[bool, typer.Option(help="Replace an existing diagnosis.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Diagnose where recordings and simulation differ: where, what physics is left out, and whether it mends the twin.
+
+    Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was misused.
+    """
+    from calibrate.diagnose_command import Asked, diagnose_command
+
+    raise typer.Exit(diagnose_command(Asked(bench, out, tuple(rig), rng, twin, quick, overwrite, quiet)))
+
+
+@app.command()
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left.")],
     to: Annotated[str, typer.Option(help="lammps, liggghts, yade, edem, or mercury.")],

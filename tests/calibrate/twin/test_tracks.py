@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibrate.twin.tracks import read_drops
+from calibrate.twin.tracks import listed, read_drops
 
 G_MM = 9806.65
 
@@ -33,15 +33,38 @@ def test_a_track_with_its_flights(tmp_path):
     assert (np.abs(seen.time_s[seen.flight >= 0] - contact) > 2e-3).all()
 
 
+def in_pixels(source, folder, more=""):
+    """The same track in pixels of 0.25 mm, without a clock of its own."""
+    folder.mkdir()
+    (folder / "recording.toml").write_text(f'rig = "drop"\n{more}', encoding="utf8")
+    rows = pd.read_csv(source / "track.csv")
+    pixels = {"frame": np.arange(len(rows)), "x_px": 4 * rows.x_mm, "y_px": 4 * rows.y_mm}
+    pd.DataFrame(pixels).to_csv(folder / "track.csv", index=False)
+
+
 def test_a_track_that_cannot_be_used_says_why(tmp_path):
     write(tmp_path / "good")
-    bad = tmp_path / "bad"
-    bad.mkdir()
-    (bad / "recording.toml").write_text('rig = "drop"\n', encoding="utf8")
-    rows = pd.read_csv(tmp_path / "good" / "track.csv")
-    pd.DataFrame({"frame": np.arange(len(rows)), "x_px": rows.x_mm, "y_px": rows.y_mm}).to_csv(bad / "track.csv", index=False)
+    in_pixels(tmp_path / "good", tmp_path / "bad")
     by_name = {t.recording: t for t in read_drops(tmp_path)}
     assert not by_name["good"].trouble
-    assert "mm_per_px" in by_name["bad"].trouble
+    assert "fps is missing" in by_name["bad"].trouble
     with pytest.raises(FileNotFoundError):
         read_drops(tmp_path / "nowhere")
+
+
+def test_a_track_in_pixels_has_its_scale_from_gravity(tmp_path):
+    write(tmp_path / "a")
+    in_pixels(tmp_path / "a", tmp_path / "b", "[camera]\nfps = 1000.0\n[air]\ndensity_kg_m3 = 0.0\n")
+    whole, pixels = read_drops(tmp_path)
+    assert pixels.description["camera"]["mm_per_px"] == pytest.approx(0.25, rel=1e-3)
+    assert pixels.description["camera"]["scale_sd"] == 0.1
+    assert pixels.y_mm == pytest.approx(whole.y_mm, rel=1e-3)
+
+
+def test_a_folder_is_listed_without_reading_it(tmp_path):
+    write(tmp_path / "a")
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "track.csv").write_text("t_s,x_mm,y_mm\n0,0,0\n", encoding="utf8")
+    first, second = listed(tmp_path)
+    assert (first.rig, first.evidence, first.trouble) == ("drop", "track.csv", "")
+    assert "rig is missing" in second.trouble
