@@ -1,7 +1,8 @@
 """A finding: all that one rig's recordings told, in the form of diagnosis.json, with the curves that its report draws."""
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -100,17 +101,29 @@ def finding_of(
     law: str | None = None,
     curves: tuple[Curve, ...] = (),
     notes: tuple[str, ...] = (),
+    draw: Callable[[Fit, Fit], tuple[Curve, ...]] | None = None,
 ) -> Finding:
-    """A verdict with parameters and held-out figures of the model that it names (a class: of its best member)."""
+    """A verdict with parameters and held-out figures of the model that it names (a class: of its best member).
+
+    draw(baseline with what was named at nil, model) → further curves; without a model both are the baseline.
+    """
     best = next((c for c in found.candidates if set(c.names) <= set(found.names)), None) if found.names else None
     chosen = next((c for c in found.candidates if c.names == tuple(sorted(found.names))), best) if found.names else None
     model = fit(base.problem, free=chosen.names, start=base) if chosen else None
+    if draw:
+        curves = (*curves, *draw(without(base, chosen.names) if chosen else base, model or base))
     return Finding(
         base.problem.rig, base.problem.recordings, found.p_global < ALPHA, found.p_global, where.sectors,
         where.window, where.collapse, found.verdict, found.names, chosen.ln_bayes if chosen else float("nan"),
         found.ln_bayes_runner_up, parameters_of(model, chosen.names) if model and found.verdict == "name" else {}, law,
         held_out(model, base, chosen.names) if model else None, found.next_record, found.candidates, curves, notes,
     )  # fmt: skip
+
+
+def without(base: Fit, effects: tuple[str, ...]) -> Fit:
+    """The baseline with `effects` at nil, which it may hold only loosely."""
+    known = {n: sd for n, sd in base.problem.known_sd.items() if n not in effects}
+    return base if len(known) == len(base.problem.known_sd) else fit(replace(base.problem, known_sd=known), start=base)
 
 
 def parameters_of(model: Fit, names: tuple[str, ...]) -> dict[str, Parameter]:

@@ -89,7 +89,7 @@ def named(name: str, finding: Finding) -> str:
 def plus_minus(p: Parameter) -> str:
     """Value ± half its 95 % interval, with two digits of that.
 
-    >>> plus_minus(Parameter("1", 0.01834, 0.0164, 0.0203))
+    >>> plus_minus(Parameter("1", 0.01834, 0.0163, 0.0203))
     '0.0183 ± 0.0020'
     """
     half = (p.high95 - p.low95) / 2

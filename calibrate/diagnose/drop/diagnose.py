@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from calibrate.diagnose.drop.curves import curves_of
 from calibrate.diagnose.drop.model import build
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
@@ -17,4 +18,4 @@ def diagnose_flights(tracks, rng: np.random.Generator) -> Finding:
     session = assemble(tracks)
     base = fit(problem_of(build(session)))
     where = locate(base, windows_of(base), rng)
-    return finding_of(base, where, name(base, where, rng), notes=session.notes)
+    return finding_of(base, where, name(base, where, rng), notes=session.notes, draw=curves_of)
