@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from calibrate.diagnose.linear import ridge, stacked
 from calibrate.diagnose.locate import Location, Sector, Window
 from calibrate.diagnose.name import ALPHA, Candidate, Verdict
 from calibrate.diagnose.problem import Fit, fit
@@ -41,7 +42,10 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What one rig's recordings told; fields as in diagnosis.json, and what its report shows beside them."""
+    """What one rig's recordings told; fields as in diagnosis.json, and what its report shows beside them.
+
+    left_out: of each effect of the model (a class: of its best member), its value as the other recordings have it, one a recording.
+    """
 
     rig: str
     recordings: tuple[str, ...]
@@ -61,6 +65,7 @@ class Finding:
     candidates: tuple[Candidate, ...] = ()
     curves: tuple[Curve, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    left_out: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def to_json(self) -> dict:
         """The rig's entry of diagnosis.json: plain values, null for what there is not (NaN included)."""
@@ -117,7 +122,19 @@ def finding_of(
         where.window, where.collapse, found.verdict, found.names, chosen.ln_bayes if chosen else float("nan"),
         found.ln_bayes_runner_up, parameters_of(model, chosen.names) if model and found.verdict == "name" else {}, law,
         held_out(model, base, chosen.names) if model else None, found.next_record, found.candidates, curves, notes,
+        left_out_values(model, chosen.names) if model else {},
     )  # fmt: skip
+
+
+def left_out_values(model: Fit, names: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+    """Each effect as the other recordings have it, one value a recording; of a single recording its own."""
+    every, out = model.reduced, {n: [] for n in names}
+    for r in range(len(every)):
+        others = every[:r] + every[r + 1 :] or every
+        values = ridge(*stacked(others), model.prior_sd)[0]
+        for n in names:
+            out[n].append(float(values[model.names.index(n)]))
+    return {n: tuple(values) for n, values in out.items()}
 
 
 def without(base: Fit, effects: tuple[str, ...]) -> Fit:
