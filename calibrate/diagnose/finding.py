@@ -44,7 +44,7 @@ class Curve:
 class Finding:
     """What one rig's recordings told; fields as in diagnosis.json, and what its report shows beside them.
 
-    left_out: of each effect of the model (a class: of its best member), its value as the other recordings have it, one a recording.
+    left_out: each effect of the model (a class: its best member) as the other recordings have it, one value a recording.
     """
 
     rig: str
