@@ -60,7 +60,7 @@ def verdict_in_words(finding: Finding) -> str:
     if finding.verdict == "none":
         count = len(finding.recordings)
         these = "the recording shows" if count == 1 else f"{count} recordings show"
-        return f"nothing is missing that {these} (p = {_p(finding.p_global)})"
+        return f"nothing is missing that {these} ({_p(finding.p_global)})"
     if finding.verdict == "name":
         return "; ".join(named(n, finding) for n in finding.names)
     where = place(finding)
@@ -117,7 +117,7 @@ def window_in_words(finding: Finding) -> str:
 
 
 def _p(p: float) -> str:
-    return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
+    return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
 
 
 def lines(diagnosis) -> list[str]:
