@@ -149,5 +149,6 @@ def parameters_of(model: Fit, names: tuple[str, ...]) -> dict[str, Parameter]:
     out = {}
     for n in names:
         value, half = model.by_name[n], NORMAL_95 * wider * model.sd(n)
-        out[n] = Parameter(model.problem.effects[n].unit, value, value - half, value + half)
+        shown = model.problem.effects[n].reported or float
+        out[n] = Parameter(model.problem.effects[n].unit, shown(value), shown(value - half), shown(value + half))
     return out

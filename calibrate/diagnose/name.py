@@ -73,10 +73,10 @@ def _strength(at: Fit) -> dict[str, float]:
     return strength
 
 
-def name(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
-    """The verdict on a fitted baseline that has been located."""
+def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: float = ALPHA) -> Verdict:
+    """The verdict on a fitted baseline that has been located; alarm: p < alpha."""
     p, strength = alarm(base, location, rng)
-    if p >= ALPHA:
+    if p >= alpha:
         return Verdict("none", (), p, (), float("nan"), None)
     tried = {(): candidate(base, (), rng)}
     chosen: tuple[str, ...] = ()
@@ -84,13 +84,24 @@ def name(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
         for other in _worth_trying(base, chosen, strength):
             tried[tuple(sorted((*chosen, other)))] = candidate(base, (*chosen, other), rng)
         level = [c for key, c in tried.items() if len(key) == len(chosen) + 1 and set(chosen) <= set(key)]
-        best = max(level, key=lambda c: c.ln_bayes)
+        best = _best(level)
         if best.ln_bayes < tried[tuple(sorted(chosen))].ln_bayes + LN_BF_BASELINE:
             break
         chosen = best.names
         if best.left_p > SATURATED_P:
             break
     return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key))
+
+
+def _best(level: list[Candidate]) -> Candidate:
+    """The greatest evidence; what is physically impossible has no say where something possible is as good."""
+    top = max(level, key=lambda c: c.ln_bayes)
+    possible = [c for c in level if _possible(c) and c.ln_bayes > top.ln_bayes - LN_BF_RIVAL]
+    return max(possible, key=lambda c: c.ln_bayes, default=top)
+
+
+def _possible(candidate: Candidate) -> bool:
+    return not any("physical range" in flaw for flaw in candidate.flaws)
 
 
 def _worth_trying(base: Fit, chosen: tuple[str, ...], strength: dict[str, float]) -> list[str]:
@@ -146,13 +157,13 @@ def _decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candid
     if not chosen:
         return Verdict("unknown", (), p, ranked, float("nan"), "the same drop again from twice and from half the height")
     best = next(c for c in ranked if c.names == chosen)
-    rivals = [c for c in ranked if c is not best and len(c.names) <= len(best.names)]
+    rivals = [c for c in ranked if c is not best and len(c.names) <= len(best.names) and _possible(c)]
     runner_up = best.ln_bayes - max((c.ln_bayes for c in rivals), default=0.0)
     close = [c for c in rivals if c.ln_bayes > best.ln_bayes - LN_BF_RIVAL]
     members = tuple(dict.fromkeys(n for c in (best, *close) for n in c.names))
     advice = next((effects[n].separating for n in members if effects[n].separating), None)
     left_over = any(flaw.startswith("something else") for flaw in best.flaws)
-    if left_over or any("physical range" in flaw for flaw in best.flaws):
+    if left_over or not _possible(best):
         return Verdict("unknown", (), p, ranked, runner_up, advice)
     if close:
         return Verdict("class", members, p, ranked, runner_up, advice)

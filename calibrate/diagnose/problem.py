@@ -22,6 +22,7 @@ class Problem:
     reduce(starts, values (G,), extra=None) → (Reduced of each recording, function (change of globals) → change of starts); the
     columns of `extra`, K further accelerations or curves in the rig's own form, follow those of the globals.
     freedom: rows less locals; level_sd: sd of ln of the noise power where missing physics lives; model: the rig's own.
+    common_smooth: the smooth curves are one law common to all recordings, not each recording's own.
     """
 
     rig: str
@@ -35,6 +36,7 @@ class Problem:
     level_sd: float
     model: Any
     turns: int = 5
+    common_smooth: bool = False
 
     @property
     def sectors(self) -> tuple[str, ...]:

@@ -40,7 +40,8 @@ def explained(fit: Fit, free: tuple[str, ...], *, smooth: bool = False) -> tuple
     a, b = stacked(fit.reduced)
     parts = [a[:, [fit.names.index(n) for n in free]]]
     if smooth:
-        parts.append(block_diagonal([r.smooth for r in fit.reduced]))
+        curves = [r.smooth for r in fit.reduced]
+        parts.append(np.vstack(curves) if fit.problem.common_smooth else block_diagonal(curves))
     return fall_of_chi2(np.hstack(parts), projector(a, fit.prior_sd), b)
 
 

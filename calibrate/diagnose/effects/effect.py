@@ -31,6 +31,16 @@ class View:
     pixel: float
 
 
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Impacts (n,): closing speed of the point of contact along the plate's normal [m/s], how many impacts this seed has had with
+    this one (1: the first), and by how much a tilt of 1 rad turns Δv_x over Δv_n (1: no friction)."""
+
+    speed: np.ndarray
+    count: np.ndarray
+    lever: np.ndarray
+
+
 @dataclass(frozen=True)
 class Effect:
     """One candidate, or one nuisance that is always there.
@@ -39,7 +49,9 @@ class Effect:
     the unit; low, high: physical range; twins: names it is taken for; exact_twins: what no recording of this kind separates;
     separating: the recording that would; source of law and range.
     Exactly one law: acceleration(Motion, value) → (f, n, 2) [m/s²] added in flight; picture(places (n, 2) [m], View, value) →
-    places as the camera shows them; clock(value) → true over stated frame rate; restitution(impacts, value) → change of e.
+    places as the camera shows them; clock(value) → true over stated frame rate; restitution(Hits, e (n,), value) → e of a central
+    impact in place of `e`; kick(Hits, value) → added to Δv_x/Δv_n. reported: from the fitted value to the reported one
+    (rising), where they differ; low, high, prior_sd are the fitted one's.
     needs: what must have been seen ("spin"), "" for nothing.
     """
 
@@ -58,4 +70,6 @@ class Effect:
     picture: Callable[[np.ndarray, View, float], np.ndarray] | None = None
     clock: Callable[[float], float] | None = None
     restitution: Callable | None = None
+    kick: Callable | None = None
+    reported: Callable[[float], float] | None = None
     group: str = ""  # the effect that this is a further parameter of
