@@ -49,11 +49,11 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
     columns += list(_pushed_rows(model, pushes))
     side_columns += [_pushed_sides(model, starts, at, push) for push in pushes]
     jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, 4 + G + K + 1)
-    triangles = [np.linalg.qr(white, mode="r") for white in _whitened(model, noise, jacobian)]
+    triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian)]
     return triangles, _side_rows(model, starts, at, np.array(side_columns).T, side)
 
 
-def _whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
+def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
     """Whitened rows (2 n_f, 4 + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
     s, extra = model.session, len(SMOOTH)
     width = jacobian.shape[2]

@@ -1,0 +1,60 @@
+"""What each impact shows: the restitution of a central impact, the place of the contact beside the centre, the sideways kick.
+
+A seed of radius h that is touched b beside its centre turns by  I Δω = m (b Δv_n + h Δv_x),  which gives b; the point of contact
+closes with u = v_n + b ω, and  e = −u'/u  is what a central impact would have. Where the spin is not seen, e = −v_n'/v_n.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrate.diagnose.drop.impacts import Impacts
+from calibrate.diagnose.drop.model import ROUND
+
+SPREAD_M_S = 0.15  # below this closing speed of the point of contact its restitution is not looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Bounces:
+    """(n,) each: speed [m/s] closing of the point of contact, e, e_usable, offset b [m] (NaN unseen); kick Δv_x/Δv_n, slip
+    (v_x + h ω)/Δv_n before, turn h Δω/Δv_n (0 where unseen), share v_n/Δv_n before; e_error, kick_error (n, n): covariances."""
+
+    speed: np.ndarray
+    e: np.ndarray
+    e_usable: np.ndarray
+    offset: np.ndarray
+    kick: np.ndarray
+    slip: np.ndarray
+    turn: np.ndarray
+    share: np.ndarray
+    e_error: np.ndarray
+    kick_error: np.ndarray
+
+
+def bounces_of(impacts: Impacts, elongation: float, g: float = 9.80665) -> Bounces:
+    """All of them; `elongation` of the seeds: balls are touched below their centre whatever noise says."""
+    radius, gyration = (getattr(impacts.seeds, key)[impacts.recording] for key in ("radius", "gyration"))
+    (vx, vz, w), (vx2, vz2, w2) = impacts.before.T, impacts.after.T
+    gain, spun = vz2 - vz, impacts.spin_seen & np.isfinite(radius)
+    with np.errstate(invalid="ignore"):
+        turn = np.where(spun, radius * (w2 - w) / gain, 0.0)
+        offset = np.where(spun, (gyration * (w2 - w) - radius * (vx2 - vx)) / gain, np.nan)
+        arm = np.where(spun & (elongation >= ROUND), offset, 0.0)
+        closing = -(vz + np.where(spun, arm * w, 0.0))
+        leaving = vz2 + np.where(spun, arm * w2, 0.0)
+        slip = (vx + np.where(spun, radius * w, 0.0)) / gain
+    usable = (closing > SPREAD_M_S) & (leaving > 0)
+    safe = np.where(usable, closing, 1.0)
+    e, kick = leaving / safe, (vx2 - vx) / gain
+    e_error = _error(impacts, 1, -e / safe, 1 / safe) + np.diag((g * impacts.time_sd * (1 + e) / safe) ** 2)
+    kick_error = _error(impacts, 0, -1 / gain, 1 / gain) + _error(impacts, 1, kick / gain, -kick / gain)
+    return Bounces(safe, e, usable, offset, kick, slip, turn, vz / gain, e_error, kick_error)
+
+
+def _error(impacts: Impacts, axis: int, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Covariance (n, n): a flight's speed is read a little wrong at both its ends alike."""
+    slopes, row = np.zeros((len(impacts), len(impacts.flight_sd))), np.arange(len(impacts))
+    slopes[row, impacts.flights[:, 0]] = before
+    slopes[row, impacts.flights[:, 1]] += after
+    slopes = slopes * np.nan_to_num(impacts.flight_sd[:, axis])
+    return slopes @ slopes.T

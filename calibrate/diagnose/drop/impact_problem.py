@@ -1,0 +1,185 @@
+"""Impacts as a problem: rows of restitution and of sideways kicks about their baseline, a constant e and a level plate.
+
+Two levels: what was measured badly, and the bounces' own scatter (scatter.py), which a seed's shape makes wide. What shape does
+to the mean is left open as well: a seed that is dropped flat bounces otherwise the first time than later, when it turns.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from calibrate.diagnose.drop.bounce import Bounces, bounces_of
+from calibrate.diagnose.drop.impacts import Impacts
+from calibrate.diagnose.drop.scatter import Scatter, scatter_of
+from calibrate.diagnose.effects.drop.impact import IMPACT_EFFECTS
+from calibrate.diagnose.effects.effect import Hits
+from calibrate.diagnose.linear import Reduced
+from calibrate.diagnose.problem import Problem
+
+E_FLOOR, KICK_FLOOR = 0.003, 0.002  # bounces of the best balls scatter as much
+SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
+NEARLY_ROUND = 0.05  # elongation below which the contact is taken to lie below the centre: Δv_x = (I/mh) Δω but for the tilt
+NUISANCES = {"e": 0.3, "shape.later": 0.05, "shape.slow": 0.02, "stick": 0.5, "turn.first": 1.0, "turn.later": 1.0, "plumb": 1e-3}
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Δv_x/Δv_n = stick (v_x + h ω)/Δv_n + turn h Δω/Δv_n on a level plate: mean and sd of both coefficients.
+
+    A contact that sticks has −1 and −1, one that slides 0 and 0 on average; a ball that is touched below its centre turns by its
+    own sideways push, whatever the friction: 0 and I/mh² = 0.4. Where the spin is not seen a ball gives 0 to −2/7 of the slip.
+    """
+
+    stick: float
+    stick_sd: float
+    turn: float
+    turn_sd: float
+
+
+def friction_of(elongation: float, spun: bool) -> Friction:
+    if not spun:
+        return Friction(-0.2, 0.2, 0.0, 0.0)
+    return Friction(0.0, 0.02, 0.4, 0.02) if elongation < NEARLY_ROUND else Friction(-0.5, 0.5, 0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactModel:
+    """impacts with their bounces; e_rows, kick_rows: which impacts stand in which rows (e first), y (m,) and its roots: inverse
+    Cholesky factor of each recording's rows; rows (m,) of recordings; middle: e about which "e" counts."""
+
+    impacts: Impacts
+    bounces: Bounces
+    e_rows: np.ndarray
+    kick_rows: np.ndarray
+    y: np.ndarray
+    blocks: tuple[tuple[np.ndarray, np.ndarray], ...]
+    smooth: np.ndarray
+    middle: float
+    elongation: float
+    spun: bool
+    friction: Friction
+
+
+def elongation_of(impacts: Impacts) -> float:
+    return float(np.median(impacts.seeds.elongation))
+
+
+def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | None:
+    """None where too few impacts were seen to tell anything from their scatter."""
+    long = elongation_of(impacts) if elongation is None else elongation
+    seen = bounces_of(impacts, long)
+    later = impacts.number > 1
+    spun = bool(impacts.spin_seen.mean() > 0.5) if len(impacts) else False
+    e_rows, kick_rows = np.flatnonzero(seen.e_usable), np.flatnonzero(np.isfinite(seen.kick))
+    same = (impacts.recording[:, None] == impacts.recording).astype(float)
+    e_scatter = _scatter(
+        e_rows, seen.e, _e_design(seen, later, long), seen.e_error, [np.diag(later / seen.speed**2), same], E_FLOOR
+    )
+    push = friction_of(long, spun)
+    beside = seen.kick - push.turn * seen.turn if push.turn_sd < 0.1 else seen.kick
+    design = _kick_design(seen, later, push.turn_sd > 0.1)
+    kick_scatter = _scatter(kick_rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
+    found = [(rows, s) for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)) if s is not None]
+    if not found:
+        return None
+    e_rows, kick_rows = (rows if s is not None else rows[:0] for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)))
+    model = ImpactModel(
+        impacts, seen, e_rows, kick_rows, np.concatenate([seen.e[e_rows], seen.kick[kick_rows]]),
+        _blocks(impacts, found), _smooth(seen, impacts, e_rows, kick_rows),
+        float(np.median(seen.e[e_rows])) if len(e_rows) else 0.5, long, spun, push,
+    )  # fmt: skip
+    names = (*(n for n in IMPACT_EFFECTS if _rows_of(n, model)), *NUISANCES)
+    known = _known_sd(model)
+    return Problem(
+        "drop", impacts.names, IMPACT_EFFECTS, names, known, np.zeros(0), partial(reduce, model, names), len(model.y),
+        max(s.log_level_sd for _, s in found), model, turns=12, common_smooth=True,
+    )  # fmt: skip
+
+
+def _rows_of(effect: str, model: ImpactModel) -> bool:
+    return bool(len(model.kick_rows if IMPACT_EFFECTS[effect].kick else model.e_rows))
+
+
+def _scatter(rows, y, design, error, components, floor) -> Scatter | None:
+    """The scatter of some rows about as flexible a law as their number bears."""
+    width = design.shape[1]
+    while width > 1 and len(rows) < 3 * width:
+        width -= 1
+    here = np.ix_(rows, rows)
+    return scatter_of(y[rows], design[rows, :width], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor)
+
+
+def _e_design(seen: Bounces, later: np.ndarray, elongation: float) -> np.ndarray:
+    columns = [np.ones(len(seen.e)), np.log(seen.speed), seen.speed**-2.0, later * 1.0]
+    return np.column_stack(columns)
+
+
+def _kick_design(seen: Bounces, later: np.ndarray, free: bool) -> np.ndarray:
+    columns = [np.ones(len(seen.kick)), seen.turn * later, seen.turn * ~later, seen.slip] if free else [np.ones(len(seen.kick))]
+    return np.nan_to_num(np.column_stack(columns))
+
+
+def _blocks(impacts: Impacts, found) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """(rows, inverse Cholesky factor of their covariance) of each recording."""
+    size = sum(len(rows) for rows, _ in found)
+    whole, recording, at = np.zeros((size, size)), np.zeros(size, dtype=int), 0
+    for rows, scatter in found:
+        here = slice(at, at + len(rows))
+        whole[here, here], recording[here] = scatter.covariance, impacts.recording[rows]
+        at += len(rows)
+    out = []
+    for r in range(len(impacts.names)):
+        own = np.flatnonzero(recording == r)
+        out.append((own, np.linalg.inv(np.linalg.cholesky(whole[np.ix_(own, own)]))))
+    return tuple(out)
+
+
+def _smooth(seen: Bounces, impacts: Impacts, e_rows: np.ndarray, kick_rows: np.ndarray) -> np.ndarray:
+    """(m, s): what e and the kick may depend on beyond every candidate: powers of the speed, the count."""
+    ln, count = np.log(seen.speed), np.minimum(impacts.number, 5) - 2.0
+    e = np.column_stack([ln, ln**2, seen.speed, count, count**2])[e_rows]
+    kick = np.column_stack([-seen.share - 0.6, count, ln])[kick_rows]
+    out = np.zeros((len(e) + len(kick), e.shape[1] + kick.shape[1]))
+    out[: len(e), : e.shape[1]], out[len(e) :, e.shape[1] :] = e, np.nan_to_num(kick)
+    return out
+
+
+def _known_sd(model: ImpactModel) -> dict[str, float]:
+    """What shape does to the mean grows as the square of the elongation; more of it is left where the spin is not seen."""
+    square, push = model.elongation**2, model.friction
+    later = 0.002 + (0.55 if model.spun else 0.8) * square
+    known = {"e": NUISANCES["e"], "shape.later": later, "shape.slow": 5e-4 + 0.25 * square, "plumb": model.impacts.plumb_sd}
+    return known | {"stick": push.stick_sd, "turn.first": push.turn_sd, "turn.later": push.turn_sd}
+
+
+def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
+    """(m,): restitutions, then kicks."""
+    seen, later = model.bounces, model.impacts.number > 1
+    stick, turn = model.friction.stick + values["stick"], model.friction.turn
+    hits = Hits(seen.speed, model.impacts.number, 1 - stick * seen.share)
+    shape = later * (values["shape.later"] + values["shape.slow"] / np.maximum(seen.speed, SLOW_M_S) ** 2)
+    e = model.middle + values["e"] + shape
+    kick = stick * np.nan_to_num(seen.slip) + values["plumb"] * hits.lever
+    kick = kick + (turn + np.where(later, values["turn.later"], values["turn.first"])) * seen.turn
+    for name, effect in IMPACT_EFFECTS.items():
+        value = values.get(name, 0.0)
+        if value and effect.restitution:
+            e = effect.restitution(hits, e, value)
+        elif value and effect.kick:
+            kick = kick + effect.kick(hits, value)
+    return np.concatenate([e[model.e_rows], kick[model.kick_rows]])
+
+
+def reduce(model: ImpactModel, names: tuple[str, ...], starts: np.ndarray, values: np.ndarray, extra: np.ndarray | None = None):
+    """See Problem.reduce; nothing is a recording's own; extra (K, m)."""
+    at = dict(zip(names, values, strict=True))
+    seen = predict(model, at)
+    columns = []
+    for name, value in at.items():
+        step = 1e-3 * (IMPACT_EFFECTS[name].prior_sd if name in IMPACT_EFFECTS else NUISANCES[name])
+        columns.append((predict(model, at | {name: value + step}) - seen) / step)
+    a = np.column_stack([*columns, *([] if extra is None else extra)])
+    b = model.y - seen + a[:, : len(values)] @ values
+    made = tuple(Reduced(root @ a[own], root @ model.smooth[own], root @ b[own]) for own, root in model.blocks)
+    return made, lambda moved: np.zeros(0)
