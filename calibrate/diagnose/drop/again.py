@@ -1,0 +1,114 @@
+"""Drops run again in the DEM: flights from their own starts, impacts at their own speeds, seen as the camera saw them."""
+
+from pathlib import Path
+
+import numpy as np
+
+from calibrate.diagnose.drop.flight import accelerations
+from calibrate.diagnose.drop.model import LAWS, Places, build, forces, places, velocities
+from calibrate.diagnose.drop.model import _at as placed_at
+from calibrate.diagnose.drop.problem import problem_of
+from calibrate.diagnose.drop.session import assemble
+from calibrate.diagnose.effects.drop import EFFECTS
+from calibrate.diagnose.finding import Finding, without
+from calibrate.diagnose.linear import ridge, stacked
+from calibrate.diagnose.model import Again, Compared, change_in_words
+from calibrate.diagnose.problem import Fit, fit
+from calibrate.twin.flown import drag_factor, fly
+
+
+def drops_again(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Again:
+    """Flight and picture by flights, impacts by impacts; both where both were named."""
+    names = tuple(finding.left_out)
+    in_flight = tuple(n for n in names if n in EFFECTS)
+    change = change_in_words("drop", finding)
+    if len(in_flight) < len(names):
+        from calibrate.diagnose.drop.strikes import impacts_again
+
+        compared, how, notes = impacts_again(finding, tracks, say)
+        if not in_flight:
+            return Again("drop", names, change, how, compared, False, notes=notes)
+    else:
+        compared, how, notes = (), "", ()
+    flown = Flights(tracks, in_flight)
+    say("drop: flying the old and the new twin")
+    old, new = flown.read(flown.before), flown.read(flown.after)
+    rows = tuple(flown.compared(old, new))
+    how = f"each flight was flown by the DEM from the start that the recording shows, old and new twin alike. {how}".strip()
+    again = Again("drop", names, change, how, (*rows, *compared), len(flown.session.names) > 1, notes=notes)
+    from calibrate.diagnose.drop.pictures import with_pictures
+
+    return with_pictures(again, flown, old, new, tracks, folder, pictures, say)
+
+
+class Flights:
+    """A session's flights with the baseline (what was named at nil) and with the model fitted; `read` has the DEM fly them."""
+
+    def __init__(self, tracks: list, names: tuple[str, ...]) -> None:
+        self.tracks = [t for t in tracks if not t.trouble]
+        self.session = assemble(self.tracks)
+        problem = problem_of(build(self.session))
+        base = fit(problem)
+        self.after = fit(problem, free=names, start=base)
+        self.before = without(base, names)
+
+    def read(self, of: Fit) -> np.ndarray:
+        """What the camera would read (n, 2) [m] of the DEM's flights, each recording with the globals that the others gave."""
+        s, out = self.session, np.zeros_like(self.session.places)
+        for r in range(len(s.names)):
+            values, starts = left_out(of, r)
+            self._fly(r, dict(zip(of.names, values, strict=True)), starts, out)
+        return out
+
+    def _fly(self, r: int, values: dict[str, float], starts: np.ndarray, out: np.ndarray) -> None:
+        s = self.session
+        flights = np.flatnonzero(s.recording == r)
+        rate = float(np.prod([LAWS[n].clock(v) for n, v in values.items() if LAWS[n].clock]))
+        begin = self.begins(starts, values)[flights]
+        begin[:, 2:] *= rate
+        laws = laws_of(self.tracks[r].description, s.air[r].share, values)
+        flown = fly(self.tracks[r].description, laws, begin, s.spin[flights] * rate, 2 * s.half[flights].max() / rate)
+        seen = np.zeros_like(out)
+        for k, f in enumerate(flights):
+            rows = slice(s.first[f], s.stop[f])
+            seen[rows] = flown.at(k, (s.tau[rows] + s.half[f]) / rate)
+        for name, value in values.items():
+            if LAWS[name].picture and value:
+                seen = LAWS[name].picture(seen, s.view, value)
+        mine = s.recording[s.flight] == r
+        out[mine] = seen[mine]
+
+    def begins(self, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
+        """(F, 4): where and how fast each flight's seed is at its first row, by the model's own flights."""
+        model, s = self.after.problem.model, self.session
+        at = Places(*placed_at(s, np.arange(len(s.middle)), s.middle - s.half))
+        push = accelerations(starts[:, 2:], s.half, forces(model, values))
+        return np.hstack([places(at, starts, push), velocities(at, starts, push)])
+
+    def compared(self, old: np.ndarray, new: np.ndarray):
+        """One row a recording: root mean square distance [mm] from what was recorded, along each axis on average."""
+        s = self.session
+        for r, name in enumerate(s.names):
+            mine = s.recording[s.flight] == r
+            before, after = (1e3 * float(np.sqrt(((s.places - seen)[mine] ** 2).mean())) for seen in (old, new))
+            yield Compared(name, "place in flight", "mm", before, after, "track")
+
+
+def left_out(of: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:
+    """Globals as the recordings other than r have them, and the starts (F, 4) that go with them."""
+    others = of.reduced[:r] + of.reduced[r + 1 :]
+    if not others:
+        return of.values, of.starts
+    values = ridge(*stacked(others), of.prior_sd)[0]
+    return values, of.starts + of.problem.reduce(of.starts, of.values)[1](values - of.values)
+
+
+def laws_of(description: dict, share: float, values: dict[str, float]) -> dict[str, dict]:
+    """The DEM's laws for a flight: drag of the stated air and what is missing of it, its draught, Magnus' force."""
+    wind = values.get("draught", 0.0)
+    total = share + values.get("drag", 0.0)
+    laws = {"drag": drag_factor(description, max(total, 0.0)) | {"wind_x": wind}}
+    if values.get("magnus", 0.0):
+        air = description.get("air", {}).get("density_kg_m3") or 1.2
+        laws["magnus"] = {"air_density": air, "lift": float(np.clip(values["magnus"], -5, 5))}
+    return laws
