@@ -12,6 +12,7 @@ by the innovations of the Kalman filter of this model (exact, gaps included).
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy import stats
 from scipy.optimize import minimize
 
@@ -56,28 +57,29 @@ def whiten(rows: np.ndarray, lag: np.ndarray, rho: float, white: float) -> tuple
     lag (n, s): frames since the row before, inf where a stretch begins. Returns rows and ln of the innovation variance (n, s).
     """
     carried = np.where(np.isfinite(lag), rho ** np.where(np.isfinite(lag), lag, 0.0), 0.0)
-    gain, variance = _gains(carried, white)
-    out = np.empty_like(rows)
-    state = np.zeros(rows.shape[1:])
-    for i in range(len(rows)):
-        state *= carried[i][:, None]
-        innovation = rows[i] - state
-        out[i] = innovation
-        state += gain[i][:, None] * innovation
-    out /= np.sqrt(variance)[:, :, None]
-    return out, np.log(variance)
+    return _innovations(np.ascontiguousarray(rows, float), carried, float(white))
 
 
-def _gains(carried: np.ndarray, white: float) -> tuple[np.ndarray, np.ndarray]:
-    """Kalman gain and innovation variance (n, s) of OU + white noise of unit variance."""
-    gain, variance = np.empty_like(carried), np.empty_like(carried)
-    left = np.zeros(carried.shape[1])
-    for i, c in enumerate(carried):
-        before = c**2 * left + (1 - white) * (1 - c**2)
-        variance[i] = before + white
-        gain[i] = before / variance[i]
-        left = before * (1 - gain[i])
-    return gain, variance
+@njit(cache=True)
+def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[np.ndarray, np.ndarray]:
+    """Kalman filter of OU + white noise of unit variance: innovations over their sd, ln of their variance."""
+    n, series, columns = rows.shape
+    out, log_variance = np.empty_like(rows), np.empty((n, series))
+    for j in range(series):
+        state, left = np.zeros(columns), 0.0
+        for i in range(n):
+            c = carried[i, j]
+            before = c * c * left + (1 - white) * (1 - c * c)
+            variance = before + white
+            gain = before / variance
+            left = before * (1 - gain)
+            log_variance[i, j] = np.log(variance)
+            scale = 1 / np.sqrt(variance)
+            for k in range(columns):
+                innovation = rows[i, j, k] - c * state[k]
+                state[k] = c * state[k] + gain * innovation
+                out[i, j, k] = scale * innovation
+    return out, log_variance
 
 
 def estimate(stretches: list[Stretch]) -> Noise:
