@@ -86,9 +86,15 @@ def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = Non
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
     prior = np.hypot(known, physical)
     starts, values = (start.starts, start.values * (prior > 0)) if start else (problem.starts, np.zeros(len(prior)))
-    before = np.inf
+    before = lowest = np.inf
+    good = starts, values
     for _ in range(problem.turns):
-        reduced, solve_locals = problem.reduce(starts, values)
+        there, solve_there = problem.reduce(starts, values)
+        here = _misfit(there, values, prior)
+        if not here < lowest + max(1.0, 1e-3 * lowest) and np.isfinite(lowest):  # too long a step, NaN included: half of it
+            starts, values = (starts + good[0]) / 2, (values + good[1]) / 2
+            continue
+        good, lowest, reduced, solve_locals = (starts, values), here, there, solve_there
         after, covariance, chi2 = ridge(*stacked(reduced), prior)
         starts = starts + solve_locals(after - values)
         moved, values = np.abs(after - values) / np.maximum(prior, 1e-300), after
@@ -96,3 +102,10 @@ def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = Non
             break
         before = chi2
     return Fit(problem, prior, values, covariance, starts, chi2, reduced)
+
+
+def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray, prior: np.ndarray) -> float:
+    """χ² at `values`, their prior terms included, the locals at their best."""
+    a, b = stacked(reduced)
+    held = prior > 0
+    return float(((b - a @ values) ** 2).sum() + ((values[held] / prior[held]) ** 2).sum())
