@@ -65,13 +65,13 @@ class Again:
         return before, after, first.unit, first.quantity
 
     def in_words(self) -> str:
-        """ "with drag it is off by 0.06 mm where it was off by 0.17 (height; recordings held out)"."""
+        """ "run again with drag, the twin is off by 0.06 mm where it was off by 0.17 (place in flight, …)"."""
         if not self.compared:
             return "; ".join(self.notes)
         before, after, unit, quantity = self.total()
         held = ", each recording with what the others gave" if self.held_out else ""
-        what = f"it is off by {after:.3g} {unit} where it was off by {before:.3g}"
-        return f"with {' and '.join(self.effects)} {what} ({quantity}{held})"
+        what = f"the twin is off by {after:.3g} {unit} where it was off by {before:.3g}"
+        return f"run again with {' and '.join(self.effects)}, {what} ({quantity}{held})"
 
     def to_json(self) -> dict:
         """What stands under "twin" in diagnosis.json."""

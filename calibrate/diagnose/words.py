@@ -128,7 +128,7 @@ def lines(diagnosis) -> list[str]:
         if finding.verdict != "none" and finding.next_record:
             out.append(f"  to settle it, record: {finding.next_record}")
         if rig in diagnosis.twins:
-            out.append(f"  the twin again: {diagnosis.twins[rig].in_words()}")
+            out.append(f"  {diagnosis.twins[rig].in_words()}")
     out += [f"{rig}: not diagnosed: {why}" for rig, why in diagnosis.refused.items()]
     out += [f"{name}: {why}" for name, _, why in diagnosis.trouble]
     return [*out, *diagnosis.notes]

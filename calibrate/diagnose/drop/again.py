@@ -38,7 +38,7 @@ def drops_again(finding: Finding, tracks: list, folder: Path, pictures: bool, sa
     again = Again("drop", names, change, how, (*rows, *compared), len(flown.session.names) > 1, notes=notes)
     from calibrate.diagnose.drop.pictures import with_pictures
 
-    return with_pictures(again, flown, old, new, tracks, folder, pictures, say)
+    return with_pictures(again, flown, old, new, folder, pictures, say)
 
 
 class Flights:
