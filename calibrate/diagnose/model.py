@@ -47,13 +47,14 @@ class Again:
     picture: bytes = b""
     caption: str = ""
     notes: tuple[str, ...] = ()
+    figure: dict | None = None
 
     @property
     def rows(self) -> list[dict]:
         """A row a recording, for the report."""
         return [
-            {"recording": c.recording, "what": c.quantity, f"old twin off by ({c.unit})": c.before,
-             f"new twin off by ({c.unit})": c.after, "measured on": c.by}
+            {"recording": c.recording, "what": c.quantity, "old twin off by": c.before, "new twin off by": c.after,
+             "unit": "" if c.unit == "1" else c.unit, "measured on": c.by}
             for c in self.compared
         ]  # fmt: skip
 
@@ -70,7 +71,8 @@ class Again:
             return "; ".join(self.notes)
         before, after, unit, quantity = self.total()
         held = ", each recording with what the others gave" if self.held_out else ""
-        what = f"the twin is off by {after:.3g} {unit} where it was off by {before:.3g}"
+        unit = "" if unit == "1" else f" {unit}"
+        what = f"the twin is off by {after:.3g}{unit} where it was off by {before:.3g}"
         return f"run again with {' and '.join(self.effects)}, {what} ({quantity}{held})"
 
     def to_json(self) -> dict:

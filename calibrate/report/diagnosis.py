@@ -10,8 +10,8 @@ import pandas as pd
 
 from calibrate.diagnose import words
 from calibrate.diagnose.finding import Finding
-from calibrate.report.numbers import cells, sentence
-from calibrate.report.residuals import before_and_after, recorded
+from calibrate.report.numbers import cells
+from calibrate.report.residuals import before_and_after, points, recorded
 
 TAGS = {"none": "nothing missing", "name": "found", "class": "not told apart", "unknown": "unknown"}
 MOST_CANDIDATES = 12
@@ -31,9 +31,10 @@ def render(found) -> str:
     from plotly.offline import get_plotlyjs
 
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"cells": cells, "sentence": _sentence}
+    environment.filters |= {"cells": _cells, "sentence": _sentence}
     template = environment.from_string((files("calibrate.report") / "diagnosis.html.j2").read_text(encoding="utf8"))
     drawn = {k: v for rig, f in found.findings.items() for k, v in _figures(rig, f).items()}
+    drawn |= {f"{rig}-twins": points(again.figure) for rig, again in found.twins.items() if again.figure}
     # "</" would end the script element that carries the figures
     text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
     rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in found.findings.items()]
@@ -41,7 +42,19 @@ def render(found) -> str:
 
 
 def _sentence(text: str) -> str:
-    return sentence(text) if not text.endswith("?") else text
+    """A capital first letter and a full stop; unlike a calibration's, "restitution" here is nobody's column."""
+    text = text.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?")) else ".")
+
+
+def _cells(table: pd.DataFrame) -> dict:
+    """`numbers.cells`, texts as they are."""
+    out = cells(table)
+    for k, column in enumerate(table.columns):
+        for row, value in zip(out["rows"], table[column], strict=True):
+            row[k] = value if isinstance(value, str) else row[k]
+    out["heads"] = [str(c) for c in table.columns]
+    return out
 
 
 def _versions() -> dict[str, str]:

@@ -34,6 +34,16 @@ def recorded(curves: list[Curve]) -> dict:
     }
 
 
+def points(figure: dict) -> dict:
+    """Recorded, old and new twin as points over one axis (`calibrate.diagnose.model.Again.figure`)."""
+    colors = dict(zip(figure["points"], (draw.GREY, draw.ORANGE, draw.BLUE), strict=False))
+    data = []
+    for name, (x, y) in figure["points"].items():
+        marker = {"color": colors.get(name, draw.GREEN), "size": 7, "opacity": 0.8}
+        data.append(draw.line(x, y, marker["color"], name) | {"mode": "markers", "marker": marker})
+    return {"data": data, "layout": draw.layout(figure["x"], figure["y"])}
+
+
 def binned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Means in BINS equal bins of x, empty bins left out; x itself where there are fewer points."""
     if len(x) <= BINS:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from vision.batch import find_all, observe
-from vision.evidence.tables import read_track
+from vision.evidence.tables import read_impacts, read_track
 from vision.measurement import MeasurementError
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import release_seen
@@ -47,9 +47,10 @@ class SeenTrack:
     """One drop. Arrays of one length n; flight (n,): which flight a row belongs to, −1: none (held, in contact, an outlier).
 
     x_mm to the right, y_mm up, as the picture has them (not turned upright); angle_deg: anticlockwise, NaN where not seen, None
-    where nobody looked; sd_mm: stated, NaN where not. contacts_s: impacts between successive flights. release_seen: whether the
-    first flight begins in the track. description: sections of recording.toml as plain values, `camera.scale_sd` (relative) and
-    `camera.plumb_sd_deg` with what holds where nothing is stated. trouble: why there is nothing, "" when there is.
+    where nobody looked. sd_mm: stated, NaN where not. contacts_s: impacts between successive flights. release_seen: whether the
+    first flight begins in the track. Of a drop that was only heard there are no rows, only contacts_s. description: sections of
+    recording.toml as plain values, `camera.scale_sd` (relative) and `camera.plumb_sd_deg` with what holds where nothing is
+    stated. trouble: why there is nothing, "" when there is.
     """
 
     recording: str
@@ -80,7 +81,7 @@ def _seen(entry: Recording | MeasurementError) -> SeenTrack:
     if isinstance(entry, MeasurementError):
         return _nothing(entry.recording, "", {}, str(entry))
     try:
-        return drop_of(_track(entry), entry)
+        return heard_of(entry) if entry.evidence == "impacts.csv" else drop_of(_track(entry), entry)
     except MeasurementError as error:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
 
@@ -93,6 +94,13 @@ def _track(recording: Recording) -> Track:
     if table is None:
         raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
     return track_from_table(table, recording.camera)
+
+
+def heard_of(recording: Recording) -> SeenTrack:
+    """A drop that was only heard: no rows, the times of its impacts."""
+    table = read_impacts(recording.files[0])
+    told = _nothing(recording.id, recording.session or "", describe(recording), "")
+    return replace(told, contacts_s=table.rows["t_s"].to_numpy(float), notes=table.notes)
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:

@@ -1,5 +1,6 @@
 """Drops run again in the DEM: flights from their own starts, impacts at their own speeds, seen as the camera saw them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,26 +20,37 @@ from calibrate.twin.flown import drag_factor, fly
 
 def drops_again(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Again:
     """Flight and picture by flights, impacts by impacts; both where both were named."""
+    from calibrate.diagnose.drop.pictures import with_pictures
+    from calibrate.diagnose.drop.strikes import strikes_again
+
     names = tuple(finding.left_out)
     in_flight = tuple(n for n in names if n in EFFECTS)
-    change = change_in_words("drop", finding)
+    again = Again("drop", names, change_in_words("drop", finding), "", (), len(finding.recordings) > 1)
+    if in_flight:
+        say("drop: flying the old and the new twin")
+        flown = [(f, f.read(f.before), f.read(f.after)) for f in sessions_of(tracks, in_flight)]
+        rows = tuple(row for f, old, new in flown for row in f.compared(old, new))
+        how = "each flight was flown by the DEM from the start that the recording shows, old and new twin alike"
+        again = with_pictures(replace(again, compared=rows, how=how), *_most_mended(flown), folder, pictures, say)
     if len(in_flight) < len(names):
-        from calibrate.diagnose.drop.strikes import impacts_again
+        say("drop: striking the old and the new twin's plate")
+        again = strikes_again(again, finding, tracks)
+    return again
 
-        compared, how, notes = impacts_again(finding, tracks, say)
-        if not in_flight:
-            return Again("drop", names, change, how, compared, False, notes=notes)
-    else:
-        compared, how, notes = (), "", ()
-    flown = Flights(tracks, in_flight)
-    say("drop: flying the old and the new twin")
-    old, new = flown.read(flown.before), flown.read(flown.after)
-    rows = tuple(flown.compared(old, new))
-    how = f"each flight was flown by the DEM from the start that the recording shows, old and new twin alike. {how}".strip()
-    again = Again("drop", names, change, how, (*rows, *compared), len(flown.session.names) > 1, notes=notes)
-    from calibrate.diagnose.drop.pictures import with_pictures
 
-    return with_pictures(again, flown, old, new, folder, pictures, say)
+def sessions_of(tracks: list, names: tuple[str, ...]) -> list["Flights"]:
+    """The filmed drops of each session; a session of which no flight can be used is left out."""
+    out, filmed = [], [t for t in tracks if len(t.frame)]
+    for session in dict.fromkeys(t.session for t in filmed):
+        try:
+            out.append(Flights([t for t in filmed if t.session == session], names))
+        except ValueError:
+            continue
+    return out
+
+
+def _most_mended(flown: list):
+    return max(flown, key=lambda f: float(((f[0].session.places - f[1]) ** 2 - (f[0].session.places - f[2]) ** 2).sum()))
 
 
 class Flights:
