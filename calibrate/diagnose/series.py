@@ -17,7 +17,7 @@ from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import Noise, whiten
 from calibrate.diagnose.problem import Problem
 
-STEP = 1e-3  # of a prior's sd, for derivatives
+STEP = 1e-3  # of a prior's sd, for derivatives; less where predictions are exact and bend much within a sd
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +53,7 @@ def problem_of(
     model: Any,
     *,
     turns: int = 12,
+    step: float = STEP,
 ) -> Problem:
     """effects: candidates with their laws in `predict`; nuisances: further globals with their typical size (for derivatives);
     known_sd: sd of each global in the baseline, absent: fixed at nil."""
@@ -61,14 +62,25 @@ def problem_of(
     level = max(s.noise.log_level_sd for s in series)
     return Problem(
         rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
-        partial(reduce, series, own, predict, sizes), rows, level, model, turns,
+        partial(reduce, series, own, predict, sizes, step=step), rows, level, model, turns,
     )  # fmt: skip
 
 
-def reduce(series, own: Locals, predict: Callable, sizes: dict[str, float], starts: np.ndarray, values: np.ndarray, extra=None):
+def reduce(
+    series,
+    own: Locals,
+    predict: Callable,
+    sizes: dict[str, float],
+    starts: np.ndarray,
+    values: np.ndarray,
+    extra=None,
+    *,
+    step: float = STEP,
+):
     """See Problem.reduce; extra: K further columns, one array (n_r, K) a recording."""
     at = dict(zip(sizes, values, strict=True))
-    made = [_reduced(s, own, predict, sizes, r, starts[r], at, None if extra is None else extra[r]) for r, s in enumerate(series)]
+    more = [None] * len(series) if extra is None else extra
+    made = [_reduced(s, own, predict, sizes, r, starts[r], at, more[r], step) for r, s in enumerate(series)]
     width = made[0][0].a.shape[1] - len(values)
     theta = np.concatenate([values, np.zeros(width)])
     reduced = tuple(Reduced(m.a, m.smooth, m.b + m.a @ theta) for m, _ in made)
@@ -79,12 +91,12 @@ def reduce(series, own: Locals, predict: Callable, sizes: dict[str, float], star
     return reduced, change
 
 
-def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray, at: dict[str, float], extra):
+def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray, at: dict[str, float], extra, share: float):
     """Reduced of one recording at the point of linearisation, and a function (change of globals) → change of its locals."""
     seen = predict(r, start, at)
     columns = [(predict(r, start + step, at) - seen) / own.step[k] for k, step in enumerate(np.diag(own.step))]
     for name, size in sizes.items():
-        columns.append((predict(r, start, at | {name: at[name] + STEP * size}) - seen) / (STEP * size))
+        columns.append((predict(r, start, at | {name: at[name] + share * size}) - seen) / (share * size))
     more = [] if extra is None else list(extra.T)
     rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(one.sigma, (-1, 1))
     white = whiten(rows[:, None, :], one.lag[:, None], one.noise.rho, one.noise.white)[0][:, 0]
