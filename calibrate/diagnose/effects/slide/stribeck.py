@@ -1,0 +1,33 @@
+"""Stribeck: friction falls smoothly with sliding speed."""
+
+import math
+
+from numba import njit
+
+from calibrate.diagnose.effects.effect import Effect
+
+SPEED_M_S = 0.05  # typical; a block slides at 0 to 0.5 m/s
+EXPONENT = 1.4  # between the exponential (1) and the Gaussian (2)
+
+
+@njit(cache=True)
+def friction(speed: float, value: float, ln_scale: float, shape: float) -> float:
+    """Δμ = `value` exp(−(v/v_s)^n) [-], v_s = SPEED e^ln_scale [m/s], n = EXPONENT + shape within 0.5 … 3."""
+    ratio = abs(speed) / (SPEED_M_S * math.exp(min(max(ln_scale, -6.0), 6.0)))
+    return value * math.exp(-(ratio ** min(max(EXPONENT + shape, 0.5), 3.0)))
+
+
+_TWINS = {"twins": ("kinetic-friction", "viscous-sliding"),
+          "separating": "the same slide at a tenth of the tilt rate: speeds between rest and a few cm/s"}  # fmt: skip
+EFFECT = Effect(
+    name="stribeck", sector="sliding", unit="1", meaning="mu at rest - mu at high speed", prior_sd=0.08, low=0.0, high=0.5,
+    source="Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), Automatica 30, 1083", **_TWINS,
+)  # fmt: skip
+SPEED = Effect(
+    name="stribeck.ln-speed", sector="sliding", unit="1", meaning="ln of the speed scale over 0.05 m/s", prior_sd=0.8, low=-3.0,
+    high=3.0, source="scales of 0.01 to 0.25 m/s show within a slide", group="stribeck",
+)  # fmt: skip
+SHAPE = Effect(
+    name="stribeck.shape", sector="sliding", unit="1", meaning="exponent less 1.4", prior_sd=0.4, low=-0.9, high=1.6,
+    source="exponents of 0.5 to 2 are in use", group="stribeck",
+)  # fmt: skip

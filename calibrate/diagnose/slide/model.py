@@ -1,0 +1,130 @@
+"""From parameters to what is seen of a slide: the travel in the picture, or the angle that is read off.
+
+Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, turning, air: nuisances.
+Locals of a run: its place at rest [mm], its onset [s since the tilt's origin], its tilt's level and rate [sd of what its column
+leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one more row beside those of the track.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from calibrate.diagnose.effects.slide import EFFECTS, adhesion, angle_offset, clock_offset
+from calibrate.diagnose.effects.slide.reading_delay import overshoot_deg
+from calibrate.diagnose.slide.motion import G_M_S2, Laws, friction_at, travel
+from calibrate.diagnose.slide.session import Run, Session
+
+HINGE_STATED, HINGE_UNKNOWN = (1.0, 0.3), (0.5, 0.5)  # centre, sd of turning
+LOCALS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """friction: of the pair to begin with; effects: candidates that this session can show; omega (rad/s), phases (R,): of the
+    plate's vibration, once one was found; stairs: each run's tilt goes up in its column's own stairs."""
+
+    session: Session
+    friction: float
+    effects: dict = field(default_factory=dict)
+    omega: float = 0.0
+    phases: tuple[float, ...] = ()
+    stairs: bool = False
+
+
+def candidates(session: Session) -> dict:
+    """Effects that show in what there is, vibration and steps apart: those are looked for first (scan.py)."""
+    names = []
+    if session.runs:
+        names += ["kinetic-friction", "stribeck", "stribeck.ln-speed", "stribeck.shape", "viscous-sliding", "partial-rolling"]
+    if np.isfinite(session.masses).all():
+        names.append("adhesion")
+    if np.isfinite([r.rate_deg_s for r in session.reads]).any():
+        names.append("reading-delay")
+    if any(r.tilt.sensor for r in session.runs) or session.reads:
+        names += ["clock-offset", "angle-offset"]
+    return {n: EFFECTS[n] for n in names}
+
+
+def turning(run: Run) -> tuple[float, float]:
+    """Centre and sd of the share of the turning plate's accelerations. Without a hinge it is open whether the angle in the
+    description is that of a plate, or of a frame that the block's travel does not share."""
+    return HINGE_STATED if run.from_hinge > 0 else HINGE_UNKNOWN
+
+
+def laws_of(model: Model, r: int, values: dict[str, float]) -> Laws:
+    """All that acts on run r, its friction apart."""
+    run = model.session.runs[r]
+    get = values.get
+    centre, sd = turning(run)
+    laws = Laws(
+        static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0), ln_speed=get("stribeck.ln-speed", 0.0),
+        shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0), inertia=get("partial-rolling", 0.0),
+        turning=centre + sd * get("turning", 0.0), from_hinge=run.from_hinge, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
+        worn=get("worn", 0.0),
+    )  # fmt: skip
+    if np.isfinite(run.mass_g):
+        laws = replace(laws, press=adhesion.press(get("adhesion", 0.0), run.mass_g))
+    if model.omega:
+        laws = replace(laws, shake=get("plate-vibration", 0.0), omega=model.omega, phase=model.phases[r])
+    return laws
+
+
+def tilt_of(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, float, float]:
+    """True tilt's coefficients [rad] in t − origin; stair height and phase [rad]."""
+    tilt = model.session.runs[r].tilt
+    c = tilt.coefficients + np.array([own[2] * tilt.level_sd, own[3] * tilt.rate_sd, 0.0, 0.0])
+    stair, phase = math.radians(tilt.stair_deg), math.radians(tilt.stair_phase_deg)
+    if tilt.sensor:
+        late = clock_offset.true_time(0.0, values.get("clock-offset", 0.0))
+        c = np.array([  # θ(t) = recorded(t + late): the cubic about another moment
+            c[0] + late * (c[1] + late * (c[2] + late * c[3])), c[1] + late * (2 * c[2] + late * 3 * c[3]),
+            c[2] + 3 * late * c[3], c[3],
+        ])  # fmt: skip
+        off = math.radians(angle_offset.true_tilt_deg(0.0, values.get("angle-offset", 0.0)))
+        c[0] += off
+        phase += off
+    if not model.stairs:
+        c[0] -= stair / 2  # a reading that was rounded up, of a plate that climbs steadily
+        return c, 0.0, 0.0
+    c[0] += stair / 2
+    return c, stair, phase
+
+
+def moved(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, float]:
+    """True travel [m] and speed [m/s] of run r, and its friction."""
+    run = model.session.runs[r]
+    c, stair, phase = tilt_of(model, r, own, values)
+    laws = replace(laws_of(model, r, values), stair=stair, stair_phase=phase)
+    laws = replace(laws, friction=friction_at(own[1], c, laws))
+    return *travel(run.time - run.tilt.origin, own[1], c, laws), laws.friction
+
+
+def predict(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> np.ndarray:
+    """What recording r shows: travel in the picture (n,) [mm] and its friction less the pair's, or angles (m,) [deg]."""
+    count = len(model.session.runs)
+    if r >= count:
+        return angles(model, r - count, values)
+    run = model.session.runs[r]
+    way, _, friction = moved(model, r, own, values)
+    x = 1e3 * way
+    reach = max(float(np.ptp(run.travel)) / 2, 1.0)
+    off = x - reach
+    bent = values.get("lens", 0.0) * off * (off / reach) ** 2 + 1e-3 * values.get("perspective", 0.0) * off**2
+    seen = own[0] + x * (1 - values.get("scale", 0.0)) + bent
+    return np.append(seen, friction - model.friction - values.get("friction", 0.0))
+
+
+def angles(model: Model, k: int, values: dict[str, float]) -> np.ndarray:
+    """Angles read off: onset, tan θ = μ_s (1 + F/(m g cos θ)), with what the reader adds."""
+    read = model.session.reads[k]
+    friction = model.friction + values.get("friction", 0.0) + values.get("kinetic-friction", 0.0) + values.get("stribeck", 0.0)
+    press = adhesion.press(values.get("adhesion", 0.0), read.mass_g) if np.isfinite(read.mass_g) else 0.0
+    # sin θ − μ cos θ = μ F/(m g), and sin θ − μ cos θ = √(1 + μ²) sin(θ − atan μ)
+    lean = friction * press / G_M_S2 / math.hypot(1.0, friction)
+    onset = math.degrees(math.atan(friction) + math.asin(min(max(lean, -0.99), 0.99)))
+    out = onset + values.get("angle-offset", 0.0)
+    if np.isfinite(read.rate_deg_s):
+        out += overshoot_deg(values.get("reading-delay", 0.0), read.rate_deg_s, onset)
+        out -= read.rate_deg_s * values.get("clock-offset", 0.0)
+    return np.full(len(read.angles), out)

@@ -1,0 +1,130 @@
+"""A block on a tilting plate: at rest until the pull along the plate exceeds its static friction, then
+
+    (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d ẋ²,   θ a cubic in t
+
+x down the plate, r₀ from the hinge below (nil where it is not stated), 2 θ̇ ẋ the Coriolis acceleration that lifts a block sliding
+on a plate that turns away from under it (c: its share), d air. The moment of onset is given and says what static friction was:
+the travel is then smooth, and nearly linear, in every other parameter. Runge–Kutta from that very moment, between the rows.
+"""
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numba import njit
+
+from calibrate.diagnose.effects.slide import (
+    kinetic_friction,
+    partial_rolling,
+    plate_vibration,
+    stepped_tilt,
+    stribeck,
+    viscous_sliding,
+)
+
+G_M_S2 = 9.80665
+STEPS = 300  # at least, from rest to the end
+PER_WAVE = 16  # steps to a turn of the plate's vibration
+
+
+@dataclass(frozen=True)
+class Laws:
+    """All that acts, SI. friction: kinetic; static_excess, stribeck, ln_speed, shape, viscous: see the effects' files; press:
+    normal force over mass beside the weight's; inertia κ; turning c; from_hinge r₀; air d [1/m]; shake, omega, phase: vibration;
+    stair, stair_phase [rad]: 0 for a plate raised without steps; worn [1/m]: friction gained per way slid (no candidate: a rival
+    to those that are)."""
+
+    friction: float = 0.0
+    static_excess: float = 0.0
+    stribeck: float = 0.0
+    ln_speed: float = 0.0
+    shape: float = 0.0
+    viscous: float = 0.0
+    press: float = 0.0
+    inertia: float = 0.0
+    turning: float = 1.0
+    from_hinge: float = 0.0
+    air: float = 0.0
+    shake: float = 0.0
+    omega: float = 0.0
+    phase: float = 0.0
+    stair: float = 0.0
+    stair_phase: float = 0.0
+    worn: float = 0.0
+
+
+def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
+    """Kinetic friction of a block that lets go at `onset`: pull over normal force there, less what friction loses in motion."""
+    p = np.array(astuple(laws))
+    pull, normal = _forces(onset, np.ascontiguousarray(tilt, float), p)
+    return pull / normal - kinetic_friction.at_rest(0.0, p[1]) - stribeck.friction(0.0, p[2], p[3], p[4])
+
+
+def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
+    """x (n,) [m] and v (n,) [m/s] at rising times. tilt (4,): coefficients of θ [rad] in t, lowest first."""
+    time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
+    return _travel(time, float(onset), tilt, np.array(astuple(laws)))
+
+
+@njit(cache=True)
+def _tilt(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+    angle = tilt[0] + t * (tilt[1] + t * (tilt[2] + t * tilt[3]))
+    rate = tilt[1] + t * (2 * tilt[2] + t * 3 * tilt[3])
+    if p[14] > 0:
+        return stepped_tilt.raised(angle, p[14], p[15]), 0.0
+    return angle, rate
+
+
+@njit(cache=True)
+def _forces(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+    """Pull along the plate and normal force on a block at rest, over its mass [m/s²]."""
+    angle, rate = _tilt(t, tilt, p)
+    pull = G_M_S2 * math.sin(angle) - p[8] * rate**2 * p[9] + plate_vibration.shake(t, p[11], p[12], p[13])
+    return pull, G_M_S2 * math.cos(angle) + p[6]
+
+
+@njit(cache=True)
+def _acceleration(t: float, x: float, v: float, tilt: np.ndarray, p: np.ndarray) -> float:
+    angle, rate = _tilt(t, tilt, p)
+    friction = p[0] + stribeck.friction(v, p[2], p[3], p[4]) + viscous_sliding.friction(v, p[5]) + p[16] * x
+    normal = G_M_S2 * math.cos(angle) + p[6] - 2 * p[8] * rate * v
+    force = G_M_S2 * math.sin(angle) - p[8] * rate**2 * (p[9] - x if p[9] > 0 else 0.0) - friction * normal - p[10] * v * abs(v)
+    return force * partial_rolling.share(p[7]) + plate_vibration.shake(t, p[11], p[12], p[13])
+
+
+@njit(cache=True)
+def _step(t: float, s: float, x: float, v: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+    """x and v one Runge–Kutta step of s later."""
+    a1 = _acceleration(t, x, v, tilt, p)
+    a2 = _acceleration(t + s / 2, x + s / 2 * v, v + s / 2 * a1, tilt, p)
+    a3 = _acceleration(t + s / 2, x + s / 2 * (v + s / 2 * a1), v + s / 2 * a2, tilt, p)
+    a4 = _acceleration(t + s, x + s * (v + s / 2 * a2), v + s * a3, tilt, p)
+    return x + s * v + s * s / 6 * (a1 + a2 + a3), v + s / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+
+
+@njit(cache=True)
+def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps from row to row; on a shaken plate the block may stick again and be torn off, on an unshaken one it may not."""
+    place, speed = np.zeros(len(time)), np.zeros(len(time))
+    longest, shaken = (time[-1] - time[0]) / STEPS, p[11] != 0 and p[12] > 0
+    if shaken:
+        longest = min(longest, 2 * math.pi / p[12] / PER_WAVE)
+    x, v, t, sticks = 0.0, 0.0, onset, False
+    rest = kinetic_friction.at_rest(p[0], p[1]) + stribeck.friction(0.0, p[2], p[3], p[4])
+    for i in range(len(time)):
+        if time[i] <= onset:
+            continue
+        count = max(int(math.ceil((time[i] - t) / longest)), 1)
+        s = (time[i] - t) / count
+        for k in range(count):
+            begin = t + k * s
+            if sticks:
+                pull, normal = _forces(begin + s, tilt, p)
+                sticks = pull <= rest * normal
+                continue
+            x, v = _step(begin, s, x, v, tilt, p)
+            if shaken and v < 0:
+                v, sticks = 0.0, True
+        t = time[i]
+        place[i], speed[i] = x, v
+    return place, speed

@@ -1,0 +1,160 @@
+"""The slide as a problem: its noise, nuisances, and the runs' onsets to begin with."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, spikes, whiten
+from calibrate.diagnose.problem import Problem
+from calibrate.diagnose.series import Locals, Series
+from calibrate.diagnose.series import problem_of as series_problem
+from calibrate.diagnose.slide.model import LOCALS, Model, moved, predict
+from calibrate.diagnose.slide.session import RUN_SD, Read, Run, Session
+
+DEGREE = 8  # of the curve beside which noise is what is left of a slide
+BENDS = 6  # terms of a run's smooth curve beyond the baseline: accelerations of degree 0 to 5 from the onset on
+LENS_SD, PERSPECTIVE_SD = 2e-4, 1e-3  # at the picture's edge; per metre
+ANGLE_SD_DEG = 0.05  # of a tilt sensor, common to all
+EXACT_MM = 1e-4  # a simulated track may be exact
+ANYWHERE_MM, ANYWHEN_S, FRICTION_SD = 1e3, 1e3, 1.0
+TURNS = 25  # of Gauss–Newton: an onset moves much for little
+READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
+NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "turning": 1.0, "air": 1.0, "scale": 1e-3}
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A session with its outliers gone, noise common to its runs, sigma (n,) [mm] of each run's rows."""
+
+    session: Session
+    noise: Noise
+    sigma: tuple[np.ndarray, ...]
+
+
+def prepare(session: Session) -> Prepared:
+    """Noise of all runs together: about the place of rest, and about a flexible curve from the onset on."""
+    if not session.runs:
+        spare = sum(len(r.angles) - 1 for r in session.reads)
+        return Prepared(session, Noise(0.0, 0.0, math.sqrt(2 / (spare + 10))), ())
+    noise = estimate([part for run in session.runs for part in _stretches(run)])
+    kept, sigma = [], []
+    for run in session.runs:
+        good = np.concatenate([~spikes(_innovations(part, noise)) for part in _stretches(run)])
+        clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=int(good[: run.rest].sum()))
+        kept.append(clean)
+        sigma.append(_sigma(clean, noise))
+    return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
+
+
+def _stretches(run: Run) -> list[Stretch]:
+    out = []
+    for part, degree in ((slice(0, run.rest), 0), (slice(run.rest, None), DEGREE)):
+        t = run.time[part]
+        t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
+        degree = min(degree, max(len(t) // 6, 0))
+        out.append(Stretch(legendre.legvander(t, degree), run.travel[part], frame_lag(run.frame[part])))
+    return out
+
+
+def _innovations(stretch: Stretch, noise: Noise) -> np.ndarray:
+    both = np.column_stack([stretch.design, stretch.data])[:, None, :]
+    clean = whiten(both, stretch.lag[:, None], noise.rho, noise.white)[0][:, 0]
+    return clean[:, -1] - clean[:, :-1] @ np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=None)[0]
+
+
+def _sigma(run: Run, noise: Noise) -> np.ndarray:
+    """At rest and in motion each its own where both are long enough to tell, else one."""
+    left, spare = [], []
+    for part in _stretches(run):
+        left.append(float((_innovations(part, noise) ** 2).sum()))
+        spare.append(len(part.data) - part.design.shape[1])
+    both = math.sqrt(sum(left) / max(sum(spare), 1))
+    apart = all(n >= 60 for n in spare)
+    each = [math.sqrt(p / n) if apart else both for p, n in zip(left, spare, strict=True)]
+    return np.maximum(np.repeat(each, [run.rest, len(run.time) - run.rest]), EXACT_MM)
+
+
+def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
+    """starts (R, 4): from `begin`."""
+    session = prepared.session
+    series = [_series(model, k, prepared, starts[k]) for k in range(len(session.runs))]
+    series += [_reading(read, prepared) for read in session.reads]
+    count = len(series)
+    own = Locals(
+        np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]), np.array([1e-3, 1e-6, 1e-4, 1e-4]),
+        np.array([ANYWHERE_MM, ANYWHEN_S, 1.0, 1.0]),
+    )  # fmt: skip
+    known = {"friction": FRICTION_SD}
+    if session.runs:
+        scale = float(np.median([r.scale_sd for r in session.runs]))
+        known |= {"scale": scale, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "turning": 1.0, "air": 1.0}
+    if "angle-offset" in model.effects:
+        known["angle-offset"] = ANGLE_SD_DEG
+    problem = series_problem(
+        "slide", tuple(series), own, partial(predict, model), model.effects, {n: s for n, s in NUISANCES.items() if n in known},
+        known, model, turns=TURNS, step=1e-5,
+    )  # fmt: skip
+    return replace(problem, starts=starts)
+
+
+def _series(model: Model, r: int, prepared: Prepared, start: np.ndarray) -> Series:
+    """The track's rows, and the run's friction, which is the pair's within RUN_SD."""
+    run = prepared.session.runs[r]
+    lag = np.append(frame_lag(run.frame), np.inf)
+    smooth = np.vstack([bends(run, start[1]), np.zeros(BENDS)])
+    return Series(run.recording, np.append(run.travel, 0.0), np.append(prepared.sigma[r], RUN_SD), lag, prepared.noise, smooth)
+
+
+def bends(run: Run, onset: float) -> np.ndarray:
+    """Travel (n, BENDS) [mm] that accelerations of Legendre's form add from the onset on."""
+    since = run.time - run.tilt.origin - onset
+    s = np.clip(since / max(since[-1], 1e-9), 0.0, None)
+    polynomials = [legendre.Legendre.basis(k, domain=[0, 1]).integ(2, lbnd=0) for k in range(BENDS)]
+    return 1e3 * np.column_stack([p(s) for p in polynomials])
+
+
+def _reading(read: Read, prepared: Prepared) -> Series:
+    """Readings scatter by the runs' friction and the reader; by more where they themselves say so."""
+    reads = prepared.session.reads
+    friction = math.tan(math.radians(float(np.median(read.angles))))
+    floor = math.hypot(math.degrees(RUN_SD / (1 + friction**2)), READING_SD_DEG)
+    spare = sum(len(r.angles) - 1 for r in reads)
+    about = sum(float(((r.angles - r.angles.mean()) ** 2).sum()) for r in reads)
+    sigma = math.sqrt(max(floor**2, (about + 4 * floor**2) / (spare + 4)))
+    white = Noise(0.0, 0.0, math.sqrt(2 / (spare + 10)))
+    n = len(read.angles)
+    return Series(read.recording, read.angles, sigma, frame_lag(np.arange(n)), white, np.ones((n, 1)))
+
+
+def begin(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
+    """Model with the pair's friction, and starts (R, 4): each run's onset where its travel alone fits best."""
+    session = prepared.session
+    model = replace(model, session=session)
+    starts = np.zeros((len(session.runs) + len(session.reads), LOCALS))
+    frictions = [math.tan(math.radians(float(np.median(r.angles)))) for r in session.reads]
+    for k in range(len(session.runs)):
+        starts[k, 0], starts[k, 1], friction = _onset(model, prepared, k)
+        frictions.append(friction)
+    return replace(model, friction=float(np.median(frictions))), starts
+
+
+def _onset(model: Model, prepared: Prepared, r: int) -> tuple[float, float, float]:
+    """Place at rest [mm], onset [s] and friction of one run by itself."""
+    run, sigma = prepared.session.runs[r], prepared.sigma[r]
+
+    def misfit(onset: float) -> tuple[float, float, float]:
+        way, _, friction = moved(model, r, np.array([0.0, onset, 0.0, 0.0]), {})
+        left = run.travel - 1e3 * way
+        place = float(np.average(left, weights=sigma**-2))
+        return float((((left - place) / sigma) ** 2).sum()), place, friction
+
+    first, last = run.time[0] - run.tilt.origin, run.time[-1] - run.tilt.origin
+    grid = np.linspace(first, first + 0.9 * (last - first), 60)
+    for _ in range(5):
+        at = int(np.argmin([misfit(t)[0] for t in grid]))
+        grid = np.linspace(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)], 15)
+    _, place, friction = misfit(grid[7])
+    return place, float(grid[7]), friction

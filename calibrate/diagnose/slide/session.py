@@ -1,0 +1,167 @@
+"""From recordings of slides to runs: what slides when, on which tilt, and what is not known of that."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrate.diagnose.slide.tilt import Tilt, seen_tilt, stated_tilt
+
+MASS_OF_ELLIPSOID = math.pi / 6
+LEAST_SLIDING, LEAST_REST = 12, 5  # rows
+LEAST_TRAVEL_MM = 0.5
+RUN_SD = 0.003  # of a run's friction about the pair's
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One track, cut to the slide and as long again of rest before it. time (n,) [s], travel (n,) [mm] downhill from 0, frame
+    (n,); rest: rows before the onset as first guessed; mass_g of the block, NaN where unknown; from_hinge [m], 0 where unknown;
+    air [1/m]: drag over mass and speed²; scale_sd, relative."""
+
+    recording: str
+    session: str
+    time: np.ndarray
+    travel: np.ndarray
+    frame: np.ndarray
+    rest: int
+    tilt: Tilt
+    mass_g: float
+    from_hinge: float
+    air: float
+    scale_sd: float
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """Angles (m,) [deg] that somebody read off, a run each; rate_deg_s and mass_g NaN where unknown."""
+
+    recording: str
+    session: str
+    angles: np.ndarray
+    rate_deg_s: float
+    mass_g: float
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """Tracks and readings of one pair of materials, and what a reader must know of them."""
+
+    runs: tuple[Run, ...]
+    reads: tuple[Read, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(r.recording for r in (*self.runs, *self.reads))
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Tilt rates [deg/s] of all recordings that have one."""
+        all_rates = np.array([*(r.tilt.rate_deg_s for r in self.runs), *(r.rate_deg_s for r in self.reads)])
+        return all_rates[np.isfinite(all_rates)]
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Masses [g] of all blocks, NaN where unknown."""
+        return np.array([r.mass_g for r in (*self.runs, *self.reads)])
+
+
+def assemble(recordings) -> Session:
+    """Runs and readings of what can be used; ValueError, with each one's reason, where that is nothing."""
+    runs, reads, notes = [], [], []
+    for seen in recordings:
+        notes += [f"{seen.recording}: {note}" for note in seen.notes]
+        if seen.trouble:
+            notes.append(f"{seen.recording}: left out: {seen.trouble}")
+            continue
+        try:
+            if len(seen.angles_deg):
+                reads.append(_read(seen))
+            else:
+                runs.append(_run(seen))
+        except ValueError as error:
+            notes.append(f"{seen.recording}: left out: {error}")
+    if not runs and not reads:
+        raise ValueError("no slide can be used: " + "; ".join(notes or ["there is none"]))
+    return Session(tuple(runs), tuple(reads), tuple(notes))
+
+
+def _read(seen) -> Read:
+    angles = np.asarray(seen.angles_deg, float)
+    angles = angles[np.isfinite(angles)]
+    if not len(angles):
+        raise ValueError("its readings hold no number; slide_angle_deg should hold an angle a row")
+    rate = seen.description.get("slide", {}).get("tilt_rate_deg_s")
+    return Read(seen.recording, seen.session, angles, float(rate) if rate else float("nan"), mass_of(seen.description))
+
+
+def _run(seen) -> Run:
+    told = seen.description.get("slide", {})
+    good = np.isfinite(seen.time_s) & np.isfinite(seen.x_mm)
+    time, x, frame = seen.time_s[good], seen.x_mm[good], seen.frame[good]
+    if len(time) < LEAST_SLIDING + LEAST_REST:
+        raise ValueError(f"{len(time)} usable rows; a slide needs at least {LEAST_SLIDING + LEAST_REST}")
+    edge = max(3, len(x) // 20)
+    way = float(np.median(x[-edge:]) - np.median(x[:edge]))
+    travel = math.copysign(1.0, way) * x
+    noise = 1.4826 * float(np.median(np.abs(np.diff(travel, 2)))) / math.sqrt(6)
+    first, stop = _sliding(time, travel, noise, told)
+    travel = travel - np.median(travel[: max(first, 3)])
+    tilt_column = None if seen.tilt_deg is None else np.asarray(seen.tilt_deg, float)[good]
+    if tilt_column is not None and np.isfinite(tilt_column[:stop]).sum() >= 8:
+        tilt = seen_tilt(time[:stop], tilt_column[:stop], time[first], time[stop - 1])
+    elif told.get("tilt_rate_deg_s"):
+        tilt = stated_tilt(told, time[first])
+    else:
+        raise ValueError("the plate's angle is unknown: a tilt_deg column or [slide] tilt_rate_deg_s is needed")
+    begin = max(0, first - max(80, stop - first))
+    cut = slice(begin, stop)
+    return Run(
+        seen.recording, seen.session, time[cut], travel[cut], frame[cut], first - begin, tilt, mass_of(seen.description),
+        1e-3 * float(told.get("start_mm", 0.0)), _air(seen.description), float(seen.description["camera"]["scale_sd"]),
+    )  # fmt: skip
+
+
+def _sliding(time: np.ndarray, travel: np.ndarray, noise: float, told: dict) -> tuple[int, int]:
+    """Rows at which it seems to let go, and after the last of the free slide; ValueError where there is no such thing."""
+    edge = max(3, len(travel) // 20)
+    rest = float(np.median(travel[:edge]))
+    size = float(travel.max() - rest)
+    if size < max(20 * noise, LEAST_TRAVEL_MM):
+        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
+    width = max(3, len(travel) // 100)
+    speed = (travel[width:] - travel[:-width]) / (time[width:] - time[:-width])
+    peak = int(np.argmax(speed))
+    slower = np.flatnonzero(speed[peak:] < 0.75 * speed[peak] - 3 * noise / max(float(np.median(np.diff(time))) * width, 1e-12))
+    stop = peak + 1 if len(slower) else len(travel)
+    if told.get("travel_mm"):
+        beyond = np.flatnonzero(travel - rest > 1.02 * told["travel_mm"])
+        stop = min(stop, int(beyond[0])) if len(beyond) else stop
+    seen = max(8 * noise, 2e-3 * size)
+    first = int(np.flatnonzero(travel[:stop] - rest < seen)[-1]) + 1  # later than the true onset by t ~ x^⅓
+    first = max(int(np.searchsorted(time, time[first - 1] - 0.2 * (time[stop - 1] - time[first - 1]))), 0)
+    if first < LEAST_REST:
+        raise ValueError("the block moves from the first rows on: the onset is not in the recording")
+    if stop - first < LEAST_SLIDING:
+        raise ValueError(f"{stop - first} rows of sliding; at least {LEAST_SLIDING} are needed: a higher frame rate")
+    return first, stop
+
+
+def mass_of(description: dict) -> float:
+    """Of the whole block [g]: mass_g of a seed, or its ellipsoid's times density, times count; NaN where not stated."""
+    seed = description.get("seed", {})
+    one = seed.get("mass_g")
+    sizes = [seed.get(f"{side}_mm") for side in ("length", "width", "thickness")]
+    if one is None and all(sizes) and seed.get("density_kg_m3"):
+        one = MASS_OF_ELLIPSOID * float(np.prod(sizes)) * 1e-6 * seed["density_kg_m3"]
+    return float("nan") if one is None else float(one) * seed.get("count", 1)
+
+
+def _air(description: dict) -> float:
+    """ρ C_d A/(2 m) [1/m] of a block of taped seeds at C_d = 1; a soybean's sizes where none are stated: it is a nuisance."""
+    seed, density = description.get("seed", {}), description.get("air", {}).get("density_kg_m3", 1.2)
+    width, thick = seed.get("width_mm", 7.0), seed.get("thickness_mm", 6.0)
+    length, solid = seed.get("length_mm", 8.0), seed.get("density_kg_m3", 1250.0)
+    mass = MASS_OF_ELLIPSOID * length * width * thick * 1e-9 * solid
+    return density * math.pi / 4 * width * thick * 1e-6 / (2 * mass)
