@@ -110,7 +110,6 @@ COUNTERPARTS: dict[str, dict[str, Counterpart]] = {
     "roll": {
         "slope": Counterpart("rig", "the level plate rises by {value}° along +x"),
         "viscous-rolling": Counterpart("law", "rolling friction grows by {value} per m/s"),
-        "drag": Counterpart("law", "the air's drag law is on, with drag over weight at 0.5 m/s {value} more than stated"),
     },
     "pile": {},
 }  # fmt: skip
@@ -165,4 +164,16 @@ def _drop():
     return drops_again
 
 
-AGAIN: dict[str, Callable] = {"drop": _drop}
+def _slide():
+    from calibrate.diagnose.slide.again import slides_again
+
+    return slides_again
+
+
+def _roll():
+    from calibrate.diagnose.roll.again import rolls_again
+
+    return rolls_again
+
+
+AGAIN: dict[str, Callable] = {"drop": _drop, "slide": _slide, "roll": _roll}
