@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -53,7 +54,7 @@ def calibrate_command(asked: Asked, simulator=None) -> int:
         found = calibrate_tables(asked.bench, seed=asked.rng) if asked.tables and not asked.twin else _simulated(asked, simulator)
         asked.out.mkdir(parents=True, exist_ok=True)
         write_result(found, asked.out)
-        write_report(found, asked.out)
+        drawn = _reported(found, asked.out)
     except KeyboardInterrupt:
         return _say(f"stopped; the same command goes on where it stopped ({asked.out})", STOPPED)
     except (FileNotFoundError, FileExistsError, Misuse) as error:
@@ -63,8 +64,23 @@ def calibrate_command(asked: Asked, simulator=None) -> int:
     except OSError as error:
         return _say(f"{error.filename or asked.out}: {error.strerror or error}", STOPPED)
     if not asked.quiet:
-        show(found, asked.out)
-    return DONE
+        show(found, asked.out, reported=drawn)
+    return DONE if drawn else STOPPED
+
+
+def _reported(found: Calibration, out: Path) -> bool:
+    """Write the report; a fault of ours in drawing it must cost neither the results nor a simulation, and is told in one line."""
+    try:
+        write_report(found, out)
+    except OSError:
+        raise  # a full disk, no permission: said as such
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(place.filename).name}:{place.lineno}"
+        kept = f"the numbers are in {out / 'result.json'}" if found.finished else "the calibration goes on"
+        _say(f"report.html could not be drawn, a fault of benchtwin, please report it: {error!r} in {where}; {kept}", STOPPED)
+        return False
+    return True
 
 
 def _say(error, code: int) -> int:
@@ -118,7 +134,7 @@ def _simulated(asked: Asked, simulator) -> Calibration:
 
         def so_far(calibration: Calibration) -> None:
             asked.out.mkdir(parents=True, exist_ok=True)
-            write_report(calibration, asked.out)
+            _reported(calibration, asked.out)
 
         found = calibrate_simulated(asked.bench, simulate, effort=effort, seed=asked.rng, wishes=wishes, say=say, so_far=so_far)
     return beside_tables(found, printed) if printed else found
@@ -159,7 +175,7 @@ def _progress(quiet: bool) -> Iterator[tuple]:
         yield say, lambda told: progress.update(task, description=f"{stage[0]}: {told}")
 
 
-def show(c: Calibration, out: Path) -> None:
+def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     """The answer in the terminal, and where to look."""
     console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
     shown = Table(box=None, pad_edge=False)
@@ -172,5 +188,5 @@ def show(c: Calibration, out: Path) -> None:
     lines += [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
     wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
     lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
-    for line in (*lines, f"report: {out / 'report.html'}"):
+    for line in (*lines, f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):
         console.print(line, markup=False, soft_wrap=True)

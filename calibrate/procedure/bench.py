@@ -1,6 +1,6 @@
 """What the bench says, rig by rig: readings of all recordings pooled; contradictions named, what is left out with its reason."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +9,9 @@ from scipy import stats
 
 from calibrate.procedure.rigs import STEEL
 from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading
-from calibrate.twin.bench_folder import Seen, hashes, read_bench
+from calibrate.twin.bench_folder import WEIGHED, Seen, hashes, read_bench
 
-OWN_OF_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg"}  # not what makes a rig another rig
+OWN_OF_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg", *WEIGHED}  # not what makes a rig another rig
 LOT = ("length_mm", "width_mm", "thickness_mm")
 
 
@@ -20,7 +20,8 @@ class RigReadings:
     """All readings of one rig.
 
     values, reading_sd: (n,); shared_sd: error common to all; description: sections that a simulation of the rig takes;
-    recordings: table recording, n, mean, sd, trouble; notes: what a reader must know of them.
+    recordings: table recording, n, mean, sd, trouble; notes: what a reader must know of them; further: {column: readings} of
+    other things that were read on the same rig.
     """
 
     rig: str
@@ -31,6 +32,7 @@ class RigReadings:
     description: dict
     recordings: pd.DataFrame
     notes: tuple[str, ...]
+    further: dict[str, np.ndarray] = field(default_factory=dict)
 
     def mean(self, *, trimmed: int = 0, other: tuple[float, float] | None = None) -> BenchMean:
         """The bench's mean. other: (sd, df) of single simulated runs, which stands in for the scatter of a single reading.
@@ -103,7 +105,9 @@ def _pooled(rig: str, seen: list[Seen]) -> RigReadings:
     table = pd.DataFrame([_row(s) for s in seen])
     notes += _contradictions(taken)
     shared = float(max(s.shared_sd for s in taken))
-    return RigReadings(rig, taken[0].response, values, own, shared, _without(taken[0]), table, tuple(notes))
+    columns = dict.fromkeys(column for s in taken for column in s.further)
+    further = {c: np.concatenate([s.further[c] for s in taken if c in s.further]) for c in columns}
+    return RigReadings(rig, taken[0].response, values, own, shared, _without(taken[0]), table, tuple(notes), further)
 
 
 def _built(s: Seen) -> str:

@@ -59,7 +59,8 @@ def _steel_row(fit: SteelFit) -> tuple:
 
 
 def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
-    """The optimum's coordinate, and the posterior's interval around it.
+    """The optimum's coordinate, and the posterior's interval around it; the posterior's median where packing noise hides the
+    angle and something else of the same piles is seen.
 
     At a limit of the box the interval is one-sided and ends there. A point off the posterior's middle widens it to itself: any
     point of the sheet fits as well.
@@ -67,6 +68,9 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     value, draws = pile.optimum.point[name], joint.posterior.draws[name]
     j = pile.box.names.index(name)
     edge = pile.optimum.boundary.get(name)
+    hidden = weak(pile.surface)
+    if hidden and pile.shown:
+        value, edge = float(draws.median()), None
     tail = 1 - LEVEL
     ends = {"low": (0.0, 1 - tail), "high": (tail, 1.0)}.get(edge, (tail / 2, 1 - tail / 2))
     low, high = (float(v) for v in np.quantile(draws, ends))
@@ -75,11 +79,15 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     low, high = min(low, value), max(high, value)
     ratio = float(draws.std() / joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)])
     status = f"at the boundary: its {edge} limit" if edge else "calibrated"
-    if weak(pile.surface):
+    if hidden and pile.shown:
+        status = f"calibrated by {', '.join(pile.shown)}: packing noise hides the angle"
+    elif hidden:
         status = status.replace("calibrated", "not calibrated: packing noise hides it")
     if ratio > 0.5:
         status += f"{';' if edge else ','} not resolved ({ratio:.0%} of its prior's sd is left)"
     source = f"pile: repose angle {pile.bench.value:.4g} ± {pile.bench.sd:.2g}°, one point of a sheet that fits"
+    also = [row.removeprefix("pile: ") for row in joint.posterior.tension["observable"] if row.startswith("pile: ")][1:]
+    source += f"; with {', '.join(also)}" if also else ""
     return name, value, low, high, LEVEL, "1", status, source, _seed_budget(pile, name, float(draws.var()))
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from calibrate.procedure.pile import PileFit
+from calibrate.procedure.pile_surrogate import Seen
 from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS
 from calibrate.procedure.steel import SteelFit
 from calibrate.statistics.box import Box
@@ -58,21 +59,27 @@ def fit_joint(
     given: dict[str, tuple[float, float]] | None = None,
     candidates: list[Candidate] = (),
     ess: int = 1000,
+    seen: Seen | None = None,
 ) -> Joint | None:
     """Posterior over all fitted parameters; None where nothing was fitted.
 
-    given: {parameter: (mean, sd)} held beforehand; else uniform over what was simulated. candidates: further observables of the
-    piles; to them come drop, slide and roll of seed on seed, measured as well as on steel.
+    seen: what stands for the piles, by default the angle's surface over the seed–seed parameters alone; given: {parameter:
+    (mean, sd)} held beforehand, else uniform over what was simulated; candidates: further observables of the piles; to them come
+    drop, slide and roll of seed on seed, measured as well as on steel.
     """
     observables = [Observable(f"{n}: {f.rig.response}", f.surrogate, f.bench) for n, f in steel.items()]
     ranges = {f.rig.parameter: (f.surrogate.low, f.surrogate.high) for f in steel.values()}
+    correlation = None
     if pile is not None:
-        observables.append(Observable(f"pile: {PILE_RESPONSE}", pile.surface, pile.bench))
         ranges |= {n: (float(a), float(b)) for n, a, b in zip(pile.box.names, pile.box.low, pile.box.high)}
+        own = seen.observables if seen is not None else (Observable(f"pile: {PILE_RESPONSE}", pile.surface, pile.bench),)
+        correlation = seen.correlation if seen is not None else None
+        observables += own
+        ranges = {n: _common(n, ends, own) for n, ends in ranges.items()}
     if not observables:
         return None
     held = {n: v for n, v in (given or {}).items() if n in ranges}
-    posterior = _together(observables, Prior(Box.of(ranges), held), rng, ess)
+    posterior = _together(observables, Prior(Box.of(ranges), held), rng, ess, correlation)
     sequential = {f.rig.parameter: f.inverse.value for f in steel.values()} | (pile.optimum.point if pile else {})
     table = summary(posterior, level)
     table.insert(1, "sequential", [sequential[n] for n in table["factor"]])
@@ -83,13 +90,37 @@ def fit_joint(
     return Joint(posterior, table, directions(seeds), narrowing(seeds, [*candidates, *_on_seed(steel, pile)]), tuple(notes))
 
 
-def _together(observables: list[Observable], prior: Prior, rng: np.random.Generator, ess: int) -> Posterior:
+def _common(name: str, ends: tuple[float, float], observables: tuple[Observable, ...]) -> tuple[float, float]:
+    """The part of a parameter's range that all surfaces cover which know it."""
+    for box in (o.surrogate.box for o in observables):
+        if name in box.names:
+            low, high = _range(box, name)
+            ends = (max(ends[0], low), min(ends[1], high))
+    return ends
+
+
+def _among(observables: list[Observable], correlation: pd.DataFrame | None) -> np.ndarray | None:
+    """The correlation of these observables' errors; those it does not name are independent."""
+    names = [o.name for o in observables]
+    if correlation is None or not set(names) & set(correlation.index):
+        return None
+    full = pd.DataFrame(np.eye(len(names)), index=names, columns=names)
+    full.update(correlation)
+    return full.to_numpy()
+
+
+def _together(
+    observables: list[Observable], prior: Prior, rng: np.random.Generator, ess: int, correlation: pd.DataFrame | None
+) -> Posterior:
     """The posterior over all parameters, drawn block by block: what shares no observable is independent."""
     parts = []
     for names in _blocks(observables, prior):
         own = [o for o in observables if set(o.surrogate.box.names) <= names]
         part = _part(prior, names)
-        parts.append(on_grid(own, part, rng=rng, cells=GRID_CELLS) if len(names) == 1 else sample(own, part, rng=rng, ess=ess))
+        if len(names) == 1:
+            parts.append(on_grid(own, part, rng=rng, cells=GRID_CELLS))
+        else:
+            parts.append(sample(own, part, rng=rng, ess=ess, correlation=_among(own, correlation)))
     n = min(len(p.draws) for p in parts)
     picked = [rng.permutation(len(p.draws))[:n] for p in parts]
     draws = pd.concat([p.draws.iloc[i].reset_index(drop=True) for p, i in zip(parts, picked)], axis=1)

@@ -24,7 +24,8 @@ class PileFit:
 
     path: steepest ascent and the levels it chose; noise, pairing, plan: packing noise, what common packings save, replicates;
     design: the runs, factors in natural units; optimum: the point that is reported, central: the one nearest to the box's centre;
-    sheet: all points that give the bench's angle; verification: repeats at the optimum.
+    sheet: all points that give the bench's angle; verification: repeats at the optimum; shown: what else of the bench's piles
+    shows, beyond packing noise, what the parameters do (`filled_mass_g` …).
     """
 
     bench: BenchMean
@@ -47,6 +48,7 @@ class PileFit:
     sheet: SolutionSet
     verification: Verification | None
     notes: tuple[str, ...]
+    shown: tuple[str, ...] = ()
 
 
 def fit_pile(
@@ -59,6 +61,7 @@ def fit_pile(
     packing: str | None = None,
     response: str = PILE_RESPONSE,
     notes: tuple[str, ...] = (),
+    shown: tuple[str, ...] = (),
     **found,
 ) -> PileFit:
     """Surface through the design's runs and everything read from it.
@@ -87,6 +90,7 @@ def fit_pile(
         central=central,
         sheet=solution_set(surface, bench.value, rng=rng, band_sd=bench.sd),
         notes=(*notes, *_said(surface, taken, bench)),
+        shown=shown,
         **extra,
     )
 

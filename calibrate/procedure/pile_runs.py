@@ -6,61 +6,39 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from calibrate.procedure.bench import RigReadings
 from calibrate.procedure.effort import Effort
 from calibrate.procedure.pile import PileFit, fit_pile
+from calibrate.procedure.pile_stage import PileStage
+from calibrate.procedure.pile_surrogate import KNOWN, Seen, brought, candidates, observed, riding, shown
 from calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
-from calibrate.procedure.simulator import Run, Simulator, seed_numbers, usable
+from calibrate.procedure.simulator import usable
 from calibrate.statistics.ascent import Centre, choose_centre, equal_steps
-from calibrate.statistics.bench import BenchMean, verify
+from calibrate.statistics.bench import BenchMean, pooled_mean, verify
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
 from calibrate.statistics.replicates import Noise, Pairing, Plan, common_packing, packing_noise, plan
 from calibrate.statistics.resolution import Candidate
-from calibrate.statistics.surface import fit_surface
 
-RANGES = {"seed_restitution": (0.45, 0.70), "seed_static_friction": (0.20, 0.70), "seed_rolling_friction": (0.01, 0.06)}
 STEPS, MOST_STEPS = 6, 14
 MOST_EFFECT = 5.0  # in packing noise
-WIDEST = 3  # groups on either side of the centre that a design may span
-KNOWN = {"true_repose_angle_deg", "true_photo_s", "true_lies_still", "seconds", "repose_angle_sd_deg"}  # not further observables
+WIDEST = 5  # groups on either side of the centre that a design may span: all of the path where packing noise asks for it
 
 
-@dataclass(frozen=True)
-class PileStage:
-    """What the pile's simulations need. fixed: seed–steel parameters; ranges: of the factors, for the path; levels: a box that is
-    prescribed in the place of the path's; near: the point of the sheet to report."""
+@dataclass(frozen=True, eq=False)
+class PileFound:
+    """fit: what the paper's way makes of the piles; seen: what stands for them in the posterior; candidates: what else they
+    show."""
 
-    readings: RigReadings
-    fixed: dict[str, float]
-    description: dict
-    simulate: Simulator
-    effort: Effort
-    seed: int
-    ranges: dict[str, tuple[float, float]]
-    levels: Box | None = None
-    near: dict[str, float] | None = None
-
-    def piles(self, points: pd.DataFrame, packings) -> pd.DataFrame:
-        """One pile a row of `points` (factors in natural units) on that row's packing; the table of runs."""
-        factors = list(self.ranges)
-        runs = [
-            Run(
-                "pile",
-                {**self.fixed, **{f: float(v) for f, v in zip(factors, row)}},
-                seed_numbers(self.seed, "pile", p),
-                self.description,
-            )
-            for row, p in zip(points[factors].to_numpy(), packings)
-        ]
-        return self.simulate(runs).reset_index(drop=True)
+    fit: PileFit
+    seen: Seen
+    candidates: list[Candidate]
 
 
-def simulate_pile(stage: PileStage, rng: np.random.Generator) -> tuple[PileFit, list[Candidate]]:
-    """The whole of it; also further observables of the same piles, as candidates to measure. ValueError, SimulationFailed."""
+def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
+    """The whole of it. ValueError, SimulationFailed."""
     box = stage.levels or Box.of(stage.ranges)
     noise, pairing, seen, notes = measure_noise(stage, box)
-    bench = stage.readings.mean(other=(noise.sd, float(noise.df)))
+    bench = _bench(stage, noise)
     if stage.readings.values.size == 1:
         notes.append(f"one bench pile: its scatter is taken to be that of the simulated piles, {noise.sd:.2g}°")
     notes += too_scattered(stage.readings.values, noise)
@@ -71,9 +49,23 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> tuple[PileFit, 
     design, chosen, more = run_design(stage, box, noise, pairing, reach)
     notes += more
     packing = "packing" if pairing.worth_it else None
+    piles = pd.concat(stage.done, ignore_index=True)
+    seen = observed(piles, stage.readings, box, stage.steel, alike=stage.alike)
+    at = {n: stage.fixed[n] for n in stage.steel.names} if stage.steel is not None else {}
+    design = design.assign(**{PILE_RESPONSE: brought(design, seen, stage.steel, at)})
     found = {"path": path, "noise": noise, "pairing": pairing, "plan": chosen}
-    fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing, notes=tuple(notes), **found)
-    return _verified(stage, fit), candidates(design, box, packing, stage.readings.values.size)
+    notes = tuple(dict.fromkeys((*notes, *seen.notes)))
+    telling = shown(design, box, packing, seen)
+    fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing, notes=notes, shown=telling, **found)
+    more = candidates(design, box, packing, stage.readings.values.size, seen.used)
+    return PileFound(_verified(stage, fit), seen, more)
+
+
+def _bench(stage: PileStage, noise: Noise) -> BenchMean:
+    """The bench's mean angle; where its piles are simulated as they are, the packing noise helps to tell their scatter."""
+    r = stage.readings
+    return pooled_mean(r.values, name=f"pile: {r.response}", scatter_sd=noise.sd, df=float(noise.df), pooled=stage.alike,
+                       reading_sd=r.reading_sd, shared_sd=r.shared_sd)  # fmt: skip
 
 
 def measure_noise(stage: PileStage, box: Box) -> tuple[Noise, Pairing, pd.DataFrame, list[str]]:
@@ -201,6 +193,9 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
     design = pd.concat([*parts, centre.assign(packing=np.arange(len(centre)), replicate=1)], ignore_index=True)
     if not pairing.worth_it:
         design["packing"] = np.arange(len(design))
+    if stage.steel is not None:
+        coded = riding(design[[f"{n}_coded" for n in box.names]].to_numpy(), len(stage.steel.names))
+        design[list(stage.steel.names)] = np.vectorize(lambda v: float(f"{v:.9g}"))(stage.steel.natural(coded))
     table = stage.piles(design, 100 + design["packing"])  # packings of their own: the noise's have been seen
     there, notes = usable(table, PILE_RESPONSE, least=0.8)
     extra = [c for c in table.columns if c not in KNOWN and table[c].dtype.kind == "f"]
@@ -211,7 +206,10 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
 def _verified(stage: PileStage, fit: PileFit) -> PileFit:
     """Piles at the optimum, on new packings, beside the bench."""
     n = stage.effort.piles
-    table = stage.piles(pd.DataFrame([fit.optimum.point] * n), 1000 + np.arange(n))
+    if n < 2:
+        return fit
+    point = {**stage.fixed, **fit.optimum.point}
+    table = stage.piles(pd.DataFrame([point] * n), 1000 + np.arange(n), keep=False)
     there, notes = usable(table, PILE_RESPONSE)
     if there.sum() < 2:
         return replace(fit, notes=(*fit.notes, *notes))
@@ -221,20 +219,3 @@ def _verified(stage: PileStage, fit: PileFit) -> PileFit:
             f"verification disagrees: {found.simulated:.4g}° simulated, {found.bench:.4g}° at the bench (p = {found.p:.2g})"
         )
     return replace(fit, verification=found, notes=(*fit.notes, *notes))
-
-
-def candidates(design: pd.DataFrame, box: Box, packing: str | None, piles: int) -> list[Candidate]:
-    """What else the same piles show, as observables to measure: their scatter is the simulated piles', over as many piles."""
-    out = []
-    for column in design.columns:
-        if (
-            column in (PILE_RESPONSE, "packing", "replicate", *box.names)
-            or design[column].dtype.kind != "f"
-            or column.endswith("_coded")
-        ):
-            continue
-        if "_sd" in column or design[column].isna().any() or design[column].nunique() < 8:
-            continue
-        surface = fit_surface(design, column, box, packing=packing)
-        out.append(Candidate(column.removeprefix("true_").replace("_", " "), surface, surface.noise_sd / np.sqrt(max(piles, 1))))
-    return out

@@ -11,7 +11,9 @@ from calibrate.procedure.bench import Bench, bench_of, contradictory, missing
 from calibrate.procedure.calibration import FOLLOWS, Calibration
 from calibrate.procedure.effort import FULL, Effort, pile_description
 from calibrate.procedure.joint import fit_joint
-from calibrate.procedure.pile_runs import RANGES, PileStage, simulate_pile
+from calibrate.procedure.pile_runs import simulate_pile
+from calibrate.procedure.pile_stage import RANGES, PileStage
+from calibrate.procedure.pile_surrogate import steel_box
 from calibrate.procedure.rigs import SEED_LIMITS, STEEL
 from calibrate.procedure.simulator import SimulationFailed, Simulator
 from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_steel
@@ -23,13 +25,14 @@ NOT_FOUND = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0
 @dataclass(frozen=True)
 class Wishes:
     """What may be prescribed. ranges: of the seed–seed factors; held: {parameter: (mean, sd)} known beforehand; values: where a
-    seed–steel rig is simulated, by rig; levels: the pile design's box; near: the seed–seed point to report; options: how it was
-    asked for, for the record."""
+    seed–steel rig is simulated, by rig; levels: the pile design's box; steel: where the seed–steel parameters ride along in it;
+    near: the seed–seed point to report; options: how it was asked for, for the record."""
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     held: dict[str, tuple[float, float]] = field(default_factory=dict)
     values: dict[str, tuple[float, ...]] = field(default_factory=dict)
     levels: Box | None = None
+    steel: Box | None = None
     near: dict[str, float] | None = None
     options: dict = field(default_factory=dict)
 
@@ -87,7 +90,7 @@ class _State:
 
     def __init__(self, bench: Bench, effort: Effort, seed: int, wishes: Wishes, refused: dict[str, str]) -> None:
         self.bench, self.effort, self.seed, self.wishes = bench, effort, seed, wishes
-        self.steel, self.pile, self.candidates = {}, None, []
+        self.steel, self.pile, self.candidates, self.seen = {}, None, [], None
         self.refused, self.findings, self.said = refused, contradictory(bench), list(effort.said())
 
     def steel_rig(self, name: str, simulate: Simulator, rng: np.random.Generator) -> None:
@@ -120,11 +123,13 @@ class _State:
         self.said += said
         description = self._description({**readings.description, "pile": section})
         fixed = {STEEL[n].parameter: self._found(n) for n in STEEL}
-        stage = PileStage(
-            readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels, self.wishes.near
-        )
+        own = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
+        steel = self.wishes.steel or steel_box(own, {rig.parameter: rig.limits for rig in STEEL.values()})
+        stage = PileStage(readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels,
+                          self.wishes.near, steel, alike=not said)  # fmt: skip
         try:
-            self.pile, self.candidates = simulate_pile(stage, rng)
+            found = simulate_pile(stage, rng)
+            self.pile, self.candidates, self.seen = found.fit, found.candidates, found.seen
         except (ValueError, SimulationFailed) as error:
             self.refused["pile"] = str(error)
 
@@ -140,11 +145,8 @@ class _State:
 
     def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
         """What is known, joined."""
-        joint = (
-            fit_joint(self.steel, self.pile, rng=rng, given=self.wishes.held, candidates=self.candidates, ess=self.effort.draws)
-            if finished
-            else None
-        )
+        more = {"given": self.wishes.held, "candidates": self.candidates, "ess": self.effort.draws, "seen": self.seen}
+        joint = fit_joint(self.steel, self.pile, rng=rng, **more) if finished else None
         findings = [*self.findings, *(n for n in (self.pile.notes if self.pile else ()) if n.startswith("finding"))]
         assumed = [
             f"{STEEL[n].parameter} = {NOT_FOUND[STEEL[n].parameter]:g} was assumed, because {n} was not calibrated"

@@ -14,6 +14,9 @@ NAMES = {
     "slide_angle_deg": "sliding angle (°)",
     "run_out_mm": "run-out (mm)",
     "repose_angle_deg": "angle of repose (°)",
+    "centroid_angle_deg": "centroid's angle (°)",
+    "filled_mass_g": "mass filled in (g)",
+    "retained_mass_g": "mass left (g)",
 }
 
 

@@ -26,6 +26,9 @@ SAID = {
     "slide_angle_deg": "sliding angle",
     "run_out_mm": "run-out",
     "repose_angle_deg": "angle of repose",
+    "centroid_angle_deg": "centroid's angle",
+    "filled_mass_g": "filled mass",
+    "retained_mass_g": "retained mass",
 }
 PERCENT = {"sd_ratio", "variance_left", "variance_left_after", "box_fraction", "relative_error"}
 

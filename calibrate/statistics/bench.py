@@ -61,6 +61,27 @@ def one_reading(value: float, *, name: str, scatter_sd: float, df: float, shared
     return BenchMean(float(value), float(scatter_sd), float(df), float(shared_sd), 1)
 
 
+def pooled_mean(readings, *, name: str, scatter_sd: float, df: float, pooled: bool = True, alpha: float = 0.05,
+                reading_sd=0.0, shared_sd: float = 0.0) -> BenchMean:  # fmt: skip
+    """The mean of a few readings whose scatter is known from elsewhere too, scatter_sd on df: both scatters are pooled, unless
+    they contradict each other (two-sided F test at alpha) or `pooled` is False; then the readings' own counts.
+
+    A single reading takes the other scatter alone. Raises ValueError as `bench_mean` and `one_reading`.
+    """
+    x = np.asarray(readings, dtype=float)
+    if x.size == 1:
+        own = float(np.max(np.asarray(reading_sd, dtype=float)))
+        return one_reading(x[0], name=name, scatter_sd=float(np.hypot(scatter_sd, own)), df=max(df, 1.0), shared_sd=shared_sd)
+    if x.size and np.isfinite(x).all() and pooled:
+        variance = float(x.var(ddof=1))
+        p = stats.f.sf(variance / scatter_sd**2, x.size - 1, df)
+        if alpha / 2 <= p <= 1 - alpha / 2:
+            free = x.size - 1 + df
+            both = np.sqrt(((x.size - 1) * variance + df * scatter_sd**2) / free / x.size)
+            return BenchMean(float(x.mean()), float(both), float(free), float(shared_sd), x.size)
+    return bench_mean(x, name=name, reading_sd=reading_sd, shared_sd=shared_sd)
+
+
 @dataclass(frozen=True)
 class Verification:
     """Simulated repeats at the calibrated parameters beside the bench (the paper's relative errors).

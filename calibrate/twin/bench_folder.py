@@ -12,7 +12,10 @@ from vision.evidence.tables import READING_COLUMNS, read_readings
 from vision.measurement import FAILED, MeasurementError
 from vision.recording import Recording
 
-RESPONSES = {rig: column for column, (rig, *_) in READING_COLUMNS.items()}  # what each rig is read for
+# what each rig is read for: its first column; further ones go beside it
+RESPONSES = {rig: column for column, (rig, *_) in reversed(READING_COLUMNS.items())}
+FURTHER = {rig: [c for c, (r, *_) in READING_COLUMNS.items() if r == rig and c != main] for rig, main in RESPONSES.items()}
+WEIGHED = ("filled_mass_g", "retained_mass_g")
 SECTIONS = ("seed", "camera", "air")
 
 
@@ -23,7 +26,8 @@ class Seen:
     response: the column its readings belong to (`rebound_height_mm` …); readings: (n,) in its unit, one for a film or photo;
     reading_sd: (n,) measuring error that is each reading's own, 0 where none is known; shared_sd: error that all recordings of
     the session share (scale, plumb line); description: what recording.toml and bench.toml state, by section; trouble: why
-    nothing could be read, "" when something was; doubt: why it is to be trusted less.
+    nothing could be read, "" when something was; doubt: why it is to be trusted less; further: other readings of the
+    same piles, by column.
     """
 
     recording: str
@@ -39,6 +43,7 @@ class Seen:
     doubt: str = ""
     trouble: str = ""
     derived: dict[str, float] = field(default_factory=dict)
+    further: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def read_bench(folder: Path) -> list[Seen]:
@@ -82,7 +87,15 @@ def _readings(entry: Recording, told: tuple, rest: tuple) -> Seen:
     values = table[response].dropna().to_numpy(dtype=float)
     doubt = next((q.reason for q in observation.quantities if q.reason and len(values) > 1), "")
     derived = {q.name: q.value for q in observation.quantities}
-    return Seen(told[0], rig, response, values, np.zeros(values.size), 0.0, *rest, observation.notes, doubt, derived=derived)
+    further = {c: table[c].dropna().to_numpy(dtype=float) for c in FURTHER[rig] if c in table} | _weights(entry)
+    nothing = np.zeros(values.size)
+    return Seen(told[0], rig, response, values, nothing, 0.0, *rest, observation.notes, doubt, derived=derived, further=further)
+
+
+def _weights(entry: Recording) -> dict[str, np.ndarray]:
+    """What recording.toml says was weighed."""
+    stated = {name: getattr(entry.pile, name) for name in WEIGHED}
+    return {name: np.array([value]) for name, value in stated.items() if value is not None}
 
 
 def _measured(entry: Recording, told: tuple, rest: tuple) -> Seen:
@@ -100,7 +113,10 @@ def _measured(entry: Recording, told: tuple, rest: tuple) -> Seen:
     shared = entry.camera.scale_sd * q.value if unit == "mm" else entry.camera.plumb_sd
     shared = float(min(shared, q.sd))
     own = float(np.sqrt(max(q.sd**2 - shared**2, 0.0)))
-    return Seen(*told, np.array([q.value]), np.array([own]), shared, *rest, observation.notes, q.reason, derived=derived)
+    columns = {column: READING_COLUMNS[column][1] for column in FURTHER[told[1]]}
+    further = {column: np.array([derived[n]]) for column, n in columns.items() if n in derived} | _weights(entry)
+    told = (*told, np.array([q.value]), np.array([own]), shared)
+    return Seen(*told, *rest, observation.notes, q.reason, derived=derived, further=further)
 
 
 def _description(entry: Recording) -> dict:

@@ -22,6 +22,7 @@ from vision.recording import Recording, read_recording, write_recording
 Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 HEAPS = ("pile",)
+WEIGHED = ("filled_mass_g", "retained_mass_g")
 MODEL = 1  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
 
 
@@ -77,7 +78,7 @@ def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generato
     camera = camera_of(recording)
     section = section_of(rig, getattr(recording, recording.rig))
     if recording.rig in HEAPS:
-        section = section.model_copy(update={"baseline_px": baseline(camera)})
+        section = section.model_copy(update={"baseline_px": baseline(camera), **weights(motion)})
     told = replace(
         recording,
         provenance="simulated",
@@ -88,6 +89,11 @@ def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generato
         **{recording.rig: section},
     )
     return motion, told
+
+
+def weights(motion: Motion) -> dict[str, float]:
+    """What scales at the bench would have said of a heap, to a hundredth of a gram."""
+    return {name: round(motion.truth[name], 2) for name in WEIGHED if motion.truth.get(name, 0.0) > 0.005}
 
 
 def record(recording: Recording, parameters: Parameters, motion: Motion, kind: str) -> dict:

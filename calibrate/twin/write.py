@@ -58,9 +58,10 @@ def _save(file: Path, image: np.ndarray) -> None:
 
 
 def numbers(motion: Motion, recording: Recording, folder: Path) -> str:
-    """track.csv as a perfect tracker would give it; for a pile readings.csv with the angle of the true outline."""
+    """track.csv as a perfect tracker would give it; for a pile readings.csv with the angles of the true outline."""
     if recording.rig == "pile":
-        pd.DataFrame({"repose_angle_deg": [motion.truth["repose_angle_deg"]]}).to_csv(folder / "readings.csv", index=False)
+        known = {name: [motion.truth[name]] for name in ("repose_angle_deg", "centroid_angle_deg")}
+        pd.DataFrame(known).to_csv(folder / "readings.csv", index=False)
         return STRAIGHT
     x, z = 1e3 * motion.positions_m[:, 0, 0], 1e3 * motion.positions_m[:, 0, 2]
     columns = {"t_s": motion.t_s, "x_mm": motion.series.get("travel_mm", x), "y_mm": z}

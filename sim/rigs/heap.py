@@ -15,7 +15,7 @@ from sim.material import Contact
 from sim.motion import Motion, Part
 from sim.rigs.bench import Bench, Frames, Watch
 from sim.rigs.filling import Filled, chute_height, count_for, rain, settle
-from sim.rigs.profile import outline, slope_angle
+from sim.rigs.profile import centroid_angle, outline, slope_angle
 
 RAIN_OVERLAP = 0.25  # of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
 LONGEST_S = 6.0
@@ -28,7 +28,8 @@ class Vessel:
     """low, high: corners of what is filled [m]; volume_m3 up to fill_height_m. lift_m_s: how fast the part that moves goes up;
     lift_m: how far. photo_s: when the picture is taken after the lift began, None: when all lie still. walls(tall, lift): the
     vessel with walls up to `tall` [m] and its moving part under the law `lift`. domain: what leaves it is gone. opening_m: the
-    narrowest way out. parts: what the camera sees at the end."""
+    narrowest way out. parts: what the camera sees at the end. wall_m: where the wall stands (x) that the heap leans on, None: it
+    has two slopes."""
 
     low: Sequence[float]
     high: Sequence[float]
@@ -42,6 +43,7 @@ class Vessel:
     opening_m: float
     parts: tuple[Part, ...]
     contacts: tuple[Contact, ...] = ()
+    wall_m: float | None = None
 
     def lift(self, begin_s: float | None) -> Chosen:
         """The law of the lift; None: it stands (by the same law, which then need not be compiled twice)."""
@@ -80,7 +82,8 @@ def run_heap(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, fps: flo
     state = run(world(begin), state, flow, [Every(1 / fps, frames)] if fps > 0 else [], threads=threads, every_s=0.01)
     frames.take(state, state.time_s)
     motion = Motion(shapes=filled.shapes, shape_of=filled.shape_of, parts=vessel.parts, **frames.columns())
-    motion.truth.update(_truth(motion) | {"lies_still": float(flow.still), "retained_seeds": float(state.count)})
+    motion.truth.update(_truth(motion, vessel.wall_m) | {"lies_still": float(flow.still), "retained_seeds": float(state.count)})
+    motion.truth.update(_weights(motion, filled))
     return motion
 
 
@@ -103,12 +106,21 @@ class Flow:
         return not lifting and (self.still or since > self.out_s + LONGEST_S)
 
 
-def _truth(motion: Motion) -> dict[str, float]:
-    """Angle of repose (mean of both flanks where there are two) and crest's height of the true outline, and when it was read."""
+def _weights(motion: Motion, filled: Filled) -> dict[str, float]:
+    """Mass of what was filled in, and of what lies there at the end: a bench weighs both."""
+    grams = 1e3 * np.array([seed.mass_kg for seed in filled.shapes])[filled.shape_of]
+    there = np.isfinite(motion.positions_m[-1]).all(axis=1)
+    return {"filled_mass_g": float(grams.sum()), "retained_mass_g": float(grams[there].sum())}
+
+
+def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
+    """Angle of repose (mean of both flanks where there are two), centroid's angle and crest's height of the true outline, and
+    when it was read."""
     places = motion.positions_m[-1, :, 0]
-    x = np.arange(np.nanmin(places) - 0.01, np.nanmax(places) + 0.01, 1e-4)
+    x = np.arange(np.nanmin(places) - 0.01 if wall_m is None else wall_m, np.nanmax(places) + 0.01, 1e-4)
     height = outline(motion, x)
     flanks = np.array([slope_angle(x, height), slope_angle(-x[::-1], height[::-1])])
     there = flanks[np.isfinite(flanks)]
     angle, crest = float(there.mean()) if len(there) else float("nan"), 1e3 * float(height.max())
-    return {"repose_angle_deg": angle, "crest_mm": crest, "photo_s": float(motion.t_s[-1])}
+    of_centroid = centroid_angle(x, height, wall_m)
+    return {"repose_angle_deg": angle, "centroid_angle_deg": of_centroid, "crest_mm": crest, "photo_s": float(motion.t_s[-1])}

@@ -70,7 +70,7 @@ def vessel(rig: Pile, bench: Bench) -> Vessel:
         lift_m_s=rig.gate_speed_m_s, lift_m=rig.gate_m[1], photo_s=rig.photo_s,
         walls=lambda tall, lift: _walls(rig, bench, tall, lift),
         domain=((-0.05, -0.5, -0.03), (rig.plate_m[0] + 0.1, 0.5, 1.5)), opening_m=y if rig.slab else rig.gate_m[0],
-        parts=_parts(rig), contacts=(smooth,) if rig.slab else (),
+        parts=_parts(rig), contacts=(smooth,) if rig.slab else (), wall_m=0.0,
     )  # fmt: skip
 
 

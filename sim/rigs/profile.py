@@ -8,6 +8,7 @@ from scipy.ndimage import uniform_filter1d
 from sim.motion import Motion
 from sim.rigs.bench import turned
 
+FOOT, TOE, GAP_M = 0.1, 0.02, 5e-3  # of the crest's height: what is lower does not count for the centroid, and where a pile ends
 WINDOW = (0.2, 0.8)  # of the crest's height: between these the line is fitted, as in the picture
 
 
@@ -60,3 +61,24 @@ def slope_angle(x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] =
             break
         inside = again
     return float(-np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0])))
+
+
+def centroid_angle(x_m: np.ndarray, height_m: np.ndarray, wall_m: float | None = None) -> float:
+    """Inclination [deg] of the straight pile whose centroid lies where this one's does: atan(z̄ / x̄) of what stands higher than
+    FOOT of the crest, z̄ from there, x̄ from the wall that the pile leans on, or without a wall the mean distance from the
+    heap's own axis. NaN for nothing.
+
+    All of the outline from toe to toe counts, so that no single seed decides. A toe is where, outwards from the crest, the
+    outline averaged over GAP_M first falls below TOE of the crest: seeds that rolled farther do not count.
+    """
+    top, crest = float(height_m.max()), int(np.argmax(height_m))
+    bare = uniform_filter1d(height_m, max(1, round(GAP_M / (x_m[1] - x_m[0])))) < TOE * top
+    right = np.cumsum(bare[crest:]) == 0
+    left = (np.cumsum(bare[crest::-1]) == 0)[::-1]
+    above = np.clip(height_m - FOOT * top, 0.0, None) * np.r_[left[:-1], right]
+    area = float(above.sum())
+    if not area > 0:
+        return float("nan")
+    axis = float((x_m * above).sum()) / area if wall_m is None else wall_m
+    reach = float((np.abs(x_m - axis) * above).sum()) / area
+    return float(np.degrees(np.arctan2(float((above**2).sum()) / 2 / area, reach)))

@@ -113,6 +113,8 @@ class Pile(_Section):
     photo_s: _Positive | None = None  # after the gate began to move; absent: when all seeds lie still
     side_walls_in_view: bool | None = None
     slab: bool | None = None
+    filled_mass_g: _Positive | None = None  # what was filled in up to fill_height_mm; what is left when the photo is taken
+    retained_mass_g: _Positive | None = None
 
 
 class Keys(_Section):

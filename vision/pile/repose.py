@@ -12,6 +12,7 @@ import numpy as np
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
 from vision.pile.base import BASES, find_base_line, find_horizontal, scaled
 from vision.pile.boundary import Ground, Silhouette, edge, find_ground, silhouettes
+from vision.pile.centroid import centroid_angle
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from vision.pile.slope import Slope, fit_slope
 from vision.recording import Camera
@@ -126,10 +127,6 @@ def _shrink_profile(surface: np.ndarray, ground: Ground) -> np.ndarray:
 
 
 
-
-
-
-
 def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, factor, options, roi) -> Repose:
     by_side = {s.side: s for s in slopes}
     quantities = [_repose(slopes, horizontal_sd, doubts, heap)]
@@ -143,6 +140,7 @@ def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, fact
     crest_x = (heap.crest + 0.5) * factor - 0.5
     toes = tuple((f.toe + 0.5) * factor - 0.5 if f.side in by_side else None for f in heap.flanks)
     quantities.append(_height_over_radius(heap, base, slopes, toes, crest_x, factor, doubts))
+    quantities.append(centroid_angle(surface, base, heap, factor, tuple(doubts)))
     x0, y0 = roi[:2]
     return Repose(
         surface=surface, base=base, horizontal_deg=horizontal, horizontal_sd_deg=horizontal_sd, heap=heap,

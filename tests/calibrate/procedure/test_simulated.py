@@ -173,6 +173,36 @@ def test_the_command_writes_a_report_after_every_rig_and_a_result_at_the_end(ben
     assert "quick calibration" in capsys.readouterr().out
 
 
+def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(bench, tmp_path, capsys, monkeypatch):
+    def broken(c, out):
+        raise ZeroDivisionError("no width")
+
+    monkeypatch.setattr("calibrate.calibrate_command.write_report", broken)
+    out = tmp_path / "out"
+    assert calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn()) == STOPPED
+    said = capsys.readouterr().err
+    assert "could not be drawn, a fault of benchtwin" in said and "no width" in said and "result.json" in said
+    assert "Traceback" not in said and len(json.loads((out / "result.json").read_text())["parameters"]) == 6
+
+
+def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, found):
+    class Weighing(StandIn):
+        """Piles fill in less the more they rub: seen without the angle's noise."""
+
+        def __call__(self, runs):
+            weigh = [140 - 30 * r.values.get("seed_static_friction", 0) + np.random.default_rng(r.rng).normal() for r in runs]
+            return super().__call__(runs).assign(true_filled_mass_g=weigh)
+
+    weighed = bench.parent / "weighed"
+    shutil.copytree(bench, weighed)
+    with (weighed / "pile" / "recording.toml").open("a") as file:
+        file.write(f"[pile]\nfilled_mass_g = {140 - 30 * TRUE['seed_static_friction']}\n")
+    both = calibrate_simulated(weighed, Weighing(), effort=EASY, seed=7)
+    sd, before = (c.joint.table.set_index("factor").loc["seed_static_friction", "sd"] for c in (both, found))
+    assert "pile: filled_mass_g" in both.joint.posterior.tension["observable"].tolist() and sd < 0.7 * before
+    assert {"restitution", "static_friction"} <= set(both.joint.posterior.draws)
+
+
 def test_an_interrupted_calibration_can_go_on(bench, tmp_path, capsys):
     class Interrupted(StandIn):
         def __call__(self, runs):

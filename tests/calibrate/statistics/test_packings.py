@@ -8,6 +8,7 @@ import statsmodels.api as sm
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.anova import anova_table
 from calibrate.statistics.assessment import coefficients, predict, quality
+from calibrate.statistics.bench import pooled_mean
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
 from calibrate.statistics.packings import share
@@ -98,3 +99,13 @@ def test_packings_that_tell_nothing_are_refused():
     box = Box.of({"e": (0, 1)})
     with pytest.raises(ValueError, match="column packing is missing"):
         fit_surface(pd.DataFrame({"e": np.linspace(0, 1, 6), "y_deg": np.arange(6.0) ** 2}), "y_deg", box, packing="packing")
+
+
+def test_a_few_readings_take_scatter_from_elsewhere_unless_it_contradicts_theirs():
+    alone = pooled_mean([30.0], name="pile", scatter_sd=1.5, df=20)
+    assert (alone.scatter_sd, alone.df, alone.n) == (1.5, 20, 1)
+    both = pooled_mean([29.0, 31.0], name="pile", scatter_sd=1.5, df=20)
+    assert both.df == 21 and both.scatter_sd == pytest.approx(np.sqrt((2.0 + 20 * 2.25) / 21 / 2))
+    quiet = pooled_mean([30.0, 30.01, 29.99], name="pile", scatter_sd=1.5, df=20)
+    assert quiet.df == 2 and quiet.scatter_sd < 0.01
+    assert pooled_mean([29.0, 31.0], name="pile", scatter_sd=1.5, df=20, pooled=False).df == 1

@@ -10,7 +10,7 @@ from sim.motion import Motion
 from sim.rigs.bench import Bench, turned
 from sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from sim.rigs.pile import Pile, fill_pile, run_pile
-from sim.rigs.profile import outline, slope_angle
+from sim.rigs.profile import centroid_angle, outline, slope_angle
 from sim.seed import Seed
 
 BENCH = Bench(shear_modulus_pa=1e6, air_density_kg_m3=0.0)  # soft: quick; nothing here asks for an angle to a degree
@@ -120,3 +120,20 @@ def test_the_line_through_a_bumpy_slope_of_known_angle():
     height = np.where(height > 0, height + 5e-4 * np.sin(2 * np.pi * x / 6e-3), 0)
     assert slope_angle(x, height) == pytest.approx(27.0, abs=0.5)
     assert np.isnan(slope_angle(x, np.full_like(x, 0.05)))
+
+
+@pytest.mark.parametrize("wall", [0.0, None])
+def test_the_centroids_angle_of_a_straight_pile_is_its_slope_whatever_rolled_away(wall):
+    x = np.arange(-0.2, 0.3, 1e-4)
+    away = np.where(x >= 0, x, np.inf) if wall == 0.0 else abs(x)
+    height = np.clip(0.05 - np.tan(np.radians(25)) * away, 0.0, None)
+    far = np.where(abs(x - 0.25) < 0.004, 0.007, 0.0)
+    assert centroid_angle(x, height, wall) == pytest.approx(25, abs=0.05)
+    assert centroid_angle(x, height + far, wall) == centroid_angle(x, height, wall)
+    assert np.isnan(centroid_angle(x, 0 * x, wall))
+
+
+def test_what_was_filled_in_and_what_is_left_are_weighed(heap, filled):
+    seeds = 1e3 * sum(filled.shapes[k].mass_kg for k in filled.shape_of)
+    assert heap.truth["filled_mass_g"] == pytest.approx(seeds)
+    assert 0 < heap.truth["retained_mass_g"] <= heap.truth["filled_mass_g"]

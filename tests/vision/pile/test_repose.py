@@ -115,6 +115,14 @@ def test_height_over_radius():
     assert value(rounded, "height_over_radius_angle").value < 25
 
 
+@pytest.mark.parametrize("sides", ["two", "left", "right"])
+def test_the_centroids_angle_of_a_straight_pile_is_its_slope(sides):
+    wall = {} if sides == "two" else {"wall_tone": 150.0}
+    found = value(measure_repose(draw(sides=sides, **wall)), "centroid_angle")
+    assert found.value == pytest.approx(30, abs=0.35) and found.quality == GOOD
+    assert found.value == pytest.approx(30, abs=3 * found.sd)
+
+
 def test_roi_and_baseline():
     pile = draw(size=(800, 600), pile_height=180)
     two = np.hstack([pile, draw(size=(800, 600), pile_height=180, angle_deg=25)])

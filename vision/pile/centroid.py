@@ -1,0 +1,59 @@
+"""The centroid's angle: atan(z̄ / x̄) of what stands higher than a tenth of the crest's height, z̄ from there, x̄ from the wall that
+the pile leans on, or without a wall the mean distance from the heap's own axis.
+
+A straight-sided pile has its angle of repose. All of the outline from toe to toe counts, so that no single seed decides: between
+packings of a few hundred seeds it scatters less than half as much as a line through part of the slope.
+"""
+
+import numpy as np
+
+from vision.measurement import DOUBTFUL, GOOD, Quantity, failed
+from vision.pile.heap import BaseLine, Heap
+
+NAME = "centroid_angle"
+FOOT = 0.1  # of the crest's height: what is lower does not count
+MARGIN = 2  # small px that a wall was widened by when it was cut away (heap.py)
+
+
+def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: float, doubts: tuple[str, ...] = ()) -> Quantity:
+    """From the surface's rows (n,) [px, y down; NaN where there is none]; heap: in small px, `factor` px each.
+
+    Fails with the reason where the wall that the pile leans on is not seen, or its foot is not.
+    """
+    good = {f.side: f for f in heap.flanks if not f.problem}
+    walls = {f.side for f in heap.flanks if f.problem.startswith("a wall")}
+    if not good or len(good) + len(walls) < 2:
+        return failed(NAME, "deg", "the pile's foot is not in the picture on both sides")
+    ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
+    for side in walls - set(good):
+        at = _wall(heap, side)
+        if at is None:
+            return failed(NAME, "deg", "where the wall stands that the pile leans on is not seen")
+        ends[side] = at * factor
+    x = np.arange(surface.size)
+    inside = (x >= ends["left"]) & (x <= ends["right"]) & np.isfinite(surface)
+    rows = surface[inside]
+    for side in walls - set(good):  # the wall's own edge is blurred over the columns beside it: the pile goes on behind
+        hidden = np.abs(x[inside] - ends[side]) < (MARGIN + 0.5) * factor
+        if hidden.any() and not hidden.all():
+            rows[hidden] = rows[~hidden][0 if side == "left" else -1]
+    height = np.clip(base.at(x[inside]) - rows - FOOT * heap.height_px * factor, 0.0, None)
+    if height.sum() <= 0:
+        return failed(NAME, "deg", "nothing stands above the base line")
+    area = height.sum()
+    axis = float((x[inside] * height).sum() / area) if len(good) == 2 else ends["left" if "right" in good else "right"]
+    reach = float((np.abs(x[inside] - axis) * height).sum() / area)
+    rise = float((height**2).sum() / 2 / area)
+    slope = rise / reach
+    # half a small pixel in the base line's height, one in where the wall or the foot stands
+    sd_slope = slope * np.hypot(0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach)
+    reason = "; ".join(dict.fromkeys(doubts))
+    sd = float(np.degrees(sd_slope / (1 + slope**2)))
+    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg", DOUBTFUL if reason else GOOD, reason)
+
+
+def _wall(heap: Heap, side: str) -> float | None:
+    """The face, towards the pile, of the wall nearest to the crest on that side [small px]; None where none is seen."""
+    if side == "left":
+        return max((high - MARGIN for _, high in heap.walls if high - MARGIN <= heap.crest + 1), default=None)
+    return min((low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1), default=None)
