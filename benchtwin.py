@@ -141,6 +141,26 @@ def export(
     raise typer.Exit(export_command(folder, to, out, overwrite, quiet))
 
 
+@app.command()
+def prove(
+    out: Annotated[Path, typer.Option(help="Folder for cases, sealed keys, solutions, prove.json, cases.csv, report.html.")],
+    cases: Annotated[int, typer.Option(help="How many; half of them conceal nothing.")] = 600,
+    rng: Annotated[int | None, typer.Option(help="Seed of the random numbers: the same one, the same cases. Else secret.")] = None,
+    workers: Annotated[int, typer.Option(help="Cases that are made and solved at a time.")] = 1,
+    limit_s: Annotated[float, typer.Option(help="A case that takes longer counts as one without a diagnosis.")] = 600.0,
+    keep_frames: Annotated[bool, typer.Option(help="Keep the pictures of solved cases, about 10 MB each.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Prove `benchtwin diagnose` blind: cases with a concealed effect made by other code, keys sealed, solved once, scored.
+
+    Run again with the same --rng, a stopped proof goes on where it was.
+    Exit code 0: scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the command was misused.
+    """
+    from prove.command import prove_command
+
+    raise typer.Exit(prove_command(out, cases, rng, workers=workers, limit_s=limit_s, keep_frames=keep_frames, quiet=quiet))
+
+
 def main() -> None:
     app()
 

@@ -1,0 +1,57 @@
+"""A camera of our own: from true places [mm] and times [s] to what a recording states.
+
+Signs, with x to the right and y up in the picture:
+scale_error: true / stated mm per pixel − 1. clock_error: true / stated frame rate − 1; clock_drift [1/s]: its growth.
+roll_deg: true less stated plumb, clockwise: gravity points along (−sin, −cos). perspective [1/m]: the picture's
+magnification grows by so much per metre of height. distortion: radial, relative, at the picture's edge. wobble_mm: the
+tracked centre is off by (cos 2φ, sin 2φ), φ the seed's angle in the picture.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Camera:
+    """centre_mm: the point of the rig in the picture's middle; half_mm: from there to the edge."""
+
+    centre_mm: tuple[float, float]
+    half_mm: float
+    plumb_deg: float = 0.0
+    scale_error: float = 0.0
+    clock_error: float = 0.0
+    clock_drift: float = 0.0
+    roll_deg: float = 0.0
+    perspective: float = 0.0
+    distortion: float = 0.0
+    wobble_mm: float = 0.0
+
+    def with_(self, **changes) -> "Camera":
+        return replace(self, **changes)
+
+
+def seen(camera: Camera, x_mm: np.ndarray, y_mm: np.ndarray, angle_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places in the picture, in stated millimetres, from its middle."""
+    x = x_mm + camera.wobble_mm * np.cos(2 * angle_rad) - camera.centre_mm[0]
+    y = y_mm + camera.wobble_mm * np.sin(2 * angle_rad) - camera.centre_mm[1]
+    larger = 1 + camera.perspective * y * 1e-3
+    x, y = x * larger, y * larger
+    bent = 1 + camera.distortion * (x**2 + y**2) / camera.half_mm**2
+    turn = np.radians(camera.roll_deg + camera.plumb_deg)
+    x, y = bent * x, bent * y
+    x, y = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
+    return x / (1 + camera.scale_error), y / (1 + camera.scale_error)
+
+
+def stated_times(camera: Camera, t_s: np.ndarray) -> np.ndarray:
+    """What the camera's clock says at the true times."""
+    return t_s * (1 + camera.clock_error) + camera.clock_drift * t_s**2
+
+
+def true_times(camera: Camera, stated_s: np.ndarray) -> np.ndarray:
+    """True times of frames that the clock puts at `stated_s`."""
+    rate = 1 + camera.clock_error
+    if camera.clock_drift == 0:
+        return stated_s / rate
+    return (np.sqrt(rate**2 + 4 * camera.clock_drift * stated_s) - rate) / (2 * camera.clock_drift)

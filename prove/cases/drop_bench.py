@@ -1,0 +1,62 @@
+"""The drops as files: tracks with their noise, or frames, and what the recordings state."""
+
+import numpy as np
+import pandas as pd
+
+from prove.cases.camera import seen
+from prove.cases.drop import Flown, Scene, fly_all
+from prove.cases.noise import kept, noisy, shocks
+from prove.cases.picture import film
+from prove.cases.silhouette import angle, outlines
+from prove.cases.truth import Bench, Made
+
+ORIGIN_MM = (40.0, 12.0)  # the picture's corner is the origin; where the plate lies in it
+
+
+def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
+    """The bench folder of a scene with these effects."""
+    length, width, thickness = (round(v, 2) for v in scene.told_axes_mm)
+    volume = np.pi / 6 * np.prod(scene.told_axes_mm)
+    toml = {
+        "provenance": "measured",
+        "seed": {
+            "length_mm": length,
+            "width_mm": width,
+            "thickness_mm": thickness,
+            "mass_g": float(f"{volume * scene.density * 1e-6:.4g}"),
+        },
+        "air": {"density_kg_m3": scene.air.density},
+    }
+    return Bench(toml, tuple(_recording(scene, i, d) for i, d in enumerate(fly_all(scene, sizes))))
+
+
+def _recording(scene: Scene, i: int, drop: Flown) -> Made:
+    rng = np.random.default_rng(drop.run.noise_seed)
+    camera = drop.camera
+    told = _told(scene, i, drop)
+    shapes = outlines(drop.rows, np.array(drop.run.axes))
+    turned = angle(shapes)
+    x, y = seen(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned)
+    if scene.wish.rendered:
+        pixels = np.column_stack([x, y]) / scene.mm_per_px
+        told["camera"]["exposure_s"] = 1e-4
+        return Made(told["id"], told, frames=film(pixels, shapes * (1e3 / scene.mm_per_px) ** 2, camera, scene.mm_per_px, rng))
+    x, y = x + ORIGIN_MM[0], y + camera.centre_mm[1] + ORIGIN_MM[1]
+    table = {
+        "t_s": np.round(drop.stated_s, 7),
+        "x_mm": noisy(x, scene.noise, rng).round(5),
+        "y_mm": noisy(y, scene.noise, rng).round(5),
+    }
+    if scene.angle_sd_deg:
+        table["angle_deg"] = (np.degrees(turned) + scene.angle_sd_deg * shocks(len(x), 1, np.inf, rng)[0]).round(3)
+    table["sd_mm"] = float(f"{scene.noise.sd:.3g}")
+    return Made(told["id"], told, track=pd.DataFrame(table)[kept(len(x), scene.noise, rng)])
+
+
+def _told(scene: Scene, i: int, drop: Flown) -> dict:
+    """recording.toml of the i-th drop."""
+    pixel = scene.mm_per_px
+    camera = {"fps": scene.fps, "mm_per_px": pixel, "mm_per_px_sd": float(f"{scene.scale_sd * pixel:.3g}")}
+    camera |= {"plumb_deg": drop.camera.plumb_deg, "plumb_sd_deg": round(scene.plumb_sd_deg, 4)}
+    named = {"rig": "drop", "id": f"drop-{i + 1:02d}", "session": f"day-{drop.run.session + 1}"}
+    return named | {"camera": camera, "drop": {"height_mm": drop.run.told_mm}}

@@ -1,0 +1,172 @@
+"""How visible an effect is in a case's drops.
+
+Flight and picture: by the tracks, every flight a free parabola upwards and every bounce a free kick sideways. Impacts: by the
+numbers that a bounce gives, each with the scatter that the seeds' shape and spin give it, the mean restitution free.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+from scipy.integrate import cumulative_trapezoid
+
+from prove.cases.camera import seen, stated_times
+from prove.cases.drop import Flown, Scene, fly_all, world
+from prove.cases.drop_effects import IN_CAMERA, IN_FLIGHT, STRENGTH
+from prove.cases.ellipsoid import (
+    E_LAW,
+    T_BEGIN,
+    T_END,
+    TURN_IN,
+    TURN_OUT,
+    UPRIGHT,
+    V_NORMAL,
+    VX_IN,
+    VX_OUT,
+    VZ_IN,
+    VZ_OUT,
+    rotation,
+)
+from prove.cases.flight_laws import acceleration, restitution
+from prove.cases.silhouette import angle, outlines
+from prove.cases.snr import Channel, Visible, scatter_snr, spread_snr, track_snr
+
+MARGIN_S = 4e-4
+DRAG_SD = 0.15
+LEAST_MEASURED_E = 0.004
+
+
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
+    """SNR of the effect `name` in the world of all `sizes`."""
+    drops = fly_all(scene, sizes)
+    if name in IN_FLIGHT or name in IN_CAMERA:
+        return _by_track(scene, drops, sizes, name)
+    return _by_impact(scene, drops, sizes, name)
+
+
+def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> float:
+    recordings, without = [], {k: v for k, v in sizes.items() if k != name}
+    sessions = len(scene.cameras)
+    shared_sd = np.r_[np.tile([scene.scale_sd, scene.plumb_sd_deg, 2e-4, 1e-3], sessions), DRAG_SD]
+    for drop in drops:
+        law, _, camera = world(scene, drop.run, without)
+        base = _places(drop, drop.camera)
+        if name in IN_CAMERA:
+            # the frames stay where they are in truth; what the clock says of them moves
+            late = stated_times(drop.camera, drop.true_s) - stated_times(camera, drop.true_s)
+            speed = (1e3 * drop.rows[:, 3], 1e3 * drop.rows[:, 5])
+            change = [b - w - v * (late - late[0]) for b, w, v in zip(base, _places(drop, camera), speed)]
+        else:
+            change = _pushed(drop, drop.law, law)
+        shared = [np.zeros((len(drop.rows), len(shared_sd))) for _ in range(2)]
+        for i, (key, sd) in enumerate(zip(("scale_error", "roll_deg", "distortion", "perspective"), shared_sd)):
+            moved = _places(drop, replace(drop.camera, **{key: getattr(drop.camera, key) + sd}))
+            for axis in range(2):
+                shared[axis][:, 4 * drop.run.session + i] = (moved[axis] - base[axis]) / sd
+        told, still = drop.law.copy(), drop.law.copy()
+        told[1], still[1] = scene.air.drag, 0.0  # of the air that the recording states
+        for axis, pushed in enumerate(_pushed(drop, told, still)):
+            shared[axis][:, -1] = pushed
+        recordings.append(_visible(drop, change, shared))
+    return track_snr(recordings, shared_sd, scene.noise)
+
+
+def _visible(drop: Flown, change, shared) -> Visible:
+    """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick."""
+    flight = _flights(drop)
+    inside = flight >= 0
+    t, count = drop.true_s, flight.max() + 1
+    across = [np.ones_like(t), t] + [np.maximum(t - b, 0) for b in drop.log[: count - 1, T_BEGIN]]
+    up = [(flight == k) * f for k in range(count) for f in (np.ones_like(t), t)]
+    p, q = len(across), len(up)
+    own = [np.zeros((len(t), p + q)) for _ in range(2)]
+    own[0][:, :p], own[1][:, p:] = np.column_stack(across), np.column_stack(up)
+    channels = tuple(Channel(change[i][inside], own[i][inside], shared[i][inside]) for i in range(2))
+    return Visible(channels, np.full(p + q, np.inf))
+
+
+def _flights(drop: Flown) -> np.ndarray:
+    """Which flight each frame is in; −1 while held or near a contact."""
+    t, flight = drop.true_s, np.zeros(len(drop.true_s), int)
+    for k, row in enumerate(drop.log):
+        flight[t > row[T_BEGIN]] = k + 1
+    for row in drop.log:
+        flight[(t > row[T_BEGIN] - MARGIN_S) & (t < row[T_END] + MARGIN_S)] = -1
+    flight[t <= 0] = -1
+    return flight
+
+
+def _places(drop: Flown, camera) -> tuple[np.ndarray, np.ndarray]:
+    turned = angle(outlines(drop.rows, np.array(drop.run.axes)))
+    return seen(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned)
+
+
+def _pushed(drop: Flown, law: np.ndarray, other: np.ndarray) -> list[np.ndarray]:
+    """What the difference of two flight laws moves [mm], (x, z); the speed is put right at every bounce, the height too."""
+    flight, moved, across = _flights(drop), [np.zeros(len(drop.rows)) for _ in range(2)], 0.0
+    for k in range(flight.max() + 1):
+        rows = np.flatnonzero(flight == k)
+        if len(rows) < 3:
+            continue
+        difference = differences(drop.rows[rows], law, other)
+        for axis, column in enumerate((0, 2)):
+            speed = cumulative_trapezoid(difference[:, column], drop.true_s[rows], initial=0)
+            moved[axis][rows] = 1e3 * cumulative_trapezoid(speed, drop.true_s[rows], initial=0)
+        moved[0][rows] += across  # a bounce kicks, it does not displace
+        across = moved[0][rows[-1]]
+    return moved
+
+
+@njit(cache=True)
+def differences(rows, law, other):
+    """Acceleration under one law less that under another, (n, 3) for states (n, 13)."""
+    out = np.empty((len(rows), 3))
+    for i in range(len(rows)):
+        row = rows[i]
+        spin = np.zeros(3)
+        r = rotation(row[6:10])
+        for k in range(3):
+            for j in range(3):
+                spin[k] += r[k, j] * row[10 + j]
+        out[i] = acceleration(row[:3], row[3:6], spin, law) - acceleration(row[:3], row[3:6], spin, other)
+    return out
+
+
+def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> float:
+    log = np.concatenate([d.log for d in drops])
+    if len(log) < 4:
+        return 0.0
+    speed = -log[:, VZ_IN]
+    returned, kicked = log[:, VZ_OUT] / speed - log[:, E_LAW], (log[:, VX_OUT] - log[:, VX_IN]) / speed
+    measured = LEAST_MEASURED_E + 3 * scene.noise.sd * 1e-3 / (speed * 0.1)
+    if name == "shape-conversion":
+        without = {k: v for k, v in sizes.items() if k != name}
+        before = np.concatenate([d.log for d in fly_all(scene, without)])
+        told = np.std(before[:, VZ_OUT] / -before[:, VZ_IN] - before[:, E_LAW])
+        return spread_snr(np.hypot(np.std(returned), 0.004) / np.hypot(told, 0.004), len(log))
+    if name == "plate-tilt":
+        change = -(1 + log[:, E_LAW]) * np.radians(sizes[name])
+        return scatter_snr(change, np.hypot(np.std(kicked), measured), np.zeros((len(log), 0)))
+    change = np.concatenate([_restitution_change(scene, d, sizes, name) for d in drops])
+    radius = np.mean(scene.told_axes_mm) * 5e-4
+    turned = (log[:, TURN_OUT] ** 2 - log[:, TURN_IN] ** 2) * (radius / speed) ** 2  # what the picture shows of the exchange
+    floating = np.column_stack([np.ones(len(log)), turned])
+    rest = returned - floating @ np.linalg.lstsq(floating, returned, rcond=None)[0]
+    # a bounce that goes wholly into spin is an outlier that no fit would follow
+    scatter = 1.4826 * np.median(np.abs(rest - np.median(rest)))
+    return scatter_snr(change, np.hypot(scatter, measured), floating)
+
+
+def _restitution_change(scene: Scene, drop: Flown, sizes: dict[str, float], name: str) -> np.ndarray:
+    """What the effect makes of e at each impact of one drop."""
+    if name == "film-adhesion":
+        e, lost = drop.log[:, E_LAW], sizes[name] / drop.log[:, V_NORMAL]
+        return np.sqrt(np.maximum(e**2 - lost**2, 0)) - e
+    _, other, _ = world(scene, drop.run, {k: v for k, v in sizes.items() if k != name})
+    return np.array([
+        restitution(row[V_NORMAL], k, row[UPRIGHT], drop.impact) - restitution(row[V_NORMAL], k, row[UPRIGHT], other)
+        for k, row in enumerate(drop.log)
+    ])  # fmt: skip
+
+
+BY_IMPACT = (*STRENGTH, "film-adhesion", "impact-damage", "plate-tilt", "shape-conversion", "oriented-restitution")

@@ -1,0 +1,125 @@
+"""A block on a plate that tilts: rest, onset, sliding; and seeds that roll. By the midpoint rule."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+G_M_S2 = 9.80665
+STEP_S = 2e-4
+# rows of `block`
+STATIC, KINETIC, FALLING, STRIBECK_SPEED, VISCOUS, PULL, SHAKE, SHAKE_HZ, ADDED, WORN, HINGE = range(11)
+
+
+@njit(cache=True)
+def friction(speed, travel, block):
+    """Coefficient of friction [1] while it slides at `speed` [m/s] after `travel` [m]."""
+    mu = block[KINETIC] + block[VISCOUS] * speed + block[WORN] * travel
+    if block[FALLING] > 0.0:
+        mu += block[FALLING] * math.exp(-speed / block[STRIBECK_SPEED])
+    return mu
+
+
+@njit(cache=True)
+def drive(t, x, v, tilt, rate, block):
+    """(downhill push, normal force) over mass [m/s²] in the plate's frame: weight, film pull, turning plate, shaking plate."""
+    push = G_M_S2 * math.sin(tilt) - (block[HINGE] - x) * rate * rate
+    push += block[SHAKE] * math.sin(2 * math.pi * block[SHAKE_HZ] * t)
+    normal = G_M_S2 * math.cos(tilt) + block[PULL] - 2 * rate * v
+    return push, max(normal, 0.0)
+
+
+@njit(cache=True)
+def pulled(t, x, v, tilt, rate, block):
+    push, normal = drive(t, x, v, tilt, rate, block)
+    return (push - friction(v, x, block) * normal) / (1 + block[ADDED])
+
+
+@njit(cache=True)
+def slide(times, start, rate, block, farthest):
+    """Travel [m] at `times` [s] (n,), speed, and the number of times before `farthest`. start, rate: tilt in rad and rad/s."""
+    x, v, now = 0.0, 0.0, times[0]
+    out, speed = np.zeros(times.size), np.zeros(times.size)
+    for k in range(times.size):
+        steps = max(1, math.ceil((times[k] - now) / STEP_S))
+        h = (times[k] - now) / steps
+        for _ in range(steps):
+            tilt = start + rate * now
+            if v <= 0.0:
+                push, normal = drive(now, x, 0.0, tilt, rate, block)
+                v = 0.0
+                if push <= block[STATIC] * normal:
+                    now += h
+                    continue
+            a = pulled(now, x, v, tilt, rate, block)
+            middle = pulled(now + h / 2, x + h / 2 * v, max(v + h / 2 * a, 0.0), tilt + rate * h / 2, rate, block)
+            x += h * (v + h / 2 * a)
+            v += h * middle
+            now += h
+        out[k], speed[k] = x, v
+        if x > farthest:
+            return out, speed, k + 1
+    return out, speed, times.size
+
+
+# rows of `seed`
+ROLLING, GROWING, LEVEL, BARRIER, RADIUS, PHASE, DRAG, SLIP_FRICTION, SLIPS, LOST, PATCH_FROM, PATCH_TO, PATCH = range(13)
+ROLLS, DRAG_SPEED_M_S = 5 / 7, 0.5
+
+
+@njit(cache=True)
+def driven(x, incline, seed):
+    """Downhill push over weight [1] at x from the junction [m]: incline [rad] where x < 0, slope of the level after it, shape."""
+    push = math.sin(incline if x < 0 else -seed[LEVEL])
+    if seed[BARRIER] > 0.0:
+        push -= seed[BARRIER] / seed[RADIUS] * math.sin(2 * x / seed[RADIUS] + seed[PHASE])
+    return push
+
+
+@njit(cache=True)
+def resisted(x, v, incline, seed):
+    """What is against the motion, over weight [1]."""
+    resist = seed[ROLLING] + seed[GROWING] * abs(v)
+    if seed[PATCH_FROM] < x < seed[PATCH_TO]:
+        resist += seed[PATCH]
+    return resist * math.cos(incline if x < 0 else seed[LEVEL]) + seed[DRAG] * (v / DRAG_SPEED_M_S) ** 2
+
+
+@njit(cache=True)
+def rolled(x, v, way, incline, seed):
+    """Acceleration [m/s²] of pure rolling in the direction `way` (±1)."""
+    return ROLLS * G_M_S2 * (driven(x, incline, seed) - way * resisted(x, v, incline, seed))
+
+
+@njit(cache=True)
+def roll(times, length, incline, seed):
+    """Travel [m] at `times` after the release (n,), and speed. length: of the way on the incline [m]."""
+    x, v, slip, now, way = -length, 0.0, 0.0, times[0], 1.0
+    out, speed = np.zeros(times.size), np.zeros(times.size)
+    slips = seed[SLIPS] > 0.0
+    for k in range(times.size):
+        steps = max(1, math.ceil((times[k] - now) / STEP_S))
+        h = (times[k] - now) / steps
+        for _ in range(steps):
+            before = x
+            if slips:  # the foot slides: friction drives the turning, v − ωr is the slip
+                tilt = incline if x < 0 else -seed[LEVEL]
+                grip = seed[SLIP_FRICTION] * math.cos(tilt)
+                a = G_M_S2 * (math.sin(tilt) - grip)
+                slip += h * G_M_S2 * (math.sin(tilt) - 3.5 * grip + 2.5 * seed[ROLLING] * math.cos(tilt))
+                x += h * (v + h / 2 * a)
+                v += h * a
+                slips = slip >= 0.0
+            elif way != 0.0:
+                a = rolled(x, v, way, incline, seed)
+                middle = rolled(x + h / 2 * v, v + h / 2 * a, way, incline, seed)
+                x += h * (v + h / 2 * a)
+                v += h * middle
+                if v * way <= 0.0:  # it turns back, or stays
+                    v, push = 0.0, driven(x, incline, seed)
+                    way = 0.0 if abs(push) <= resisted(x, 0.0, incline, seed) else math.copysign(1.0, push)
+            if before < 0.0 <= x:
+                v *= 1 - seed[LOST]
+        now = times[k]
+        out[k], speed[k] = x + length, v
+    return out, speed

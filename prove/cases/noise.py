@@ -1,0 +1,79 @@
+"""Tracking noise as cameras have it: white and slowly varying, heavy tails, pulled towards whole pixels, frames lost."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.signal import lfilter
+
+RHOS = (0.0, 0.3, 0.5, 0.7, 0.9, 0.97)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """sd: of one coordinate, all in [mm]. rho: of the slow part from frame to frame; white: its complement's share of the
+    variance. tail: degrees of freedom of Student's t (inf: Gaussian). lock: amplitude towards whole pixels [mm], of period
+    pixel [mm]. lost: share of frames."""
+
+    sd: float
+    rho: float
+    white: float
+    tail: float
+    lock: float
+    pixel: float
+    lost: float
+
+
+def draw_noise(rng: np.random.Generator, *, sd: tuple[float, float], pixel: float) -> Noise:
+    """A noise with its sd log-uniform within `sd` [mm]."""
+    size = float(np.exp(rng.uniform(*np.log(sd))))
+    rho = float(rng.choice(RHOS))
+    lock = size * rng.uniform(0.1, 0.3) if rng.random() < 0.3 else 0.0
+    tail = float(rng.choice([np.inf, 8.0, 5.0]))
+    lost = float(rng.choice([0.0, 0.002, 0.01]))
+    return Noise(size, rho, float(rng.uniform(0.0, 0.4)) if rho else 1.0, tail, float(lock), pixel, lost)
+
+
+def noisy(values: np.ndarray, noise: Noise, rng: np.random.Generator) -> np.ndarray:
+    """values (n,) [mm] with the noise on them; no frame is lost here."""
+    n = len(values)
+    drive = shocks(n, 1, noise.tail, rng)[0] * np.sqrt(1 - noise.rho**2)
+    drive[0] /= np.sqrt(1 - noise.rho**2)  # begins with the spread that it keeps
+    slow = lfilter([1.0], [1.0, -noise.rho], drive)
+    white = shocks(n, 1, noise.tail, rng)[0]
+    lock = noise.lock * np.sin(2 * np.pi * values / noise.pixel)
+    return values + lock + noise.sd * (np.sqrt(noise.white) * white + np.sqrt(1 - noise.white) * slow)
+
+
+def shocks(n: int, rows: int, tail: float, rng: np.random.Generator) -> np.ndarray:
+    """(rows, n) independent numbers of unit variance, heavy-tailed when `tail` is finite."""
+    if np.isinf(tail):
+        return rng.standard_normal((rows, n))
+    return rng.standard_t(tail, (rows, n)) * np.sqrt((tail - 2) / tail)
+
+
+def kept(n: int, noise: Noise, rng: np.random.Generator) -> np.ndarray:
+    """Mask (n,) of the frames that are not lost; some losses come in runs."""
+    lost = rng.random(n) < noise.lost / 2
+    for start in np.flatnonzero(rng.random(n) < noise.lost / 10):
+        lost[start : start + 5] = True
+    lost[: min(3, n)] = lost[-min(3, n) :] = False
+    return ~lost
+
+
+@njit(cache=True)
+def whitened(columns, rho, white, sd):
+    """Innovations of white + first-order noise for each of the columns (n, p), in sds (Kalman filter, one state)."""
+    n, p = columns.shape
+    out = np.empty((n, p))
+    slow, fast = (1 - white) * sd**2, white * sd**2 + 1e-12 * sd**2
+    state, variance = np.zeros(p), slow
+    for i in range(n):
+        total = variance + fast
+        gain = variance / total
+        for j in range(p):
+            off = columns[i, j] - state[j]
+            out[i, j] = off / np.sqrt(total)
+            state[j] = rho * (state[j] + gain * off)
+        variance = rho**2 * (1 - gain) * variance + (1 - rho**2) * slow
+    return out

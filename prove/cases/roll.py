@@ -1,0 +1,163 @@
+"""Rolls: round seeds run down an incline and out along a level plate, one way or both.
+
+Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in direction −x goes down there.
+initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost share of the speed there. shape-barrier: highest less
+lowest centre in a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import brentq
+
+from prove.cases import ground_motion as ground
+from prove.cases.noise import Noise, draw_noise, kept, noisy
+from prove.cases.snr import Channel, Visible, track_snr
+from prove.cases.truth import Bench, Made, Wish, spread
+
+RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
+RANGES = {
+    "viscous-rolling": (0.002, 0.2, 1), "slope": (0.006, 1.0, 0), "initial-slip": (0.005, 0.18, 1),
+    "corner-loss": (0.003, 0.3, 1), "shape-barrier": (0.001, 0.15, 1), "drag": (0.0005, 0.1, 1),
+    "sticky-patch": (0.0005, 0.03, 1),
+}  # fmt: skip
+SEPARATED = ("slope",)
+
+
+@dataclass(frozen=True)
+class Run:
+    forwards: bool
+    mu_factor: float
+    start_off_mm: float
+    phase: float
+    late_s: float
+    noise_seed: int
+
+
+@dataclass(frozen=True)
+class Scene:
+    """incline_off_deg, level_deg, scale_off: what the bench left open."""
+
+    runs: tuple[Run, ...]
+    mu: float
+    diameter_mm: float
+    density: float
+    way_mm: float
+    incline_deg: float
+    incline_off_deg: float
+    level_deg: float
+    scale_off: float
+    scale_sd: float
+    fps: float
+    noise: Noise
+    patch: tuple[float, float]  # of the run-out
+    wish: Wish
+
+
+def draw(wish: Wish, rng: np.random.Generator) -> Scene:
+    both = wish.separated or (wish.separated is None and rng.random() < 0.5)
+    pixel, scale_sd = float(rng.uniform(0.1, 0.3)), spread(3e-4, 2e-3, rng)
+    runs = tuple(
+        Run(not (both and i % 2), float(1 + rng.normal(0, RUN_SD)), float(rng.normal(0, START_SD_MM)),
+            float(rng.uniform(0, 2 * np.pi)), float(rng.uniform(-0.05, 0.01)), int(rng.integers(2**62)))
+        for i in range(int(rng.integers(6, 10)))
+    )  # fmt: skip
+    mu, way = spread(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
+    return Scene(
+        runs, mu, round(float(rng.uniform(5, 8)), 2), rng.uniform(1050, 1350), way, 15.0, rng.normal(0, INCLINE_SD_DEG),
+        rng.normal(0, LEVEL_SD_DEG), rng.normal(0, scale_sd), scale_sd, float(rng.choice([240.0, 500.0, 1000.0])),
+        draw_noise(rng, sd=(0.015, 0.08), pixel=pixel), tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), wish,
+    )  # fmt: skip
+
+
+def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0, level_more: float = 0.0) -> np.ndarray:
+    """The seed and the plate as ground_motion.roll takes them."""
+    sign = 1.0 if run.forwards else -1.0
+    out = np.zeros(13)
+    out[ground.ROLLING], out[ground.GROWING] = scene.mu * run.mu_factor * mu_factor, sizes.get("viscous-rolling", 0.0)
+    out[ground.LEVEL] = sign * np.radians(scene.level_deg + level_more + sizes.get("slope", 0.0))
+    out[ground.BARRIER], out[ground.RADIUS] = sizes.get("shape-barrier", 0.0) * 1e-3, scene.diameter_mm * 5e-4
+    out[ground.PHASE], out[ground.DRAG] = run.phase, sizes.get("drag", 0.0)
+    if sizes.get("initial-slip", 0.0) > 0:
+        out[ground.SLIPS] = 1.0
+        incline = np.radians(scene.incline_deg + scene.incline_off_deg)
+        out[ground.SLIP_FRICTION] = slip_friction(incline, scene.way_mm, sizes["initial-slip"], out[ground.ROLLING])
+    out[ground.LOST], out[ground.PATCH] = sizes.get("corner-loss", 0.0), sizes.get("sticky-patch", 0.0)
+    ends = np.array(scene.patch) if run.forwards else 1 - np.array(scene.patch[::-1])
+    out[[ground.PATCH_FROM, ground.PATCH_TO]] = ends * reach_mm(scene) * 1e-3
+    return out
+
+
+def slip_friction(incline: float, way_mm: float, slip: float, rolling: float) -> float:
+    """Friction with which a seed that slips from the start slips by `slip` [m/s] at the foot of the incline."""
+    steep, level = ground.G_M_S2 * np.sin(incline), ground.G_M_S2 * np.cos(incline)
+
+    def off(mu: float) -> float:
+        return (steep - (3.5 * mu - 2.5 * rolling) * level) * np.sqrt(2e-3 * way_mm / (steep - mu * level)) - slip
+
+    return brentq(off, 0.0, (np.tan(incline) + 2.5 * rolling) / 3.5) if off(0.0) > 0 else 0.0
+
+
+def reach_mm(scene: Scene) -> float:
+    """How far a seed of the baseline runs out: μ_r = S sin β / (S cos β + L)."""
+    beta = np.radians(scene.incline_deg)
+    return scene.way_mm * (np.sin(beta) - scene.mu * np.cos(beta)) / scene.mu
+
+
+def travel(scene: Scene, run: Run, sizes: dict[str, float], *, mu_factor=1.0, incline_more=0.0, level_more=0.0):
+    """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at the end."""
+    incline = np.radians(scene.incline_deg + scene.incline_off_deg + incline_more)
+    longest = 4 * np.sqrt(2 * (scene.way_mm + reach_mm(scene)) * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
+    t = np.arange(int(longest * scene.fps)) / scene.fps
+    rolling = np.maximum(t + run.late_s, 0.0)
+    args = (scene.way_mm + run.start_off_mm) * 1e-3, incline, seed(scene, run, sizes, mu_factor, level_more)
+    x, v = ground.roll(np.r_[0.0, rolling], *args)
+    x, v = x[1:], v[1:]
+    moving = np.flatnonzero(np.abs(v) > 0)
+    n = min(len(t), int(moving[-1] + 0.15 * scene.fps)) if len(moving) else len(t)
+    return t[:n], 1e3 * x[:n], 1e3 * v[:n]
+
+
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
+    """SNR of `name` in the world of all `sizes`."""
+    recordings, without = [], {k: v for k, v in sizes.items() if k != name}
+    for run in scene.runs:
+        t, x, v = travel(scene, run, sizes)
+        n = len(t)
+        other = _padded(travel(scene, run, without)[1], n)
+        mu = (_padded(travel(scene, run, sizes, mu_factor=1.002)[1], n) - x) / 0.002
+        incline = (_padded(travel(scene, run, sizes, incline_more=0.01)[1], n) - x) / 0.01
+        level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
+        own, shared = np.column_stack([np.ones(n), v, mu, 1 - x / x.max()]), np.column_stack([mu, incline, level, x])
+        recordings.append(Visible((Channel(x - other, own, shared),), np.array([np.inf, np.inf, RUN_SD, START_SD_MM])))
+    return track_snr(recordings, np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd]), scene.noise)
+
+
+def _padded(x: np.ndarray, n: int) -> np.ndarray:
+    return x[:n] if len(x) >= n else np.r_[x, np.full(n - len(x), x[-1])]
+
+
+def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
+    """The bench folder of a scene with these effects."""
+    d = scene.diameter_mm
+    told = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
+    toml = {"provenance": "measured", "seed": told, "air": {"density_kg_m3": 0.0}}
+    return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
+
+
+def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
+    run, rng, pixel = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed), scene.noise.pixel
+    name = f"roll-{i + 1:02d}"
+    way = {"incline_deg": scene.incline_deg, "incline_length_mm": scene.way_mm, "direction": "+x" if run.forwards else "-x"}
+    toml = {
+        "rig": "roll", "id": name, "session": "day-1", "roll": way,
+        "camera": {"fps": scene.fps, "mm_per_px": pixel, "mm_per_px_sd": float(f"{scene.scale_sd * pixel:.3g}"), "plumb_deg": 0.0,
+                   "plumb_sd_deg": 0.05},
+    }  # fmt: skip
+    t, x, _ = travel(scene, run, sizes)
+    table = {
+        "t_s": t.round(6), "x_mm": noisy(x / (1 + scene.scale_off), scene.noise, rng).round(5),
+        "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5), "sd_mm": float(f"{scene.noise.sd:.3g}"),
+    }  # fmt: skip
+    return Made(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])

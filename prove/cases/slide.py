@@ -1,0 +1,207 @@
+"""Slides: a block of taped seeds on a plate that tilts up, filmed beside a tilt sensor; or only the angles that were read.
+
+Signs. kinetic-friction: μ_s − μ_k. stribeck: μ at rest less μ at high speed. viscous-sliding: dμ/dv. adhesion: pull towards the
+plate [mN], whatever the load. reading-delay: the angle is read after so much travel [mm]. clock-offset: a tilt of true time T is
+stamped T + offset. angle-offset: recorded less true tilt. plate-vibration: amplitude along the plate [m/s²]. partial-rolling:
+added inertia over mass. stepped-tilt: the reading is rounded up to whole steps [deg]. worn-track: dμ/dx [1/m].
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from prove.cases import ground_motion as ground
+from prove.cases.noise import Noise, draw_noise, kept, noisy
+from prove.cases.snr import Channel, Visible, scatter_snr, track_snr
+from prove.cases.truth import Bench, Made, Wish, spread
+
+TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
+READ = ("reading-delay", "stepped-tilt")
+RANGES = {
+    "kinetic-friction": (0.0003, 0.2, 1), "stribeck": (0.0005, 0.2, 1), "viscous-sliding": (0.0005, 1.0, 1),
+    "adhesion": (0.002, 6.0, 1), "reading-delay": (0.2, 25.0, 1), "clock-offset": (0.01, 1.0, 0), "angle-offset": (0.1, 6.0, 0),
+    "plate-vibration": (0.05, 2.0, 1), "partial-rolling": (0.003, 0.4, 1), "stepped-tilt": (0.05, 2.0, 1),
+    "worn-track": (0.004, 4.0, 1),
+}  # fmt: skip
+SEPARATED = ("adhesion", "clock-offset")  # alone in one kind of recording these are not to be seen
+
+
+@dataclass(frozen=True)
+class Run:
+    rate_deg_s: float
+    count: int
+    mu_off: float
+    hinge_m: float
+    noise_seed: int
+
+
+@dataclass(frozen=True)
+class Scene:
+    """told: seed's mass [kg], axes [mm], travel [mm]. tilt_off_deg, scale_off: this session's own."""
+
+    runs: tuple[Run, ...]
+    mu: float
+    mass: float
+    axes_mm: tuple[float, float, float]
+    tilt_off_deg: float
+    scale_off: float
+    scale_sd: float
+    travel_mm: float
+    fps: float
+    noise: Noise
+    shake_hz: float
+    stribeck_m_s: float
+    readings: int  # how many a recording holds; 0: it is filmed
+    wish: Wish
+
+
+def draw(wish: Wish, rng: np.random.Generator) -> Scene:
+    read = bool(set(READ) & set(wish.effects)) or (not wish.effects and rng.random() < 0.2)
+    count = int(rng.integers(3, 5)) if read else int(rng.integers(5, 9))
+    several = wish.separated or read or (wish.separated is None and rng.random() < 0.5)
+    rates = (0.5, 2.0, 5.0) if read else (1.0, 5.0) if several else (float(rng.choice([1.0, 2.0, 4.0])),)
+    loads = (2, 8) if "adhesion" in wish.effects or (several and rng.random() < 0.4) else (4,)
+    length = rng.uniform(6, 10)
+    axes = (round(length, 2), round(length * rng.uniform(0.75, 0.95), 2), round(length * rng.uniform(0.65, 0.74), 2))
+    pixel, scale_sd = float(rng.uniform(0.08, 0.3)), spread(3e-4, 2e-3, rng)
+    runs = tuple(
+        Run(rates[i % len(rates)], loads[i // 2 % len(loads)], float(rng.normal(0, RUN_SD)), float(rng.uniform(0.12, 0.25)),
+            int(rng.integers(2**62)))
+        for i in range(count)
+    )  # fmt: skip
+    filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
+    stribeck = spread(0.004, 0.01, rng) if wish.separated is False else rng.uniform(0.08, 0.16)
+    return Scene(
+        runs=runs, mu=rng.uniform(0.25, 0.5), mass=np.pi / 6 * np.prod(axes) * 1e-9 * rng.uniform(1050, 1350), axes_mm=axes,
+        tilt_off_deg=rng.normal(0, TILT_SD_DEG), scale_off=rng.normal(0, scale_sd), scale_sd=scale_sd,
+        travel_mm=round(float(rng.uniform(50, 90))), fps=float(rng.choice([120.0, 240.0, 500.0])), noise=filmed,
+        shake_hz=rng.uniform(15, 40), stribeck_m_s=stribeck, readings=int(rng.integers(10, 16)) if read else 0, wish=wish,
+    )  # fmt: skip
+
+
+def block(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0) -> np.ndarray:
+    """The block as ground_motion.slide takes it."""
+    mu = scene.mu + run.mu_off + mu_more
+    out = np.zeros(11)
+    out[[ground.STATIC, ground.KINETIC]] = mu
+    out[ground.KINETIC] -= sizes.get("kinetic-friction", 0.0) + sizes.get("stribeck", 0.0)
+    out[ground.FALLING], out[ground.STRIBECK_SPEED] = sizes.get("stribeck", 0.0), scene.stribeck_m_s
+    out[ground.VISCOUS], out[ground.WORN] = sizes.get("viscous-sliding", 0.0), sizes.get("worn-track", 0.0)
+    out[ground.PULL] = sizes.get("adhesion", 0.0) * 1e-3 / (run.count * scene.mass)
+    out[ground.SHAKE], out[ground.SHAKE_HZ] = sizes.get("plate-vibration", 0.0), scene.shake_hz
+    out[ground.ADDED], out[ground.HINGE] = sizes.get("partial-rolling", 0.0), run.hinge_m
+    return out
+
+
+def times(scene: Scene, run: Run) -> tuple[np.ndarray, float]:
+    """Frame times from the film's beginning, and the tilt then [deg]; it begins some time before the block may let go."""
+    margin = min(4.0, max(1.2, 0.8 * run.rate_deg_s))
+    start = np.degrees(np.arctan(scene.mu)) - margin
+    return np.arange(int((margin + 14) / run.rate_deg_s * scene.fps)) / scene.fps, float(start)
+
+
+def travel(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, tilt_more: float = 0.0):
+    """(times, travel [mm], speed [mm/s]) up to the travel's end."""
+    t, start = times(scene, run)
+    args = np.radians(start + tilt_more), np.radians(run.rate_deg_s), block(scene, run, sizes, mu_more)
+    x, v, n = ground.slide(t, *args, scene.travel_mm * 1e-3)
+    return t[:n], 1e3 * x[:n], 1e3 * v[:n]
+
+
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
+    """SNR of `name` in the world of all `sizes`."""
+    if scene.readings:
+        return _visible_in_readings(scene, sizes, name)
+    recordings, without = [], {k: v for k, v in sizes.items() if k != name}
+    like = _same_onset(scene, sizes, without)
+    for run in scene.runs:
+        with_tilt, other_tilt = _tilt_off(sizes, run), _tilt_off(without, run)
+        base = travel(scene, run, sizes, tilt_more=with_tilt)[1]
+        n = len(base)
+        moved = [_padded(travel(scene, run, without, mu_more=like, tilt_more=other_tilt)[1], n)]
+        moved += [_padded(travel(scene, run, sizes, mu_more=1e-4, tilt_more=with_tilt)[1], n),
+                  _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n)]  # fmt: skip
+        mu, tilt = (moved[1] - base) / 1e-4, (moved[2] - base) / 2e-3
+        own = np.column_stack([np.ones(n), mu])
+        recordings.append(
+            Visible((Channel(base - moved[0], own, np.column_stack([mu, tilt, base])),), np.array([np.inf, RUN_SD]))
+        )
+    return track_snr(recordings, np.array([np.inf, TILT_SD_DEG, scene.scale_sd]), scene.noise)
+
+
+def _tilt_off(sizes: dict[str, float], run: Run) -> float:
+    """In the recorded tilt's own terms an offset is a plate that was elsewhere, by so much [deg]."""
+    return sizes.get("clock-offset", 0.0) * run.rate_deg_s - sizes.get("angle-offset", 0.0)
+
+
+def _same_onset(scene: Scene, sizes: dict[str, float], without: dict[str, float]) -> float:
+    """More friction with which the blocks without an effect let go, on average, where those with it do."""
+
+    def onset(run: Run, effects) -> float:
+        t, x, _ = travel(scene, run, effects, tilt_more=_tilt_off(effects, run))
+        return times(scene, run)[1] + run.rate_deg_s * t[np.argmax(x > 0.3)]
+
+    both = [[np.tan(np.radians(onset(run, effects))) for run in scene.runs] for effects in (sizes, without)]
+    return float(np.mean(both[0]) - np.mean(both[1]))
+
+
+def _padded(x: np.ndarray, n: int) -> np.ndarray:
+    """The first n values; one that ended sooner goes on at its last speed."""
+    if len(x) >= n:
+        return x[:n]
+    return np.r_[x, x[-1] + (x[-1] - x[-2]) * np.arange(1, n - len(x) + 1)]
+
+
+def _visible_in_readings(scene: Scene, sizes: dict[str, float], name: str) -> float:
+    if name == "stepped-tilt":  # that n readings all lie on a grid of this step, where they might lie anywhere
+        count = scene.readings * len(scene.runs)
+        return float(np.sqrt(2 * count * np.log(max(sizes[name] / (4 * READING_SD_DEG), 1.0))))
+    shift = [overshoot_deg(scene.mu, run.rate_deg_s, sizes[name]) for run in scene.runs]
+    sd = np.degrees(RUN_SD * np.cos(np.arctan(scene.mu)) ** 2)
+    sds = np.full(len(shift), np.hypot(sd, READING_SD_DEG) / np.sqrt(scene.readings))
+    return scatter_snr(np.array(shift), sds, np.ones((len(shift), 1)))
+
+
+def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
+    """By how much the plate has tilted on when the block has gone `delay_mm`: x = g Ω (cos θ + μ sin θ) t³ / 6."""
+    theta, rate = np.arctan(mu), np.radians(rate_deg_s)
+    t = (6 * delay_mm * 1e-3 / (ground.G_M_S2 * rate * (np.cos(theta) + mu * np.sin(theta)))) ** (1 / 3)
+    return float(rate_deg_s * t)
+
+
+def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
+    """The bench folder of a scene with these effects."""
+    seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {"mass_g": float(f"{scene.mass * 1e3:.4g}")}
+    return Bench({"provenance": "measured", "seed": seed}, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
+
+
+def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
+    run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
+    name = f"slide-{i + 1:02d}"
+    toml = {"rig": "slide", "id": name, "session": "day-1", "seed": {"count": run.count},
+            "slide": {"tilt_rate_deg_s": run.rate_deg_s, "travel_mm": scene.travel_mm}}  # fmt: skip
+    if scene.readings:
+        return Made(name, toml, readings=pd.DataFrame({"slide_angle_deg": _read(scene, run, sizes, rng)}))
+    pixel = scene.noise.pixel
+    toml["camera"] = {"fps": scene.fps, "mm_per_px": pixel, "mm_per_px_sd": float(f"{scene.scale_sd * pixel:.3g}"),
+                      "plumb_deg": 0.0, "plumb_sd_deg": 0.05}  # fmt: skip
+    t, x, _ = travel(scene, run, sizes)
+    t0, start = times(scene, run)[0][: len(t)], times(scene, run)[1]
+    tilt = start + run.rate_deg_s * (t0 - sizes.get("clock-offset", 0.0)) + scene.tilt_off_deg + sizes.get("angle-offset", 0.0)
+    table = {
+        "t_s": t.round(6), "x_mm": noisy(x / (1 + scene.scale_off), scene.noise, rng).round(5),
+        "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5), "sd_mm": float(f"{scene.noise.sd:.3g}"),
+        "tilt_deg": (tilt + rng.normal(0, 0.005, len(t))).round(4),
+    }  # fmt: skip
+    return Made(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])
+
+
+def _read(scene: Scene, run: Run, sizes: dict[str, float], rng) -> np.ndarray:
+    """Angles that somebody read [deg], each of a slide of its own."""
+    mu = scene.mu + rng.normal(0, RUN_SD, scene.readings)
+    angle = np.degrees(np.arctan(mu)) + scene.tilt_off_deg + rng.normal(0, READING_SD_DEG, scene.readings)
+    angle += overshoot_deg(scene.mu, run.rate_deg_s, sizes.get("reading-delay", 0.0))
+    if "stepped-tilt" in sizes:
+        angle = np.ceil(angle / sizes["stepped-tilt"]) * sizes["stepped-tilt"]
+    return angle.round(2)

@@ -1,0 +1,43 @@
+"""What a rig's file hands on: recordings as they will be written, and how visible each effect in them is."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a case shall hold. separated: with the recordings that tell the effect from its twins; None: does not matter."""
+
+    effects: tuple[str, ...] = ()
+    separated: bool | None = None
+    rendered: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """One recording: its folder's name, recording.toml's content, and one kind of evidence.
+
+    track: columns of track.csv (or readings.csv when `readings`); frames: (n, h, w) uint8; photos: (h, w) each.
+    """
+
+    name: str
+    toml: dict
+    track: pd.DataFrame | None = None
+    readings: pd.DataFrame | None = None
+    frames: tuple[np.ndarray, ...] = ()
+    photos: tuple[np.ndarray, ...] = ()
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bench folder: bench.toml's content and the recordings."""
+
+    toml: dict
+    recordings: tuple[Made, ...] = field(default=())
+
+
+def spread(low: float, high: float, rng: np.random.Generator) -> float:
+    """Log-uniform between low and high."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

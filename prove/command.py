@@ -1,0 +1,67 @@
+"""`benchtwin prove`: the proof run, and its table in the terminal."""
+
+import secrets
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from prove.compare import compare
+from prove.keys import SealError
+from prove.report import number, write_all
+from prove.run import Asked, prove, seed_of
+from prove.score import Row, table
+from prove.solve import SOLVER
+
+
+def prove_command(
+    out: Path, cases: int, rng: int | None, *, workers: int, limit_s: float, solver: str = SOLVER,
+    keep_frames: bool = False, quiet: bool = False,
+) -> int:  # fmt: skip
+    """Exit code 0: proved and scored, whatever the scores; 1: stopped or impossible; 2: misused."""
+    console, words = Console(quiet=quiet, highlight=False), Console(stderr=True, highlight=False)
+    if cases < 1 or workers < 1:
+        words.print("--cases and --workers must be at least 1")
+        return 2
+    seed = secrets.randbits(32) if rng is None else rng
+    try:
+        judged = prove(Asked(out, cases, seed, workers, solver, limit_s, keep_frames), _progress(console))
+        seed = seed_of(out)
+        rows = table(judged, np.random.default_rng(seed))
+        tables = compare(out, judged, workers, seed)
+        write_all(out, judged, rows, tables, seed)
+    except SealError as error:
+        words.print(str(error))
+        return 1
+    except OSError as error:
+        words.print(f"{error.filename or out}: {error.strerror or error}")
+        return 1
+    except KeyboardInterrupt:
+        words.print("Stopped. The same command with the same --rng goes on from here.")
+        return 1
+    console.print(_printed("All rigs", [r for r in rows if r.rig == "all"]))
+    console.print(f"Rig by rig, with figures and baselines: {out / 'report.html'}")
+    return 0
+
+
+def _printed(title: str, rows: list[Row]) -> Table:
+    shown = Table(title=title)
+    for head in ("score", "target", "found", ""):
+        shown.add_column(head)
+    for row in rows:
+        shown.add_row(row.score, row.target, number(row), {None: "", True: "met", False: "not met"}[row.met])
+    return shown
+
+
+def _progress(console: Console):
+    """Says how far each stage is: every twentieth, and at its end."""
+
+    def say(stage: str, done: int, total: int, left_s: float) -> None:
+        if done == total or done % max(1, total // 20) == 0:
+            left = (
+                f", about {left_s / 60:.0f} min left" if left_s > 90 else f", about {left_s:.0f} s left" if done < total else ""
+            )
+            console.print(f"{stage}: {done} of {total}{left}")
+
+    return say

@@ -1,0 +1,62 @@
+"""The solver beside the baselines, on the same cases: drops with tracks."""
+
+import json
+import math
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from prove.baselines.methods import METHODS, diagnose
+from prove.judge import Judged, judge
+from prove.score import Row, table
+from prove.solve import Attempt
+
+SOLVER_NAME = "benchtwin diagnose"
+
+
+def comparable(j: Judged) -> bool:
+    return j.key.rig == "drop" and not j.key.rendered
+
+
+def compare(out: Path, judged: list[Judged], workers: int, rng_seed: int) -> dict[str, list[Row]]:
+    """The table of each method over the drops with tracks, the solver's first."""
+    some = [j for j in judged if comparable(j)]
+    tables = {SOLVER_NAME: _over(some, rng_seed)}
+    tasks = [(method, out, j.key.case) for method in METHODS for j in some]
+    if workers > 1:
+        with ProcessPoolExecutor(workers) as pool:
+            answers = list(pool.map(_answer, tasks, chunksize=8))
+    else:
+        answers = [_answer(task) for task in tasks]
+    found = {(method, case): answer for (method, _, case), answer in zip(tasks, answers)}
+    for method in METHODS:
+        judged_here = []
+        for j in some:
+            said, seconds = found[method, j.key.case]
+            judged_here.append(judge(j.key, said, Attempt(j.key.case, seconds, 0, "")))
+        tables[method] = _over(judged_here, rng_seed)
+    return tables
+
+
+def _over(judged: list[Judged], rng_seed: int) -> list[Row]:
+    return [row for row in table(judged, np.random.default_rng(rng_seed)) if row.rig == "all"]
+
+
+def _answer(task: tuple[str, Path, str]) -> tuple[dict | None, float]:
+    """What a method says of a case, and how long it took; kept beside the solver's solutions."""
+    method, out, case = task
+    file = out / "baselines" / method.replace(" ", "-") / f"{case}.json"
+    if file.is_file():
+        stored = json.loads(file.read_text(encoding="utf8"))
+        return stored["diagnosis"], stored["seconds"]
+    begin = time.monotonic()
+    try:
+        said = diagnose(out / "cases" / case, method)
+    except (ValueError, np.linalg.LinAlgError):  # a baseline that breaks down has no answer
+        said = None
+    seconds = time.monotonic() - begin
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps({"diagnosis": said, "seconds": seconds if math.isfinite(seconds) else None}), encoding="utf8")
+    return said, seconds

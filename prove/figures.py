@@ -1,0 +1,92 @@
+"""The report's figures as plain Plotly JSON: power curves, confusion, calibration."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from prove.intervals import GRID, Power, binomial_interval
+from prove.judge import Judged
+from prove.plan import CLEAN
+from prove.score import confusion, power
+
+COLOURS = {"all": "#1b1f24", "drop": "#1f5fa8", "slide": "#d9730d", "roll": "#2e7d4f", "pile": "#b3261e"}
+BINS = (0.0, 2.5, 4.0, 5.5, 7.5, 12.0, 20.0, math.inf)
+THEORY = {0.5: 3.53, 0.9: 4.81}
+
+
+def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:
+    """Share of alarms beside SNR: fitted curves, shares by bins with their intervals, and the theory's two points."""
+    traces = []
+    for rig, colour in COLOURS.items():
+        some = [j for j in judged if rig in ("all", j.key.rig)]
+        curve: Power = power(some, rng)
+        if math.isfinite(curve.snr50):
+            line = {"color": colour, "width": 3 if rig == "all" else 1.5}
+            traces.append(
+                {"type": "scatter", "mode": "lines", "name": rig, "x": _listed(GRID), "y": _listed(curve.at(GRID)), "line": line}
+            )
+    traces += [_binned(judged), _theory()]
+    axes = {"xaxis": {"title": {"text": "SNR of the concealed effect"}, "type": "log"}, "yaxis": _share_axis("share of alarms")}
+    return {"data": traces, "layout": _layout(**axes)}
+
+
+def _binned(judged: list[Judged]) -> dict:
+    x, y, up, down, said = [], [], [], [], []
+    concealed = [j for j in judged if j.key.kind != CLEAN and len(j.key.effects) == 1]
+    for low, high in pairwise(BINS):
+        some = [j for j in concealed if low <= j.key.snr < high]
+        if some:
+            k = sum(j.alarm for j in some)
+            a, b = binomial_interval(k, len(some))
+            x.append(float(np.exp(np.mean([math.log(max(j.key.snr, 0.3)) for j in some]))))
+            y.append(k / len(some))
+            up.append(b - y[-1])
+            down.append(y[-1] - a)
+            said.append(f"{k} of {len(some)}")
+    bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down)}
+    return {"type": "scatter", "mode": "markers", "name": "all, binned (95 %)", "x": _listed(x), "y": _listed(y), "error_y": bars,
+            "text": said, "marker": {"color": COLOURS["all"], "size": 8}}  # fmt: skip
+
+
+def _theory() -> dict:
+    return {"type": "scatter", "mode": "markers", "name": "limit by theory", "x": list(THEORY.values()), "y": list(THEORY),
+            "marker": {"symbol": "x", "color": "#6b7280", "size": 11}}  # fmt: skip
+
+
+def confusion_figure(judged: list[Judged]) -> dict:
+    """What was concealed (down) beside what was said (across), as shares of each row, with the counts written in."""
+    rows, columns, counts = confusion(judged)
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    text = [[str(n) if n else "" for n in row] for row in counts.tolist()]
+    heat = {"type": "heatmap", "x": columns, "y": rows, "z": [_listed(r) for r in share], "text": text, "texttemplate": "%{text}",
+            "colorscale": [[0, "#ffffff"], [1, "#1f5fa8"]], "showscale": False, "xgap": 1, "ygap": 1}  # fmt: skip
+    layout = _layout(xaxis={"tickangle": -50, "automargin": True}, yaxis={"autorange": "reversed", "automargin": True})
+    return {"data": [heat], "layout": layout | {"height": 180 + 22 * len(rows)}}
+
+
+def calibration_figure(stated: dict[str, list[tuple[float, float, tuple[float, float]]]]) -> dict:
+    """(SNR, stated / true, interval / true) of every right name, by rig: 1 is right, bars are 95 % intervals."""
+    traces = []
+    for rig, points in stated.items():
+        x, y = [p[0] for p in points], [p[1] for p in points]
+        up, down = [p[2][1] - p[1] for p in points], [p[1] - p[2][0] for p in points]
+        bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down), "thickness": 1}
+        traces.append({"type": "scatter", "mode": "markers", "name": rig, "x": _listed(x), "y": _listed(y), "error_y": bars,
+                       "marker": {"color": COLOURS.get(rig, "#6b7280"), "size": 6}})  # fmt: skip
+    dotted = {"color": "#6b7280", "dash": "dot"}
+    line = {"type": "scatter", "mode": "lines", "x": [2, 60], "y": [1, 1], "line": dotted, "showlegend": False}
+    axes = {"xaxis": {"title": {"text": "SNR"}, "type": "log"}, "yaxis": {"title": {"text": "stated / true"}, "range": [0, 2]}}
+    return {"data": [*traces, line], "layout": _layout(**axes)}
+
+
+def _share_axis(title: str) -> dict:
+    return {"title": {"text": title}, "range": [-0.02, 1.02], "tickformat": ".0%"}
+
+
+def _layout(**axes) -> dict:
+    return {"margin": {"l": 60, "r": 15, "t": 10, "b": 50}, "height": 420, "legend": {"orientation": "h", "y": -0.25}, **axes}
+
+
+def _listed(values) -> list[float]:
+    return [float(f"{v:.5g}") for v in values]

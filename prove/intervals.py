@@ -1,0 +1,80 @@
+"""Shares with their intervals, and power curves."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import beta
+
+FALSE_ALARM = 0.005
+GRID = np.exp(np.linspace(np.log(0.5), np.log(60), 120))
+
+
+def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float]:
+    """Clopper–Pearson interval of a share.
+
+    >>> [round(v, 4) for v in binomial_interval(0, 300)]
+    [0.0, 0.0122]
+    """
+    if n == 0:
+        return 0.0, 1.0
+    tail = (1 - level) / 2
+    low = float(beta.ppf(tail, k, n - k + 1)) if k else 0.0
+    high = float(beta.ppf(1 - tail, k + 1, n - k)) if k < n else 1.0
+    return low, high
+
+
+@dataclass(frozen=True)
+class Power:
+    """Share detected beside SNR: α + (1 − α) / (1 + (s₅₀/SNR)^k). NaN where the cases do not say; intervals by bootstrap."""
+
+    n: int
+    middle: float
+    steepness: float
+    snr50: float
+    snr90: float
+    interval50: tuple[float, float]
+    interval90: tuple[float, float]
+
+    def at(self, snr: np.ndarray) -> np.ndarray:
+        return _share(np.log(snr), math.log(self.middle), self.steepness)
+
+
+def power_curve(snr: np.ndarray, found: np.ndarray, rng: np.random.Generator, repeats: int = 200) -> Power:
+    """Fit detections (n,) bool at SNRs (n,). Needs ten cases and both outcomes."""
+    nothing = (math.nan, math.nan)
+    if len(snr) < 10 or found.all() or not found.any():
+        return Power(len(snr), math.nan, math.nan, math.nan, math.nan, nothing, nothing)
+    fit = _fit(snr, found)
+    drawn = []
+    for _ in range(repeats):
+        rows = rng.integers(len(snr), size=len(snr))
+        if found[rows].any() and not found[rows].all():
+            drawn.append(_points(*_fit(snr[rows], found[rows])))
+    bands = np.quantile(drawn, [0.025, 0.975], axis=0) if len(drawn) > 20 else np.full((2, 2), math.nan)
+    return Power(len(snr), math.exp(fit[0]), fit[1], *_points(*fit), tuple(bands[:, 0].tolist()), tuple(bands[:, 1].tolist()))
+
+
+def _share(log_snr, middle: float, steepness: float):
+    return FALSE_ALARM + (1 - FALSE_ALARM) / (1 + np.exp(-steepness * (log_snr - middle)))
+
+
+def _fit(snr: np.ndarray, found: np.ndarray) -> tuple[float, float]:
+    x = np.log(np.maximum(snr, 1e-3))
+
+    def cost(p: np.ndarray) -> float:
+        share = np.clip(_share(x, p[0], math.exp(p[1])), 1e-9, 1 - 1e-9)
+        # a weak pull towards the theory's steepness (about 6) keeps separated data finite
+        return -float(np.where(found, np.log(share), np.log(1 - share)).sum()) + 0.5 * ((p[1] - math.log(6)) / 1.0) ** 2
+
+    best = minimize(cost, [math.log(4), math.log(5)], method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-4})
+    return float(best.x[0]), float(math.exp(best.x[1]))
+
+
+def _points(middle: float, steepness: float) -> tuple[float, float]:
+    """SNRs at which half and nine tenths are detected."""
+    return tuple(
+        math.exp(min(middle + math.log(odds / (1 - odds)) / steepness, 50.0))
+        for odds in ((p - FALSE_ALARM) / (1 - FALSE_ALARM) for p in (0.5, 0.9))
+    )

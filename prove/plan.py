@@ -1,0 +1,101 @@
+"""Which cases there are: half of them clean; single effects, twins with and without what separates them, pairs, strangers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from prove.effects import OUTSIDE
+
+CLEAN, SINGLE, CONFOUNDED, SEPARATED, COMPOUND, STRANGE = "clean", "single", "confounded", "separated", "compound", "outside"
+CLEAN_SHARE, RENDERED_SHARE = 0.5, 0.22
+KIND_SHARES = {SINGLE: 0.50, CONFOUNDED: 0.13, SEPARATED: 0.12, COMPOUND: 0.12, STRANGE: 0.13}
+RIG_SHARES = {"drop": 0.55, "slide": 0.18, "roll": 0.17, "pile": 0.10}
+SNR = {SINGLE: (2.0, 40.0), CONFOUNDED: (7.0, 40.0), SEPARATED: (7.0, 40.0), COMPOUND: (11.0, 40.0), STRANGE: (7.0, 40.0)}
+
+SINGLES = {
+    "drop": ("drag", "magnus", "draught", "viscoelastic-restitution", "plastic-restitution", "plate-compliance", "film-adhesion",
+             "impact-damage", "plate-tilt", "shape-conversion", "camera-roll", "perspective", "silhouette-wobble"),
+    "slide": ("kinetic-friction", "viscous-sliding", "adhesion", "reading-delay", "clock-offset", "plate-vibration",
+              "partial-rolling", "stepped-tilt"),
+    "roll": ("slope", "initial-slip", "corner-loss", "shape-barrier"),
+    "pile": ("cohesion", "gate-speed", "base-vibration", "base-tilt", "camera-roll"),
+}  # fmt: skip
+NEED_SEPARATION = ("film-adhesion", "impact-damage", "adhesion", "clock-offset", "slope", "cohesion")
+TWINS = {
+    "drop": ("scale-error", "clock-error", "film-adhesion", "impact-damage"),
+    "slide": ("stribeck",),
+    "roll": ("viscous-rolling", "drag"),
+    "pile": ("wall-friction", "particle-shape"),
+}
+TOLD_APART = {
+    "drop": ("film-adhesion", "impact-damage", "draught", "camera-roll"),
+    "slide": ("clock-offset", "adhesion", "stribeck"),
+    "roll": ("slope",),
+    "pile": ("cohesion",),
+}
+PAIRS = {
+    "drop": (("drag", "plate-tilt"), ("drag", "camera-roll"), ("drag", "silhouette-wobble"), ("plate-tilt", "perspective"),
+             ("camera-roll", "viscoelastic-restitution"), ("draught", "viscoelastic-restitution"),
+             ("perspective", "impact-damage")),
+    "slide": (("kinetic-friction", "viscous-sliding"), ("clock-offset", "kinetic-friction"), ("adhesion", "viscous-sliding")),
+    "roll": (("slope", "corner-loss"), ("slope", "shape-barrier"), ("corner-loss", "shape-barrier")),
+}  # fmt: skip
+STRANGERS = {rig: tuple(names) for rig, names in OUTSIDE.items()}
+
+
+@dataclass(frozen=True)
+class Spec:
+    """One case to make. separated: whether it holds the recordings that tell the effect from its twins; None: as it comes."""
+
+    index: int
+    rig: str
+    kind: str
+    effects: tuple[str, ...]
+    wanted_snr: tuple[float, ...]
+    separated: bool | None
+    rendered: bool
+
+    @property
+    def name(self) -> str:
+        return f"case-{self.index:04d}"
+
+
+def plan(cases: int, rng: np.random.Generator) -> list[Spec]:
+    """`cases` specs in random order; what a case is cannot be told from its number."""
+    kinds = _dealt({CLEAN: CLEAN_SHARE} | {k: (1 - CLEAN_SHARE) * s for k, s in KIND_SHARES.items()}, cases)
+    drawn = []
+    for kind in dict.fromkeys(kinds):
+        shares = {rig: s for rig, s in RIG_SHARES.items() if kind != COMPOUND or rig in PAIRS}
+        drawn += [(kind, rig) for rig in _dealt(shares, kinds.count(kind))]
+    turn: dict[tuple, int] = {}
+    order, drops, specs = rng.permutation(cases), 0, {}
+    for index, (kind, rig) in zip(order, drawn):
+        turn[kind, rig] = turn.get((kind, rig), int(rng.integers(100))) + 1
+        rendered = False
+        if rig == "drop":
+            drops += 1
+            rendered = int(drops * RENDERED_SHARE) > int((drops - 1) * RENDERED_SHARE)
+        specs[int(index)] = _spec(int(index) + 1, kind, rig, turn[kind, rig], rendered, rng)
+    return [specs[i] for i in range(cases)]
+
+
+def _spec(index: int, kind: str, rig: str, turn: int, rendered: bool, rng: np.random.Generator) -> Spec:
+    offered = {CLEAN: ((),), SINGLE: SINGLES, CONFOUNDED: TWINS, SEPARATED: TOLD_APART, COMPOUND: PAIRS, STRANGE: STRANGERS}[kind]
+    chosen = () if kind == CLEAN else offered[rig][turn % len(offered[rig])]
+    effects = (chosen,) if isinstance(chosen, str) else chosen
+    separated = {CONFOUNDED: False, SEPARATED: True}.get(kind)
+    if kind in (SINGLE, COMPOUND) and set(effects) & set(NEED_SEPARATION):
+        separated = True
+    low, high = SNR.get(kind, (1.0, 1.0))
+    wanted = tuple(float(np.exp(rng.uniform(np.log(low), np.log(high)))) for _ in effects)
+    return Spec(index, rig, kind, effects, wanted, separated, rendered)
+
+
+def _dealt(shares: dict[str, float], count: int) -> list[str]:
+    """`count` names in these shares, as nearly as whole numbers go (largest remainders)."""
+    total = sum(shares.values())
+    exact = {name: count * s / total for name, s in shares.items()}
+    dealt = {name: int(v) for name, v in exact.items()}
+    for name in sorted(exact, key=lambda n: dealt[n] - exact[n])[: count - sum(dealt.values())]:
+        dealt[name] += 1
+    return [name for name, n in dealt.items() for _ in range(n)]

@@ -1,0 +1,115 @@
+"""What a proof leaves: prove.json, cases.csv, and one self-contained report.html."""
+
+import json
+import math
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from prove.effects import RESTITUTION
+from prove.figures import calibration_figure, confusion_figure, power_figure
+from prove.judge import Judged
+from prove.score import Row
+from prove.solve import read_diagnosis
+
+
+def write_all(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int) -> None:
+    """All three files, each whole. OSError when they cannot be written."""
+    content = {
+        "schema": 1, "cases": len(judged), "rng": seed, "scores": [_plain(row) for row in rows],
+        "drops_with_tracks": {name: [_plain(row) for row in some] for name, some in tables.items()},
+    }  # fmt: skip
+    _whole(out / "prove.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
+    _whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
+    _whole(out / "report.html", render(out, judged, rows, tables, seed))
+
+
+def cases_table(judged: list[Judged]) -> pd.DataFrame:
+    """One row a case: what was concealed, what was said, and what that is worth."""
+    return pd.DataFrame([
+        {
+            "case": j.key.case, "rig": j.key.rig, "kind": j.key.kind, "rendered": j.key.rendered,
+            "concealed": " + ".join(e.name for e in j.key.effects), "values": " ".join(f"{e.value:.4g}" for e in j.key.effects),
+            "snr": round(j.key.snr, 2), "separated": j.key.separated, "verdict": j.verdict, "names": " + ".join(j.names),
+            "alarm": j.alarm, "right": j.right, "wrong_name": j.wrong_name, "class_holds": j.class_holds, "sector": j.sector,
+            "sector_right": j.sector_right, "covers": " ".join(str(c) for c in j.covers), "removed_fraction": j.removed,
+            "seconds": j.seconds,
+        }
+        for j in judged
+    ])  # fmt: skip
+
+
+def render(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int) -> str:
+    """The page as text."""
+    from jinja2 import Environment, StrictUndefined
+    from plotly.offline import get_plotlyjs
+
+    rng = np.random.default_rng(seed)
+    drawn = {
+        "power": power_figure(judged, rng),
+        "confusion": confusion_figure(judged),
+        "calibration": calibration_figure(_stated(out, judged)),
+    }
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["figure"] = number
+    template = environment.from_string((files("prove") / "page.html.j2").read_text(encoding="utf8"))
+    text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    return template.render(
+        rows=rows, rigs=list(dict.fromkeys(r.rig for r in rows)), tables=tables, compared=side_by_side(tables), judged=judged,
+        missing=[j for j in judged if j.missing], drawn=text, plotly=get_plotlyjs(), seed=seed,
+        wrong=[j for j in judged if j.wrong_name or (j.key.kind == "clean" and j.alarm)],
+    )  # fmt: skip
+
+
+def side_by_side(tables: dict[str, list[Row]]) -> list[tuple[str, str, list[Row | None]]]:
+    """(score, target, a row of each method)."""
+    scores = {row.score: row.target for some in tables.values() for row in some}
+    return [
+        (score, target, [next((r for r in some if r.score == score), None) for some in tables.values()])
+        for score, target in scores.items()
+    ]
+
+
+def number(row: Row | None) -> str:
+    """A score with its interval, as it is printed."""
+    if row is None or not math.isfinite(row.value):
+        return "–"
+    if row.k is not None:
+        return f"{100 * row.value:.1f} % ({100 * row.low:.1f}–{100 * row.high:.1f}); {row.k} of {row.n}"
+    interval = f" ({row.low:.3g}–{row.high:.3g})" if math.isfinite(row.low) and math.isfinite(row.high) else ""
+    return f"{row.value:.3g}{interval}; {row.n} cases"
+
+
+def _stated(out: Path, judged: list[Judged]) -> dict[str, list[tuple[float, float, tuple[float, float]]]]:
+    """rig → (SNR, stated / true, interval / true) of every scored parameter that was rightly named."""
+    points: dict[str, list] = {}
+    for j in judged:
+        said = (read_diagnosis(out / "solutions" / j.key.case) or {}).get("rigs", {}).get(j.key.rig) or {}
+        found = said.get("parameters") or {}
+        for effect in j.key.effects if j.right else ():
+            law = next((found[n] for n in RESTITUTION if n in found), None) if effect.name in RESTITUTION else None
+            stated = found.get(effect.name) or law
+            if effect.scored and effect.value and isinstance(stated, dict) and _complete(stated):
+                value, ends = stated["value"] / effect.value, sorted(stated[k] / effect.value for k in ("low95", "high95"))
+                if effect.either and value < 0:
+                    value, ends = -value, [-ends[1], -ends[0]]
+                points.setdefault(j.key.rig, []).append((effect.snr, value, tuple(ends)))
+    return points
+
+
+def _complete(stated: dict) -> bool:
+    return all(isinstance(stated.get(k), int | float) and math.isfinite(stated[k]) for k in ("value", "low95", "high95"))
+
+
+def _plain(row: Row) -> dict:
+    """The row without what JSON has no number for."""
+    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(row).items()}
+
+
+def _whole(file: Path, text: str) -> None:
+    part = file.with_name(f".{file.name}.part")
+    part.write_text(text, encoding="utf8")
+    part.replace(file)

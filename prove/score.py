@@ -1,0 +1,179 @@
+"""The table: every score with its target, over all rigs and for each, from judged cases."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from prove.intervals import Power, binomial_interval, power_curve
+from prove.judge import Judged
+from prove.plan import CLEAN, COMPOUND, CONFOUNDED, RIG_SHARES, SEPARATED, SINGLE, STRANGE
+
+NAMED_SNR, PAIR_SNR, HELD_OUT_SNR = 7.0, 10.0, 10.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """One score of one rig ("all": over all). k of n where it is a share; met: None where nothing can be said."""
+
+    score: str
+    target: str
+    rig: str
+    value: float
+    low: float
+    high: float
+    k: int | None
+    n: int
+    met: bool | None
+
+
+@dataclass(frozen=True)
+class Share:
+    """A score that is a share of cases. least or most: what the share must be."""
+
+    name: str
+    target: str
+    of: Callable[[Judged], bool]
+    counts: Callable[[Judged], bool]
+    least: float | None = None
+    most: float | None = None
+
+
+def _strong(kind: str, snr: float) -> Callable[[Judged], bool]:
+    return lambda j: j.key.kind == kind and j.key.snr >= snr
+
+
+def _identifiable(j: Judged) -> bool:
+    return j.key.kind in (SINGLE, SEPARATED) and j.key.snr >= NAMED_SNR
+
+
+def _clean(j: Judged) -> bool:
+    return j.key.kind == CLEAN
+
+
+SHARES = (
+    Share("false alarms on clean", "≤ 1 %", _clean, lambda j: j.alarm or j.missing, most=0.01),
+    Share("false definite names on clean", "0", _clean, lambda j: j.verdict == "name", most=0.0),
+    Share("right name, SNR ≥ 7, identifiable", "≥ 96 %", _identifiable, lambda j: j.right, least=0.96),
+    Share("wrong definite name, SNR ≥ 7, identifiable", "", _identifiable, lambda j: j.wrong_name),
+    Share("named with the separating recording", "≥ 96 %", _strong(SEPARATED, NAMED_SNR), lambda j: j.right, least=0.96),
+    Share(
+        "without the separator: class holds the truth",
+        "≥ 95 %",
+        _strong(CONFOUNDED, NAMED_SNR),
+        lambda j: j.class_holds,
+        least=0.95,
+    ),
+    Share(
+        "without the separator: wrong definite name", "≤ 2 %", _strong(CONFOUNDED, NAMED_SNR), lambda j: j.wrong_name, most=0.02
+    ),
+    Share("compound, exact set, SNR ≥ 10 each", "≥ 90 %", _strong(COMPOUND, PAIR_SNR), lambda j: j.right, least=0.90),
+    Share("outside the library: said to be unknown", "≥ 85 %", _strong(STRANGE, NAMED_SNR), lambda j: j.unknown, least=0.85),
+    Share("outside the library: sector right", "≥ 95 %", _strong(STRANGE, NAMED_SNR), lambda j: j.sector_right, least=0.95),
+    Share("no diagnosis", "0", lambda j: True, lambda j: j.missing, most=0.0),
+)
+
+
+def table(judged: list[Judged], rng: np.random.Generator) -> list[Row]:
+    """Every score, first over all rigs, then rig by rig; rows without cases are left out."""
+    rows = []
+    for rig in ("all", *RIG_SHARES):
+        some = [j for j in judged if rig in ("all", j.key.rig)]
+        if not some:
+            continue
+        rows += [_share_row(share, rig, some) for share in SHARES if any(share.of(j) for j in some)]
+        rows += _power_rows(rig, some, rng) + _coverage_row(rig, some) + _held_out_row(rig, some) + _time_row(rig, some)
+    return rows
+
+
+def _share_row(share: Share, rig: str, judged: list[Judged]) -> Row:
+    chosen = [share.counts(j) for j in judged if share.of(j)]
+    k, n = sum(chosen), len(chosen)
+    value = k / n
+    met = None
+    if share.least is not None:
+        met = value >= share.least
+    elif share.most is not None:
+        met = value <= share.most
+    return Row(share.name, share.target, rig, value, *binomial_interval(k, n), k, n, met)
+
+
+def power(judged: list[Judged], rng: np.random.Generator) -> Power:
+    """Power curve over all cases with one concealed effect."""
+    some = [j for j in judged if j.key.kind in (SINGLE, SEPARATED, CONFOUNDED, STRANGE)]
+    return power_curve(np.array([j.key.snr for j in some]), np.array([j.alarm for j in some], dtype=bool), rng)
+
+
+def _power_rows(rig: str, judged: list[Judged], rng) -> list[Row]:
+    curve = power(judged, rng)
+    if curve.n < 10:
+        return []
+    points = ((curve.snr50, curve.interval50, 4.0, "50 %"), (curve.snr90, curve.interval90, 5.5, "90 %"))
+    return [
+        Row(f"detection: SNR at {share} power", f"≤ {most:g}", rig, value, *interval, None, curve.n,
+            value <= most if math.isfinite(value) else None)
+        for value, interval, most, share in points
+    ]  # fmt: skip
+
+
+def _coverage_row(rig: str, judged: list[Judged]) -> list[Row]:
+    covers = [c for j in judged for c in j.covers]
+    if not covers:
+        return []
+    k, n = sum(covers), len(covers)
+    return [Row("95 % intervals cover", "92–97.5 %", rig, k / n, *binomial_interval(k, n), k, n, 0.92 <= k / n <= 0.975)]
+
+
+def _held_out_row(rig: str, judged: list[Judged]) -> list[Row]:
+    """Mean of the removed fractions; a case without one counts as nought."""
+    some = [j.removed or 0.0 for j in judged if j.key.kind in (SINGLE, SEPARATED, COMPOUND) and j.key.snr >= HELD_OUT_SNR]
+    if not some:
+        return []
+    value, se = float(np.mean(some)), float(np.std(some, ddof=1) / math.sqrt(len(some))) if len(some) > 1 else math.nan
+    return [
+        Row(
+            "held-out removed fraction, SNR ≥ 10",
+            "≥ .95",
+            rig,
+            value,
+            value - 1.96 * se,
+            value + 1.96 * se,
+            None,
+            len(some),
+            value >= 0.95,
+        )
+    ]
+
+
+def _time_row(rig: str, judged: list[Judged]) -> list[Row]:
+    """Wall time of a folder, pictures left out; low and high are the 5th and 95th percentiles."""
+    seconds = [j.seconds for j in judged if not j.key.rendered and math.isfinite(j.seconds)]
+    if not seconds:
+        return []
+    low, middle, high = np.quantile(seconds, [0.05, 0.5, 0.95]).tolist()
+    return [Row("time per folder of tracks [s]", "≤ 15", rig, middle, low, high, None, len(seconds), high <= 15)]
+
+
+def confusion(judged: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
+    """Concealed (rows) beside said (columns): counts. What is said is the one definite name, else the verdict."""
+
+    def concealed(j: Judged) -> str:
+        return (
+            " + ".join(f"{j.key.rig}: {e.name}" if i == 0 else e.name for i, e in enumerate(j.key.effects))
+            or f"{j.key.rig}: clean"
+        )
+
+    def said(j: Judged) -> str:
+        if j.verdict == "name":
+            return " + ".join(sorted(j.names))
+        return {"class": "class with the truth" if j.class_holds else "class without it"}.get(j.verdict, j.verdict)
+
+    pairs = [(concealed(j), said(j)) for j in judged]
+    rows, last = sorted({r for r, _ in pairs}), ["class with the truth", "class without it", "unknown", "none", "missing"]
+    named = sorted({c for _, c in pairs} - set(last))
+    columns = [*named, *(c for c in last if any(c == s for _, s in pairs))]
+    counts = np.zeros((len(rows), len(columns)), dtype=int)
+    for r, c in pairs:
+        counts[rows.index(r), columns.index(c)] += 1
+    return rows, columns, counts

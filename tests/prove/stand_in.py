@@ -1,0 +1,25 @@
+"""Solvers that are not: `python stand_in.py MODE BENCH OUT` writes what a lazy, a loud or a clumsy solver would say."""
+
+import json
+import sys
+from pathlib import Path
+
+MODES = {
+    "none": ("none", []),  # never says anything
+    "loud": ("name", ["drag"]),  # always names
+}
+
+
+def main(mode: str, bench: str, out: str) -> int:
+    if mode == "clumsy":
+        print("I broke down")
+        return 3
+    rig = next(Path(bench).glob("*/recording.toml")).parent.name.split("-")[0]
+    verdict, names = MODES[mode]
+    said = {"alarm": verdict != "none", "verdict": verdict, "names": names, "sectors": [], "parameters": {}, "held_out": {}}
+    (Path(out) / "diagnosis.json").write_text(json.dumps({"schema": 1, "rigs": {rig: said}}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
