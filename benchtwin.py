@@ -145,7 +145,7 @@ def export(
 def prove(
     out: Annotated[Path, typer.Option(help="Folder for cases, sealed keys, solutions, prove.json, cases.csv, report.html.")],
     cases: Annotated[int, typer.Option(help="How many; half of them conceal nothing.")] = 600,
-    rng: Annotated[int | None, typer.Option(help="Seed of the random numbers: the same one, the same cases. Else secret.")] = None,
+    rng: Annotated[int | None, typer.Option(help="Seed of the random numbers: the same one, the same cases.")] = None,
     workers: Annotated[int, typer.Option(help="Cases that are made and solved at a time.")] = 1,
     limit_s: Annotated[float, typer.Option(help="A case that takes longer counts as one without a diagnosis.")] = 600.0,
     keep_frames: Annotated[bool, typer.Option(help="Keep the pictures of solved cases, about 10 MB each.")] = False,

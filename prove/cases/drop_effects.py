@@ -15,7 +15,7 @@ from prove.cases.flight_laws import IMPACT, restitution
 
 MIDDLE_M_S = 1.2  # restitution laws agree with the constant one here
 STRENGTH = {"viscoelastic-restitution": "viscous", "plastic-restitution": "yielding", "plate-compliance": "zener"}
-MOST = {"viscous": 6.0, "yielding": 1.0, "zener": 0.7}
+MOST = {"viscous": 3.0, "yielding": 1.0, "zener": 0.7}
 IN_CAMERA = {"scale-error": "scale_error", "clock-error": "clock_error", "camera-roll": "roll_deg", "perspective": "perspective",
              "silhouette-wobble": "wobble_mm", "clock-drift": "clock_drift"}  # fmt: skip
 IN_FLIGHT = ("drag", "magnus", "draught", "updraught", "field")
@@ -83,7 +83,7 @@ def value(entries: dict[str, float], speed: float, count: int = 0, upright: floa
 
 
 def _unclipped(impact: np.ndarray, speed: float, count: int, upright: float) -> float:
-    scale = 0.3 / impact[0]  # while solving for e, a factor of 1 must not be clipped
+    scale = 0.9 / impact[0]  # while solving for e, a factor of 1 must not be clipped
     small = impact.copy()
     small[0] *= scale
     return restitution(speed, count, upright, small) / scale

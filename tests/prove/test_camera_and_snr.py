@@ -1,0 +1,86 @@
+"""Camera signs, noise as stated, and the SNR estimate beside answers known otherwise."""
+
+import numpy as np
+import pytest
+
+from prove.cases.camera import Camera, seen, stated_times, true_times
+from prove.cases.noise import Noise, kept, noisy, whitened
+from prove.cases.snr import Channel, Visible, scatter_snr, track_snr
+
+CAMERA = Camera((0.0, 100.0), 120.0)
+NOTHING = np.zeros(2)
+
+
+def test_gravity_points_clockwise_by_the_roll():
+    x, y = seen(CAMERA.with_(roll_deg=2.0), np.zeros(2), np.array([100.0, 90.0]), NOTHING)
+    down = np.array([x[1] - x[0], y[1] - y[0]]) / 10
+    np.testing.assert_allclose(down, [-np.sin(np.radians(2)), -np.cos(np.radians(2))], atol=1e-12)
+
+
+def test_a_scale_that_is_truly_larger_makes_lengths_read_small():
+    _, y = seen(CAMERA.with_(scale_error=0.01), np.zeros(2), np.array([100.0, 0.0]), NOTHING)
+    assert y[0] - y[1] == pytest.approx(100 / 1.01)
+
+
+def test_a_clock_that_runs_fast_stretches_time_and_both_ways_agree():
+    for camera in (CAMERA.with_(clock_error=0.01), CAMERA.with_(clock_error=0.01, clock_drift=0.02)):
+        t = np.linspace(0, 1, 5)
+        np.testing.assert_allclose(true_times(camera, stated_times(camera, t)), t, atol=1e-12)
+    assert stated_times(CAMERA.with_(clock_error=0.01), np.ones(1))[0] == pytest.approx(1.01)
+
+
+@pytest.mark.parametrize("tail", [np.inf, 5.0])
+@pytest.mark.parametrize("rho", [0.0, 0.9])
+def test_noise_has_the_sd_and_the_memory_that_the_key_states(tail, rho):
+    noise = Noise(0.05, rho, 0.3 if rho else 1.0, tail, 0.0, 0.2, 0.01)
+    rng = np.random.default_rng(1)
+    off = noisy(np.zeros(40_000), noise, rng)
+    assert np.std(off) == pytest.approx(0.05, rel=0.05)
+    lag = np.mean(off[1:] * off[:-1]) / np.mean(off**2)
+    assert lag == pytest.approx(0.7 * rho, abs=0.03)
+    assert 0.98 < kept(40_000, noise, rng).mean() < 1.0
+
+
+def test_whitened_noise_is_white_and_of_unit_size():
+    noise = Noise(0.05, 0.9, 0.2, np.inf, 0.0, 0.2, 0.0)
+    off = noisy(np.zeros(30_000), noise, np.random.default_rng(2))
+    white = whitened(off[:, None], noise.rho, noise.white, noise.sd)[:, 0]
+    assert np.std(white) == pytest.approx(1.0, rel=0.02)
+    assert abs(np.mean(white[1:] * white[:-1])) < 0.02
+
+
+def test_snr_is_the_same_as_with_the_whole_covariance():
+    n, noise = 300, Noise(0.05, 0.9, 0.2, np.inf, 0.0, 0.2, 0.0)
+    t = np.linspace(0, 1, n)
+    lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+    c = noise.sd**2 * (0.8 * 0.9**lag + 0.2 * np.eye(n))
+    change, own, shared = 0.2 * t**2, np.column_stack([np.ones(n), t]), t[:, None] ** 3
+    got = track_snr([Visible((Channel(change, own, shared),), np.full(2, np.inf))], np.array([0.05]), noise)
+    basis, inverse = np.column_stack([own, shared]), np.linalg.inv(c)
+    normal = basis.T @ inverse @ basis + np.diag([0, 0, 1 / 0.05**2])
+    right = basis.T @ inverse @ change
+    assert got == pytest.approx(np.sqrt(change @ inverse @ change - right @ np.linalg.solve(normal, right)), rel=1e-6)
+
+
+def test_snr_grows_with_the_root_of_the_recordings_and_vanishes_for_a_free_nuisance():
+    n, noise = 200, Noise(0.05, 0.0, 1.0, np.inf, 0.0, 0.2, 0.0)
+    t = np.linspace(0, 1, n)
+    one = Visible((Channel(0.1 * t**2, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
+    four = track_snr([one] * 4, np.ones(1), noise)
+    assert four == pytest.approx(2 * track_snr([one], np.ones(1), noise))
+    absorbed = Visible((Channel(0.1 * t, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
+    assert track_snr([absorbed], np.ones(1), noise) < 1e-4
+    assert scatter_snr(np.full(9, 0.1), np.full(9, 0.1), np.zeros((9, 0))) == pytest.approx(3.0)
+
+
+def test_snr_is_the_spread_of_the_best_estimate():
+    """Amplitudes fitted to noise alone scatter by 1 / SNR."""
+    n, noise = 400, Noise(0.05, 0.9, 0.0, np.inf, 0.0, 0.2, 0.0)
+    t = np.linspace(0, 1, n)
+    own = np.column_stack([np.ones(n), t])
+    snr = track_snr([Visible((Channel(0.1 * t**2, own, np.zeros((n, 1))),), np.full(2, np.inf))], np.ones(1), noise)
+    rng = np.random.default_rng(3)
+    white = whitened(np.column_stack([0.1 * t**2, own]), 0.9, 0.0, 0.05)
+    noises = whitened(np.column_stack([noisy(np.zeros(n), noise, rng) for _ in range(400)]), 0.9, 0.0, 0.05)
+    fitted = np.linalg.lstsq(white, noises, rcond=None)[0][0]
+    assert np.std(fitted) == pytest.approx(1 / snr, rel=0.12)  # 400 fits know a spread to 3.5 %
