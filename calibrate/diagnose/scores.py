@@ -110,4 +110,8 @@ def held_out(fit: Fit, base: Fit, effects: tuple[str, ...]) -> HeldOut | None:
         sse_base += float(((its.b - its.a @ theta_base) ** 2).sum())
         fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
         sse_noise += float((mine.b**2).sum()) - fall + count
+    if fit.problem.common_smooth:  # a saturated recording would leave nothing: what all have in common is what can be known
+        a, b = stacked(fit.reduced)
+        fall, count = fall_of_chi2(np.hstack([a, np.vstack([r.smooth for r in fit.reduced])]), lambda x: x, b)
+        sse_noise = float((b @ b - fall) * len(b) / max(len(b) - count, 1))
     return HeldOut(float(np.sqrt(sse_fit / sse_base)), float((sse_base - sse_fit) / max(sse_base - sse_noise, 1e-9)))
