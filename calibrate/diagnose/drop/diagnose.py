@@ -1,21 +1,69 @@
-"""Drops, from tracks to a finding: flight and picture."""
+"""Drops, from tracks to a finding: flight and picture first, then, with what was found there allowed for, the impacts."""
+
+from dataclasses import replace
 
 import numpy as np
 
+from calibrate.diagnose.drop.air import air_of
 from calibrate.diagnose.drop.curves import curves_of
-from calibrate.diagnose.drop.model import build
-from calibrate.diagnose.drop.problem import problem_of
-from calibrate.diagnose.drop.session import assemble
-from calibrate.diagnose.drop.windows import windows_of
+from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts
+from calibrate.diagnose.drop.impacts import Impacts, heard, impacts_of, joined
+from calibrate.diagnose.drop.merge import merged
+from calibrate.diagnose.drop.sessions import Sitting, all_windows, joint_problem, parts_of, sittings_of
 from calibrate.diagnose.finding import Finding, finding_of
 from calibrate.diagnose.locate import locate
-from calibrate.diagnose.name import name
-from calibrate.diagnose.problem import fit
+from calibrate.diagnose.name import ALPHA, name
+from calibrate.diagnose.problem import Fit, fit
+
+LEAST_IMPACTS = 3
+FEW = "too few impacts were seen to tell an effect from their scatter"
 
 
-def diagnose_flights(tracks, rng: np.random.Generator) -> Finding:
-    """Finding of one session's tracks (calibrate.twin.tracks.SeenTrack); ValueError where no flight can be used."""
-    session = assemble(tracks)
-    base = fit(problem_of(build(session)))
-    where = locate(base, windows_of(base), rng)
-    return finding_of(base, where, name(base, where, rng), notes=session.notes, draw=curves_of)
+def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
+    """Finding of all drops of a bench (calibrate.twin.tracks.SeenTrack, of one session or several; those in trouble are left out;
+    those without rows have the times of their impacts only). ValueError where nothing can be used."""
+    usable = [t for t in tracks if not t.trouble]
+    filmed, listened = [t for t in usable if len(t.frame)], [t for t in usable if not len(t.frame) and len(t.contacts_s)]
+    if not filmed and not listened:
+        raise ValueError("; ".join(t.trouble for t in tracks if t.trouble) or "there is no drop")
+    if not filmed:
+        return _of_sound(listened, rng)
+    sittings, notes = sittings_of(filmed)
+    flights = fit(joint_problem(tuple(s.problem for s in sittings)))
+    hit = any(len(s.problem.model.session.joint) >= 1 for s in sittings) or bool(listened)
+    alpha = ALPHA / 2 if hit else ALPHA
+    where = locate(flights, all_windows(flights), rng)
+    found = name(flights, where, rng, alpha=alpha)
+    finding = replace(finding_of(flights, where, found, notes=notes, draw=_curves), alarm=found.p_global < alpha)
+    if not hit:
+        return finding
+    below = diagnose_impacts(_impacts(flights, sittings, found, listened), rng, alpha=alpha)
+    if below is None:
+        return replace(finding, p_global=min(1.0, 2 * finding.p_global), notes=(*finding.notes, FEW))
+    return merged(finding, where, *below)
+
+
+def _impacts(flights: Fit, sittings: tuple[Sitting, ...], found, listened) -> Impacts:
+    """From the flights as they are once what was found there is allowed for: all members of a class, for none is known."""
+    free = tuple(n for n in found.names if n in flights.problem.effects)
+    at = fit(flights.problem, free=free, start=flights) if free else flights
+    parts = [impacts_of(part, s.noise, s.tracks) for part, s in zip(parts_of(at), sittings, strict=True)]
+    return joined([*parts, _heard(listened)] if listened else parts)
+
+
+def _heard(listened) -> Impacts:
+    about = [t.description for t in listened]
+    return heard(tuple(t.recording for t in listened), [t.contacts_s for t in listened], about, [air_of(d) for d in about])
+
+
+def _of_sound(listened, rng: np.random.Generator) -> Finding:
+    """The times of impacts alone: restitution is all that they tell."""
+    told = diagnose_impacts(_heard(listened), rng)
+    if told is None:
+        raise ValueError(f"{FEW}: the times of at least {LEAST_IMPACTS + 2} impacts in all are needed")
+    return told[0]
+
+
+def _curves(before: Fit, after: Fit):
+    pairs = zip(parts_of(before), parts_of(after), strict=True)
+    return tuple(curve for one, two in pairs for curve in curves_of(one, two))

@@ -18,6 +18,7 @@ from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.problem import Problem
 
 E_FLOOR, KICK_FLOOR = 0.003, 0.002  # bounces of the best balls scatter as much
+E_FLOOR_LONG = 0.15  # times the squared elongation: half of what seeds show that are let go nearly flat
 SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
 NEARLY_ROUND = 0.05  # elongation below which the contact is taken to lie below the centre: Δv_x = (I/mh) Δω but for the tilt
 NUISANCES = {"e": 0.3, "shape.later": 0.05, "shape.slow": 0.02, "stick": 0.5, "turn.first": 1.0, "turn.later": 1.0, "plumb": 1e-3}
@@ -35,6 +36,10 @@ class Friction:
     stick_sd: float
     turn: float
     turn_sd: float
+
+
+STUCK_SD = 5.0
+STICKING = Friction(-0.95, 0.15, -0.95, 0.15)  # −1 but for the radius, which is not the same all round
 
 
 def friction_of(elongation: float, spun: bool) -> Friction:
@@ -61,6 +66,26 @@ class ImpactModel:
     friction: Friction
 
 
+def sticking(seen: Bounces, rows: np.ndarray, push: Friction) -> tuple[np.ndarray, Friction]:
+    """Where the contacts of a long seed stick, all but a few, the few that slid are left out: kick + slip + turn is nearly one
+    number for those that stick, whatever the shape, and that number is the tilt's."""
+    if push.turn_sd == 0 or len(rows) < 5:
+        return rows, push
+    off, spread = _off_and_spread((seen.kick + seen.slip + seen.turn)[rows])
+    usual = 0.3 * float(np.std(seen.turn[rows]))
+    if push.turn_sd <= 0.05:  # a ball's angular momentum is a law of its own, and better but for what roughness does to it
+        usual = 0.4 * _off_and_spread((seen.kick - push.turn * seen.turn)[rows])[1]
+    stuck = off < STUCK_SD * spread
+    if stuck.mean() < 0.6 or spread > usual:
+        return rows, push
+    return rows[stuck], STICKING
+
+
+def _off_and_spread(left: np.ndarray) -> tuple[np.ndarray, float]:
+    off = np.abs(left - np.median(left))
+    return off, max(1.4826 * float(np.median(off)), KICK_FLOOR)
+
+
 def elongation_of(impacts: Impacts) -> float:
     return float(np.median(impacts.seeds.elongation))
 
@@ -74,11 +99,16 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
     e_rows, kick_rows = np.flatnonzero(seen.e_usable), np.flatnonzero(np.isfinite(seen.kick))
     same = (impacts.recording[:, None] == impacts.recording).astype(float)
     e_scatter = _scatter(
-        e_rows, seen.e, _e_design(seen, later, long), seen.e_error, [np.diag(later / seen.speed**2), same], E_FLOOR
+        e_rows,
+        seen.e,
+        _e_design(seen, later, long),
+        seen.e_error,
+        [np.diag(later / seen.speed**2), same],
+        E_FLOOR + E_FLOOR_LONG * long**2,
     )
-    push = friction_of(long, spun)
-    beside = seen.kick - push.turn * seen.turn if push.turn_sd < 0.1 else seen.kick
-    design = _kick_design(seen, later, push.turn_sd > 0.1)
+    kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun))
+    beside = seen.kick - push.turn * seen.turn if push.turn_sd < 0.05 else seen.kick
+    design = _kick_design(seen, later, push.turn_sd > 0.05)
     kick_scatter = _scatter(kick_rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
     found = [(rows, s) for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)) if s is not None]
     if not found:

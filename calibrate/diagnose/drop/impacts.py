@@ -1,7 +1,7 @@
 """Impacts of drops: speeds before and after each contact, from fitted flights or from the times of impacts alone."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -33,9 +33,12 @@ class Seeds:
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """n impacts of R recordings. recording (n,), number (n,): 1 for the first after release; before, after (n, 3): v_x, v_z
-    [m/s], ω [rad/s, anticlockwise], NaN where not seen; flights (n, 2): which flight is before, after; flight_sd (F, 2): sd of v_x, v_z
-    of a flight; time_sd [s] (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted."""
+    """n impacts of R recordings.
+
+    recording (n,), number (n,): 1 for the first after release; before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise],
+    NaN where not seen; flights (n, 2): which flight is before, after; flight_sd (F, 2): sd of v_x, v_z of a flight; time_sd [s]
+    (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted.
+    """
 
     names: tuple[str, ...]
     recording: np.ndarray
@@ -148,13 +151,13 @@ def heard(names: tuple[str, ...], times: list[np.ndarray], descriptions: list[di
 
 def joined(parts: list[Impacts]) -> Impacts:
     """Impacts of several sessions as one table: what happens in impacts knows nothing of cameras."""
-    recordings = np.cumsum([0, *(len(p.names) for p in parts)])
-    flights = np.cumsum([0, *(len(p.flight_sd) for p in parts)])
+    recordings = np.cumsum([0, *(len(p.names) for p in parts)])[:-1]
+    flights = np.cumsum([0, *(len(p.flight_sd) for p in parts)])[:-1]
     arrays = ("number", "before", "after", "flight_sd", "time_sd")
-    stack = {key: np.concatenate([getattr(p, key) for p in parts]) for key in arrays}
-    seeds = Seeds(*(np.concatenate([getattr(p.seeds, k) for p in parts]) for k in ("radius", "elongation", "reach", "gyration")))
     return Impacts(
-        names=sum((p.names for p in parts), ()), recording=np.concatenate([p.recording + n for p, n in zip(parts, recordings, strict=False)]),
-        flights=np.concatenate([p.flights + n for p, n in zip(parts, flights, strict=False)]), plumb_sd=max(p.plumb_sd for p in parts),
-        seeds=seeds, **stack,
+        names=sum((p.names for p in parts), ()), **{key: np.concatenate([getattr(p, key) for p in parts]) for key in arrays},
+        recording=np.concatenate([p.recording + n for p, n in zip(parts, recordings, strict=True)]),
+        flights=np.concatenate([p.flights + n for p, n in zip(parts, flights, strict=True)]),
+        plumb_sd=max(p.plumb_sd for p in parts),
+        seeds=Seeds(*(np.concatenate([getattr(p.seeds, k.name) for p in parts]) for k in fields(Seeds))),
     )  # fmt: skip

@@ -7,41 +7,66 @@ beside its fall. The scatter is read from the impacts themselves. Patterson & Th
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 from scipy.optimize import minimize
 from scipy.special import polygamma
 
-FAR_OFF = 3.5  # standardised residuals beyond are no normal scatter: such an impact counts for less
+TAILS = 4.0  # degrees of freedom of bounces' Student scatter: most contacts stick, a few slide or touch twice
+TURNS = 8
 LEAST_FREEDOM = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """covariance (m, m) of the rows, measuring error included; log_level_sd: sd of the logarithm of its size."""
+    """covariance (m, m) of the rows, measuring error included, widened as Student's t at 95 % because it is known from few rows;
+    log_level_sd: what its doubt has beyond, in the far tails."""
 
     covariance: np.ndarray
     log_level_sd: float
 
 
 def scatter_of(
-    y: np.ndarray, design: np.ndarray, measured: np.ndarray, components: list[np.ndarray], floor: float
+    y: np.ndarray,
+    design: np.ndarray,
+    measured: np.ndarray,
+    components: list[np.ndarray],
+    floor: float,
 ) -> Scatter | None:
     """Rows y (m,) about a free law `design` (m, p); measured (m, m): covariance of the measuring; components (m, m) each of unit
     size, the first at least `floor`² large. None where too few rows are left to tell a scatter."""
     freedom = len(y) - np.linalg.matrix_rank(design) if len(y) else 0
     if freedom < LEAST_FREEDOM:
         return None
-    known = measured.copy()
-    for _ in range(3):
-        whole = known + _fitted(y, design, known, components, floor)
-        far = _standardised(y, design, whole)
-        if not (far > FAR_OFF).any():
+    weight, at = np.ones(len(y)), None
+    for _ in range(TURNS):
+        rows = [components[0] / weight, *components[1:]]  # the first two are diagonal: they are what has outliers
+        rows[1] = rows[1] / weight
+        spread, at = _fitted(y, design, measured, rows, floor, at)
+        whole = measured + spread
+        square = weight * _standardised(y, design, whole) ** 2
+        before, weight = weight, _weights(square)
+        if np.abs(weight - before).max() < 0.05:
             break
-        known = known + np.diag(np.where(far > FAR_OFF, ((far / 3) ** 2 - 1) * np.diag(whole), 0.0))
-    return Scatter(whole, float(np.sqrt(polygamma(1, freedom / 2))))
+    whole = whole * (TAILS + 3) / (TAILS + 1)  # what such weights make of the information, at most
+    few = _freedom(whole, design)
+    wider = (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
+    return Scatter(wider * whole, 0.5 * float(np.sqrt(polygamma(1, few / 2))))
 
 
-def _fitted(y, design, known, components, floor: float) -> np.ndarray:
-    """The sum of the components at the largest restricted likelihood."""
+def _weights(square: np.ndarray) -> np.ndarray:
+    """Of rows with these squared standardised residuals, under Student's t."""
+    return (TAILS + 1) / (TAILS + square)
+
+
+def _freedom(whole: np.ndarray, design: np.ndarray) -> int:
+    """Of the scatter of those rows that decide: the precise ones, within twice the least variance."""
+    variance = np.diag(whole)
+    precise = design[variance < 2 * variance.min()]
+    return max(len(precise) - int(np.linalg.matrix_rank(precise)), 1)
+
+
+def _fitted(y, design, known, components, floor: float, at):
+    """The sum of the components at the largest restricted likelihood, and ln of their sizes, to begin with the next time."""
     basis = np.linalg.qr(design)[0]
     left = np.linalg.svd(np.eye(len(y)) - basis @ basis.T)[0][:, : len(y) - basis.shape[1]]
     seen, fixed, parts = left.T @ y, left.T @ known @ left, [left.T @ v @ left for v in components]
@@ -57,10 +82,10 @@ def _fitted(y, design, known, components, floor: float) -> np.ndarray:
         triangle = np.linalg.cholesky(whole + 1e-14 * usual * np.eye(len(whole)))
         return float(2 * np.log(np.diag(triangle)).sum() + (np.linalg.solve(triangle, seen) ** 2).sum() + 0.02 * (u**2).sum())
 
-    starts = [np.full(len(parts), -2.0), np.r_[-6.0, np.full(len(parts) - 1, -1.0)]]
+    starts = [np.full(len(parts), -2.0), np.r_[-6.0, np.full(len(parts) - 1, -1.0)]] if at is None else [at]
     ends = [minimize(loss, u, method="Nelder-Mead", options={"maxfev": 200, "fatol": 0.01}) for u in starts]
     best = min(ends, key=lambda end: end.fun)
-    return sum(s * v for s, v in zip(sizes(best.x), components, strict=True))
+    return sum(s * v for s, v in zip(sizes(best.x), components, strict=True)), best.x
 
 
 def _standardised(y: np.ndarray, design: np.ndarray, whole: np.ndarray) -> np.ndarray:

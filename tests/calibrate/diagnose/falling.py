@@ -28,6 +28,7 @@ class Bench:
     lift: float = 0.0  # C of the Magnus law
     wind: float = 0.0
     spin: float = 0.0  # about the viewing axis at release
+    tip_deg: float = 6.0  # sd of how far from flat a seed is let go
     bounces: int = 3
     fps: float = 1000.0
     tilt_deg: float = 0.0
@@ -110,7 +111,7 @@ def bounce(state, bench: Bench, normal, count):
 
 def motion(bench: Bench, rng):
     """t, x, z, angle in the picture, and the times of contact, one row a frame."""
-    tip = np.radians(6) * rng.normal()
+    tip = np.radians(bench.tip_deg) * rng.normal()
     turn = (
         rotation(np.array([0, 0, rng.uniform(0, 2 * math.pi)]))
         @ rotation(np.array([0, tip, 0]))
