@@ -71,7 +71,7 @@ def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), s
         else:
             refused[rig] = found
     took = time.monotonic() - begun
-    return Diagnosis(Path(folder), findings, used, refused, tuple(trouble), _notes(entries, findings), took, seed)
+    return Diagnosis(Path(folder), findings, used, refused, tuple(trouble), _notes(findings), took, seed)
 
 
 def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say):
@@ -96,14 +96,11 @@ def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Gen
         return f"a fault of benchtwin, please report it: {error!r} in {where}", [], []
 
 
-def _notes(entries: list[Listed], findings: dict[str, Finding]) -> tuple[str, ...]:
+def _notes(findings: dict[str, Finding]) -> tuple[str, ...]:
     out = []
     for rig, finding in findings.items():
         if len(finding.recordings) == 1:
             out.append(f"{rig}: one recording only: nothing could be held out, so no effect is named for certain")
-        sessions = {e.session for e in entries if e.rig == rig and not e.trouble}
-        if len(sessions) > 1:
-            out.append(f"{rig}: {len(sessions)} sessions are taken together, as if one camera set-up had filmed them all")
     return tuple(out)
 
 
@@ -112,13 +109,37 @@ def _count(number: int, what: str) -> str:
 
 
 def _drop() -> Rig:
-    from calibrate.diagnose.drop.diagnose import diagnose_flights
+    from calibrate.diagnose.drop.diagnose import diagnose_drop
     from calibrate.twin.tracks import read_drops
 
-    return Rig(read_drops, diagnose_flights)
+    return Rig(read_drops, diagnose_drop)
+
+
+def _slide() -> Rig:
+    from calibrate.diagnose.slide.diagnose import diagnose_slide
+    from calibrate.twin.slides import read_slides
+
+    return Rig(read_slides, diagnose_slide)
+
+
+def _roll() -> Rig:
+    from calibrate.diagnose.roll.diagnose import diagnose_roll
+    from calibrate.twin.roll_tracks import read_rolls
+
+    return Rig(read_rolls, diagnose_roll)
+
+
+def _pile() -> Rig:
+    from calibrate.diagnose.pile.diagnose import diagnose_pile
+    from calibrate.twin.piles import read_piles
+
+    return Rig(read_piles, diagnose_pile)
 
 
 # One line a rig: a function that imports what it needs when the folder holds such recordings.
 RIGS: dict[str, Callable[[], Rig]] = {
     "drop": _drop,
+    "slide": _slide,
+    "roll": _roll,
+    "pile": _pile,
 }

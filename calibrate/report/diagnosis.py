@@ -135,7 +135,7 @@ def _held_out(f: Finding) -> str:
     if h is None:
         return "" if f.verdict == "none" else "one recording only: nothing could be held out"
     return (
-        f"each recording predicted from the others: {100 * h.removed_fraction:.0f} % of what the baseline misses is removed "
+        f"each recording predicted from the others: {100 * min(h.removed_fraction, 1.0):.0f} % of what the baseline misses is removed "
         f"(residuals, noise included, × {h.rmse_ratio:.3f})"
     )
 

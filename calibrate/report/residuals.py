@@ -7,6 +7,11 @@ from calibrate.diagnose.words import AXES
 from calibrate.report import draw
 
 BINS = 150  # points a curve: noise averages out, a page stays small
+TWINS = {
+    "recorded": {"color": "#1b1f24", "size": 9, "symbol": "circle-open"},
+    "old twin": {"color": draw.ORANGE, "size": 6},
+    "new twin": {"color": draw.BLUE, "size": 6},
+}
 FEW = 12  # points a curve: dots, not a line
 SHADES = ("#1f5fa8", "#5b8ec9", "#2e7d4f", "#7fae93", "#8a4b00", "#c48f4d", "#6b3fa0", "#a58bc4")
 
@@ -36,11 +41,11 @@ def recorded(curves: list[Curve]) -> dict:
 
 def points(figure: dict) -> dict:
     """Recorded, old and new twin as points over one axis (`calibrate.diagnose.model.Again.figure`)."""
-    colors = dict(zip(figure["points"], (draw.GREY, draw.ORANGE, draw.BLUE), strict=False))
     data = []
     for name, (x, y) in figure["points"].items():
-        marker = {"color": colors.get(name, draw.GREEN), "size": 7, "opacity": 0.8}
-        data.append(draw.line(x, y, marker["color"], name) | {"mode": "markers", "marker": marker})
+        drawn = draw.line(x, y, draw.GREY, name) | {"mode": "markers"}
+        data.append(drawn | {"marker": TWINS.get(name, {"color": draw.GREEN, "size": 6})})
+    data.sort(key=lambda trace: trace["name"] == "recorded")  # open circles on top
     return {"data": data, "layout": draw.layout(figure["x"], figure["y"])}
 
 

@@ -39,8 +39,8 @@ def strikes_again(again: Again, finding: Finding, tracks: list) -> Again:
     recorded = observed(seen)
     rows = tuple(_compared(seen, key, recorded[key], before[key], after[key]))
     how = (
-        f"each impact was run by the DEM at its recorded speed and spin, {WAYS} ways of lying averaged; restitution is "
-        f"{old:.3f} in the old and {new:.3f} in the new twin (at {speeds:.2g} m/s), so that bounces have the recorded height on average"
+        f"each impact was run by the DEM at its recorded speed and spin, {WAYS} ways of lying averaged; so that bounces are as "
+        f"high as recorded on average, restitution at {speeds:.2g} m/s is {old:.3f} in the old and {new:.3f} in the new twin"
     )
     how = f"{again.how}; {how}" if again.how else how
     figure = drawn(seen, key, recorded[key], before[key], after[key])
