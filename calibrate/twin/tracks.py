@@ -86,6 +86,13 @@ def _seen(entry: Recording | MeasurementError) -> SeenTrack:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
 
 
+def _heard(recording: Recording) -> SeenTrack:
+    """A microphone's record: no rows, the times of the impacts."""
+    table = read_impacts(recording.files[0])
+    empty = _nothing(recording.id, recording.session or "", describe(recording), "")
+    return replace(empty, contacts_s=table.rows["t_s"].to_numpy(dtype=float), notes=tuple(table.notes))
+
+
 def _track(recording: Recording) -> Track:
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
