@@ -17,6 +17,9 @@ demo: $(VENV)/installed
 	@$(BIN)/benchtwin simulate pile --from samples/twin/slab.toml --out $(DEMO_OUT)/twin-pile
 	@echo "3. A soybean calibration, from its published readings and simulations"
 	@$(BIN)/benchtwin calibrate samples/soybean-paper --tables --out $(DEMO_OUT)/calibrated --overwrite
+	@echo "4. Drops and rolls with something concealed: what is missing, and the twin again with it (a minute or two)"
+	@$(BIN)/benchtwin diagnose samples/concealed-drop --out $(DEMO_OUT)/diagnosed-drop --overwrite
+	@$(BIN)/benchtwin diagnose samples/concealed-roll --out $(DEMO_OUT)/diagnosed-roll --quick --overwrite
 
 test: $(VENV)/installed
 	$(BIN)/ruff check .
