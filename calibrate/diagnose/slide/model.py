@@ -1,8 +1,8 @@
 """From parameters to what is seen of a slide: the travel in the picture, or the angle that is read off.
 
-Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, turning, air: nuisances.
-Locals of a run: its place at rest [mm], its onset [s since the tilt's origin], its tilt's level and rate [sd of what its column
-leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one more row beside those of the track.
+Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, turning, air:
+nuisances. Locals of a run: its place at rest [mm], its onset [s since the tilt's origin] (on stairs: its friction), its tilt's
+level and rate [sd of what its column leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one more row beside those of the track.
 """
 
 import math
@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.slide import EFFECTS, adhesion, angle_offset, clock_offset
 from calibrate.diagnose.effects.slide.reading_delay import overshoot_deg
 from calibrate.diagnose.slide.motion import G_M_S2, Laws, friction_at, travel
@@ -17,6 +18,10 @@ from calibrate.diagnose.slide.session import Run, Session
 
 HINGE_STATED, HINGE_UNKNOWN = (1.0, 0.3), (0.5, 0.5)  # centre, sd of turning
 LOCALS = 4
+RIVAL = Effect(  # no candidate, but what a law outside the library looks like: where it wins, nothing is named
+    name="(friction by way slid)", sector="sliding", unit="1/m", meaning="friction gained per way slid", prior_sd=0.5, low=-20.0,
+    high=20.0, source="a scratched, dusty or waxed track",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +48,7 @@ def candidates(session: Session) -> dict:
         names.append("reading-delay")
     if any(r.tilt.sensor for r in session.runs) or session.reads:
         names += ["clock-offset", "angle-offset"]
-    return {n: EFFECTS[n] for n in names}
+    return {n: EFFECTS[n] for n in names} | ({RIVAL.name: RIVAL} if session.runs else {})
 
 
 def turning(run: Run) -> tuple[float, float]:
@@ -57,17 +62,14 @@ def laws_of(model: Model, r: int, values: dict[str, float]) -> Laws:
     run = model.session.runs[r]
     get = values.get
     centre, sd = turning(run)
-    laws = Laws(
+    press = adhesion.press(get("adhesion", 0.0), run.mass_g) if np.isfinite(run.mass_g) else 0.0
+    return Laws(
+        press=press, shake=get("plate-vibration", 0.0), omega=model.omega, phase=model.phases[r] if model.phases else 0.0,
         static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0), ln_speed=get("stribeck.ln-speed", 0.0),
         shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0), inertia=get("partial-rolling", 0.0),
         turning=centre + sd * get("turning", 0.0), from_hinge=run.from_hinge, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
-        worn=get("worn", 0.0),
+        worn=get(RIVAL.name, 0.0),
     )  # fmt: skip
-    if np.isfinite(run.mass_g):
-        laws = replace(laws, press=adhesion.press(get("adhesion", 0.0), run.mass_g))
-    if model.omega:
-        laws = replace(laws, shake=get("plate-vibration", 0.0), omega=model.omega, phase=model.phases[r])
-    return laws
 
 
 def tilt_of(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, float, float]:
@@ -95,9 +97,22 @@ def moved(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tu
     """True travel [m] and speed [m/s] of run r, and its friction."""
     run = model.session.runs[r]
     c, stair, phase = tilt_of(model, r, own, values)
-    laws = replace(laws_of(model, r, values), stair=stair, stair_phase=phase)
-    laws = replace(laws, friction=friction_at(own[1], c, laws))
-    return *travel(run.time - run.tilt.origin, own[1], c, laws), laws.friction
+    laws, onset = replace(laws_of(model, r, values), stair=stair, stair_phase=phase), own[1]
+    if stair:  # it lets go where a stair begins: the friction is free within that stair
+        friction = own[1]
+        onset = _edge(friction, laws.press, c, stair, phase)
+    else:
+        friction = friction_at(onset, c, laws)
+    return *travel(run.time - run.tilt.origin, onset, c, replace(laws, friction=friction)), friction
+
+
+def _edge(friction: float, press: float, c: np.ndarray, stair: float, phase: float) -> float:
+    """When the first stair begins on which a block of this friction slides."""
+    needed = math.atan(friction) + math.asin(min(max(friction * press / G_M_S2 / math.hypot(1.0, friction), -0.99), 0.99))
+    level, t = phase + stair * math.ceil((needed - phase) / stair), 0.0
+    for _ in range(4):
+        t += (level - (c[0] + t * (c[1] + t * (c[2] + t * c[3])))) / (c[1] + t * (2 * c[2] + t * 3 * c[3]))
+    return t
 
 
 def predict(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> np.ndarray:

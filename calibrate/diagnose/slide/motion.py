@@ -8,7 +8,7 @@ the travel is then smooth, and nearly linear, in every other parameter. Runge–
 """
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -53,9 +53,13 @@ class Laws:
     worn: float = 0.0
 
 
+def _array(laws: Laws) -> np.ndarray:
+    return np.array(list(vars(laws).values()))
+
+
 def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
     """Kinetic friction of a block that lets go at `onset`: pull over normal force there, less what friction loses in motion."""
-    p = np.array(astuple(laws))
+    p = _array(laws)
     pull, normal = _forces(onset, np.ascontiguousarray(tilt, float), p)
     return pull / normal - kinetic_friction.at_rest(0.0, p[1]) - stribeck.friction(0.0, p[2], p[3], p[4])
 
@@ -63,7 +67,7 @@ def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
 def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
     """x (n,) [m] and v (n,) [m/s] at rising times. tilt (4,): coefficients of θ [rad] in t, lowest first."""
     time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
-    return _travel(time, float(onset), tilt, np.array(astuple(laws)))
+    return _travel(time, float(onset), tilt, _array(laws))
 
 
 @njit(cache=True)
@@ -114,7 +118,7 @@ def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> 
     for i in range(len(time)):
         if time[i] <= onset:
             continue
-        count = max(int(math.ceil((time[i] - t) / longest)), 1)
+        count = max(math.ceil((time[i] - t) / longest), 1)
         s = (time[i] - t) / count
         for k in range(count):
             begin = t + k * s

@@ -43,7 +43,8 @@ def prepare(session: Session) -> Prepared:
     kept, sigma = [], []
     for run in session.runs:
         good = np.concatenate([~spikes(_innovations(part, noise)) for part in _stretches(run)])
-        clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=int(good[: run.rest].sum()))
+        rest = int(good[: run.rest].sum())
+        clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=rest)
         kept.append(clean)
         sigma.append(_sigma(clean, noise))
     return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
@@ -57,6 +58,11 @@ def _stretches(run: Run) -> list[Stretch]:
         degree = min(degree, max(len(t) // 6, 0))
         out.append(Stretch(legendre.legvander(t, degree), run.travel[part], frame_lag(run.frame[part])))
     return out
+
+
+def motion_of(run: Run) -> Stretch:
+    """The slide of one run beside a flexible curve."""
+    return _stretches(run)[1]
 
 
 def _innovations(stretch: Stretch, noise: Noise) -> np.ndarray:
@@ -104,7 +110,8 @@ def _series(model: Model, r: int, prepared: Prepared, start: np.ndarray) -> Seri
     """The track's rows, and the run's friction, which is the pair's within RUN_SD."""
     run = prepared.session.runs[r]
     lag = np.append(frame_lag(run.frame), np.inf)
-    smooth = np.vstack([bends(run, start[1]), np.zeros(BENDS)])
+    onset = 0.0 if model.stairs else start[1]
+    smooth = np.vstack([bends(run, onset), np.zeros(BENDS)])
     return Series(run.recording, np.append(run.travel, 0.0), np.append(prepared.sigma[r], RUN_SD), lag, prepared.noise, smooth)
 
 
@@ -152,7 +159,9 @@ def _onset(model: Model, prepared: Prepared, r: int) -> tuple[float, float, floa
         return float((((left - place) / sigma) ** 2).sum()), place, friction
 
     first, last = run.time[0] - run.tilt.origin, run.time[-1] - run.tilt.origin
-    grid = np.linspace(first, first + 0.9 * (last - first), 60)
+    grid = np.linspace(first, first + 0.9 * (last - first), 120 if model.stairs else 60)
+    if model.stairs:
+        grid = np.tan(np.polynomial.polynomial.polyval(grid, run.tilt.coefficients))
     for _ in range(5):
         at = int(np.argmin([misfit(t)[0] for t in grid]))
         grid = np.linspace(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)], 15)

@@ -15,9 +15,9 @@ STAIR_SHARE, STAIR_CHI2 = 0.6, 60.0  # what stairs must leave of the variance ab
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """coefficients (4,) of θ [rad] in t − origin, lowest first; level_sd [rad], rate_sd [rad/s]: what the column's noise leaves open
-    of them; rate_deg_s at the onset; sensor: whether an angle was recorded at all; stair_deg, stair_phase_deg: of a column that
-    climbs in stairs, 0: none."""
+    """coefficients (4,) of θ [rad] in t − origin, lowest first; level_sd [rad], rate_sd [rad/s]: what the column's noise
+    leaves open of them; rate_deg_s at the onset; sensor: whether an angle was recorded at all; stair_deg, stair_phase_deg: of a
+    column that climbs in stairs, 0: none."""
 
     origin: float
     coefficients: np.ndarray

@@ -18,7 +18,7 @@ def windows_of(fit: Fit) -> Windows:
     if not runs:
         return Windows(None, ())
     flown = [moved(model, r, fit.starts[r], fit.by_name) for r in range(len(runs))]
-    since = [run.time - run.tilt.origin - fit.starts[r, 1] for r, run in enumerate(runs)]
+    since = [run.time - run.time[np.argmax(x > 0)] for run, (x, _, _) in zip(runs, flown, strict=True)]
     axes = {
         "t_s": since, "x_mm": [1e3 * x for x, _, _ in flown], "v_m_s": [v for _, v, _ in flown],
     }  # fmt: skip

@@ -1,0 +1,61 @@
+"""What a verdict must not say: one of several that no recording at hand tells apart, or a library's name for what is outside it.
+
+Angle offset, clock offset, adhesion under one load and a little added inertia all do one thing to a track: they scale the
+acceleration after the onset, by cos θ₀, by 1/(1 + κ). Whichever prior is wider must not decide between them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from calibrate.diagnose.name import Verdict
+from calibrate.diagnose.problem import Fit
+from calibrate.diagnose.slide.model import RIVAL
+
+SCALING = ("angle-offset", "clock-offset", "adhesion", "partial-rolling")
+LN_BF_TWIN = 5.0  # the priors of twins differ by no more than that
+ALIKE = 1.05  # rates, loads
+RATE = "the same slide at three times the tilt rate: a clock's error in angle grows with the rate, a sensor's does not"
+LOAD = "the same slide with one seed, and with eight seeds taped together: a pull counts for less the heavier the block"
+LEVEL = "a reading of the tilt sensor on the plate levelled with a spirit level, and a ruler in the picture"
+
+
+def honest(base: Fit, verdict: Verdict) -> Verdict:
+    """The verdict with its twins, with none of the rivals outside the library, and with the recording that separates."""
+    if verdict.verdict == "none":
+        return verdict
+    chosen = next((c for c in verdict.candidates if set(c.names) <= set(verdict.names)), None) if verdict.names else None
+    if RIVAL.name in verdict.names:
+        left = tuple(n for n in verdict.names if n != RIVAL.name)
+        outside = verdict.verdict == "name" or chosen is None or RIVAL.name in chosen.names or not left
+        if outside:
+            return replace(verdict, verdict="unknown", names=(), next_record=_advice(base, ("viscous-sliding",)))
+        verdict = replace(verdict, names=left)
+    if chosen and len(chosen.names) == 1 and chosen.names[0] in SCALING:
+        floor = chosen.ln_bayes - LN_BF_TWIN
+        near = [
+            c.names[0] for c in verdict.candidates
+            if len(c.names) == 1 and c.names[0] in SCALING and c.ln_bayes > floor and not any("range" in f for f in c.flaws)
+        ]  # fmt: skip
+        members = tuple(dict.fromkeys((*verdict.names, *near)))
+        if len(members) > 1 and verdict.verdict in ("name", "class"):
+            verdict = replace(verdict, verdict="class", names=members)
+    if verdict.verdict == "class" or verdict.next_record:
+        return replace(verdict, next_record=_advice(base, verdict.names) or verdict.next_record)
+    return verdict
+
+
+def _advice(base: Fit, names: tuple[str, ...]) -> str | None:
+    """The recordings that tell these apart and are not at hand yet."""
+    session, effects = base.problem.model.session, base.problem.effects
+    one_rate = len(session.rates) and session.rates.max() < ALIKE * session.rates.min()
+    one_load = not np.isfinite(session.masses).all() or session.masses.max() < ALIKE * session.masses.min()
+    out = []
+    if one_rate and {"clock-offset", "reading-delay"} & set(names):
+        out.append(RATE)
+    if one_load and "adhesion" in names:
+        out.append(LOAD)
+    if {"angle-offset", "partial-rolling"} & set(names):
+        out.append(LEVEL)
+    out = out or [effects[n].separating for n in names if n in effects and effects[n].separating][:1]
+    return "; ".join(out) or None
