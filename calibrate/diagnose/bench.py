@@ -71,7 +71,7 @@ def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), s
         else:
             refused[rig] = found
     took = time.monotonic() - begun
-    return Diagnosis(Path(folder), findings, used, refused, tuple(trouble), _notes(findings), took, seed)
+    return Diagnosis(Path(folder), findings, used, refused, tuple(dict.fromkeys(trouble)), _notes(findings), took, seed)
 
 
 def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say):
@@ -82,7 +82,8 @@ def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Gen
     try:
         of = RIGS[rig]()
         seen = of.read(folder)
-        wrong = [(s.recording, rig, s.trouble) for s in seen if s.trouble]
+        known = {e.recording for e in entries}  # files that nobody can read are every reader's trouble
+        wrong = [(s.recording, rig, s.trouble) for s in seen if s.trouble and s.recording in known]
         usable = [s for s in seen if not s.trouble]
         if not usable:
             return "none of its recordings can be used", [], wrong
