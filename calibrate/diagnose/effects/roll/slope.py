@@ -1,0 +1,17 @@
+"""Slope: the level plate is not level."""
+
+import math
+
+from calibrate.diagnose.effects.effect import Effect
+
+
+def drive(value: float, sign: float) -> float:
+    """Weight's share along the motion: −sin of `value` [deg], rising along +x; sign: +1 for a seed that rolls towards +x."""
+    return -sign * math.sin(math.radians(value))
+
+
+EFFECT = Effect(
+    name="slope", sector="run-out", unit="deg", meaning="slope, rising along +x", prior_sd=0.5, low=-5.0, high=5.0,
+    source="component of the weight; one direction alone cannot tell it from rolling friction",
+    separating="the same plate run the other way",
+)  # fmt: skip

@@ -1,0 +1,113 @@
+"""Rolls, from recordings to a finding."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from calibrate.diagnose.finding import NORMAL_95, Finding, Parameter, finding_of
+from calibrate.diagnose.locate import Location, locate
+from calibrate.diagnose.name import ALPHA, LN_BF_RIVAL, Verdict, name
+from calibrate.diagnose.problem import Fit, fit
+from calibrate.diagnose.roll.curves import curves_of
+from calibrate.diagnose.roll.law import best_without_name, law_of
+from calibrate.diagnose.roll.problem import build, roll_problem
+from calibrate.diagnose.roll.readings import diagnose_readings
+from calibrate.diagnose.roll.ripple import Ripple, arguments, as_stated, common_rise, find_ripple, left_out_rise
+from calibrate.diagnose.roll.session import assemble
+from calibrate.diagnose.roll.windows import sectors_of, windows_of
+
+BOTH_WAYS = "the same plate run the other way: one direction alone cannot tell a slope of the level from rolling friction"
+
+
+def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of recordings (calibrate.twin.roll_tracks.SeenRoll); ValueError where none can be used."""
+    usable = [r for r in recordings if not r.trouble]
+    if not usable:
+        raise ValueError("none of the recordings can be used")
+    if not any(len(r.x_mm) for r in usable):
+        return diagnose_readings(usable)
+    runs, seed, notes = assemble(usable)
+    scales = _scales(usable)
+    turn, phase = arguments(runs, seed)
+    plain = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
+    base = fit(plain)
+    ripple = find_ripple(base, rng)
+    if ripple.p < ALPHA:
+        base, more, ripple = _with_ripple(runs, seed, scales, ripple)
+        notes += more
+    where = _located(base, ripple, rng)
+    found = _held_against_the_nameless(base, name(base, where, rng))
+    return _finding(base, where, found, notes, rng)
+
+
+def _scales(recordings) -> dict[str, float]:
+    """sd of the scale, relative, of each session."""
+    out: dict[str, float] = {}
+    for r in recordings:
+        if len(r.x_mm):
+            out[r.session] = max(out.get(r.session, 0.0), float(r.description["camera"]["scale_sd"]))
+    return out
+
+
+def _with_ripple(runs, seed, scales, ripple: Ripple) -> tuple[Fit, tuple[str, ...], Ripple | None]:
+    """A baseline beside which the ripple is a candidate; or, where the stated shape makes such a ripple, with it."""
+    model = build(runs, seed, ripple.turn, ripple.phase, ripple=True)
+    problem = roll_problem(model, scales)
+    freed = fit(problem, free=("shape-barrier",))
+    rise, sd, _ = common_rise(freed)
+    if not as_stated(rise, sd, seed):
+        return fit(problem), (), ripple
+    note = f"the centre rises by {rise:.2g} mm as the seed turns, as its stated shape makes it ({seed.rise_mm:.2g} mm): no news"
+    return fit(roll_problem(model, scales, shape_known=seed.rise_mm)), (note,), None
+
+
+def _located(base: Fit, ripple: Ripple | None, rng: np.random.Generator) -> Location:
+    """Window, excess and p as everywhere; sectors freed in windows; a ripple that was looked for by itself counts as well."""
+    where = locate(base, windows_of(base), rng)
+    p = where.p if ripple is None else min(1.0, 2 * min(where.p, ripple.p))
+    return replace(where, p=p, sectors=sectors_of(base, rng))
+
+
+def _held_against_the_nameless(base: Fit, found: Verdict) -> Verdict:
+    """Unknown where a law that no candidate stands for (resistance in one part of the plate, growing with travel or time) does
+    clearly better than what was named."""
+    if found.verdict not in ("name", "class"):
+        return found
+    best = max(c.ln_bayes for c in found.candidates if set(c.names) <= set(found.names))
+    if best_without_name(base) < best + LN_BF_RIVAL:
+        return found
+    return replace(found, verdict="unknown", names=())
+
+
+def _finding(base: Fit, where: Location, found: Verdict, notes: tuple[str, ...], rng: np.random.Generator) -> Finding:
+    where = _with_its_sector_first(base, where, found)
+    model = fit(base.problem, free=found.names, start=base) if found.names else None
+    law = law_of(base, where) if found.verdict == "unknown" else None
+    found = _next(base, found)
+    made = finding_of(base, where, found, law=law, curves=curves_of(base, model), notes=notes)
+    if "shape-barrier" in made.parameters:
+        rise, sd, scatter = common_rise(model)
+        half = NORMAL_95 * float(np.hypot(sd, scatter / np.sqrt(len(base.problem.recordings))))
+        told = {"shape-barrier": Parameter("mm", rise, max(rise - half, 0.0), rise + half)}
+        made = replace(made, parameters=made.parameters | told)
+    if "shape-barrier" in made.left_out:
+        made = replace(made, left_out=made.left_out | {"shape-barrier": left_out_rise(model)})
+    return made
+
+
+def _with_its_sector_first(base: Fit, where: Location, found: Verdict) -> Location:
+    """A named effect has its own sector, where that explains the excess as well as any other does."""
+    own = [base.problem.effects[n].sector for n in found.names if n in base.problem.effects]
+    mine = [s for s in where.sectors if s.name in own and s.explained > 0.5]
+    return replace(where, sectors=tuple([*mine, *(s for s in where.sectors if s not in mine)]))
+
+
+def _next(base: Fit, found: Verdict) -> Verdict:
+    """What to record next: for rolls, not for drops."""
+    one_way = len({run.sign for run in base.problem.model.runs}) < 2
+    if found.verdict == "unknown":
+        advice = "the same roll from an incline of twice the length: what depends on speed parts from what depends on place"
+        return replace(found, next_record=advice)
+    if found.verdict == "class" and found.next_record and "drop" in found.next_record:
+        return replace(found, next_record=BOTH_WAYS if one_way else "more recordings of the same roll")
+    return replace(found, next_record=BOTH_WAYS) if found.verdict == "none" and one_way else found

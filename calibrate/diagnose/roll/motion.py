@@ -1,0 +1,168 @@
+"""A seed on its way: at rest until it is let go, down the incline, round the corner, along the level until it stops, or rocks.
+
+    dv/dt = F [ drive − n s (μ + R(|v|)) − n h'(x) + P(x) + Q(t) ],    F = g / (1 + I/(m r²))
+
+drive = sin β on the incline and that of the slope on the level, n = cos β there and 1 on the level, s the sign of the motion, R a
+resistance over weight that depends on speed, h the height of the centre over its path, P and Q pushes over weight. Runge–Kutta of
+fourth order between events (release, corner, end of slipping, stop), each met exactly. R, P, Q are tables, linear between points.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+LONGEST_STEP_S = 12e-3
+LONGEST_TURN = 0.35  # of the ripple's argument, a step
+BISECTIONS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Values (m,) at low, low + step, …; constant beyond both ends."""
+
+    low: float
+    step: float
+    values: np.ndarray
+
+
+NOTHING = Table(0.0, 1.0, np.zeros(1))
+
+
+@dataclass(frozen=True)
+class Way:
+    """SI. t0, x0: release; corner: place where the incline ends; f: F above; sin, cos of the incline; mu; level: drive there;
+    gain: acceleration on the incline over that of rolling; keep: share of the speed left behind the corner; slip_loss [m/s] of
+    speed within slip_time [s] behind it; ripple (cos, sin) [m]: h = ½ (c cos φ + s sin φ), φ = turn x + phase."""
+
+    t0: float
+    x0: float
+    corner: float
+    f: float
+    sin: float
+    cos: float
+    mu: float
+    level: float = 0.0
+    gain: float = 1.0
+    keep: float = 1.0
+    slip_loss: float = 0.0
+    slip_time: float = 1.0
+    ripple: tuple[float, float] = (0.0, 0.0)
+    turn: float = 0.0
+    phase: float = 0.0
+
+
+def travel(
+    times: np.ndarray, way: Way, resistance: Table = NOTHING, place: Table = NOTHING, time: Table = NOTHING
+) -> tuple[np.ndarray, np.ndarray]:
+    """Place and speed (n,) [m, m/s] at `times` (n,), ascending [s]; tables: R over speed, P over x − x0, Q over t − t0."""
+    ripple = abs(way.turn) if any(way.ripple) or len(place.values) > 1 else 0.0
+    numbers = tuple(float(n) for n in (
+        way.t0, way.x0, way.corner, way.f, way.sin, way.cos, way.mu, way.level, way.gain, way.keep, way.slip_loss,
+        max(way.slip_time, 1e-6), *way.ripple, way.turn, way.phase,
+        resistance.low, resistance.step, place.low, place.step, time.low, time.step, LONGEST_STEP_S,
+        ripple / LONGEST_TURN,
+    ))  # fmt: skip
+    x, v = np.empty(len(times)), np.empty(len(times))
+    _travel(times, numbers, resistance.values, place.values, time.values, x, v)
+    return x, v
+
+
+def _compiled(function):
+    """Compiled once and kept on disk where that is possible."""
+    try:
+        return numba.njit(cache=True, error_model="numpy", boundscheck=False)(function)
+    except RuntimeError:  # nowhere to keep it
+        return numba.njit(error_model="numpy")(function)
+
+
+@_compiled
+def _look(at, low, step, values):
+    last = len(values) - 1
+    if last == 0:
+        return values[0]
+    u = (at - low) / step
+    if u <= 0:
+        return values[0]
+    if u >= last:
+        return values[last]
+    i = int(u)
+    return values[i] + (u - i) * (values[i + 1] - values[i])
+
+
+@_compiled
+def _push(t, x, p, on_incline, in_place, in_time):
+    """What acts whichever way the seed rolls, over weight."""
+    phi = p[14] * x + p[15]
+    climb = 0.5 * p[14] * (p[13] * np.cos(phi) - p[12] * np.sin(phi)) if p[12] != 0.0 or p[13] != 0.0 else 0.0
+    extra = _look(x - p[1], p[18], p[19], in_place) + _look(t - p[0], p[20], p[21], in_time)
+    return (p[4] - p[5] * climb if on_incline else p[7] - climb) + extra
+
+
+@_compiled
+def _rate(t, x, v, heading, p, on_incline, slipping, by_speed, in_place, in_time):
+    normal = p[5] if on_incline else 1.0
+    against = p[6] + _look(abs(v), p[16], p[17], by_speed)
+    a = p[3] * (_push(t, x, p, on_incline, in_place, in_time) - heading * normal * against)
+    if on_incline:
+        return a * p[8]
+    return a - p[10] / p[11] if slipping else a
+
+
+@_compiled
+def _step(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time):
+    k1 = _rate(t, x, v, heading, p, on_incline, slipping, by_speed, in_place, in_time)
+    v2 = v + 0.5 * h * k1
+    k2 = _rate(t + 0.5 * h, x + 0.5 * h * v, v2, heading, p, on_incline, slipping, by_speed, in_place, in_time)
+    v3 = v + 0.5 * h * k2
+    k3 = _rate(t + 0.5 * h, x + 0.5 * h * v2, v3, heading, p, on_incline, slipping, by_speed, in_place, in_time)
+    v4 = v + h * k3
+    k4 = _rate(t + h, x + h * v3, v4, heading, p, on_incline, slipping, by_speed, in_place, in_time)
+    return x + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+@_compiled
+def _until(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time, stop):
+    """How much of h passes before the corner (stop False) or the stop (stop True)."""
+    low, high = 0.0, h
+    for _ in range(BISECTIONS):
+        mid = 0.5 * (low + high)
+        x1, v1 = _step(t, x, v, mid, heading, p, on_incline, slipping, by_speed, in_place, in_time)
+        if (heading * v1 <= 0.0) if stop else (x1 >= p[2]):
+            high = mid
+        else:
+            low = mid
+    return high
+
+
+@_compiled
+def _travel(times, p, by_speed, in_place, in_time, x_out, v_out):
+    t, x, v, heading = p[0], p[1], 0.0, 1.0
+    on_incline = x < p[2]
+    slip_end = -1e300
+    resting = _push(t, x, p, on_incline, in_place, in_time) <= (p[5] if on_incline else 1.0) * p[6]
+    for i in range(len(times)):
+        while t < times[i] and not resting:
+            slipping = t < slip_end
+            h = min(times[i] - t, p[22])
+            if p[23] * abs(v) * h > 1.0:
+                h = 1.0 / (p[23] * abs(v))
+            if slipping:
+                h = min(h, slip_end - t)
+            x1, v1 = _step(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time)
+            corner = on_incline and x1 >= p[2]
+            stop = heading * v1 < 0.0 and not corner
+            if corner or stop:
+                h = _until(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time, stop)
+                x1, v1 = _step(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time)
+            if t + h <= t:
+                t = times[i]
+            t, x, v = t + h, x1, v1
+            if corner:
+                on_incline, v, slip_end = False, v * p[9], t + p[11]
+            if stop:
+                v = 0.0
+                push = _push(t, x, p, on_incline, in_place, in_time)
+                resting = abs(push) <= (p[5] if on_incline else 1.0) * p[6] * (1 + 1e-9) + 1e-12
+                heading = 1.0 if push > 0 else -1.0
+        x_out[i], v_out[i] = x, 0.0 if t > times[i] or resting else v

@@ -1,0 +1,73 @@
+"""A first path: at rest, speeding up, slowing down, at rest; to begin the fit with, and to know which rows are which.
+
+x = x₀ + a B(t; t₀, t₁, t₂),   B: speed grows by 1 from t₀ to t₁ per second and falls to nothing at t₂
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+
+@dataclass(frozen=True)
+class Path:
+    """Times [s] of release, corner, stop (any may lie outside the track); place at release [m]; acceleration down [m/s²]."""
+
+    release: float
+    corner: float
+    stop: float
+    place: float
+    acceleration: float
+
+    @property
+    def slowing(self) -> float:
+        """Deceleration on the level [m/s²]."""
+        return self.acceleration * (self.corner - self.release) / max(self.stop - self.corner, 1e-9)
+
+    @property
+    def way_down(self) -> float:
+        """Length of the incline [m]."""
+        return self.acceleration * (self.corner - self.release) ** 2 / 2
+
+
+def shape(time: np.ndarray, release: float, corner: float, stop: float) -> np.ndarray:
+    """B (n,) above."""
+    down = np.clip(time - release, 0, max(corner - release, 0.0))
+    level = np.clip(time - corner, 0, max(stop - corner, 1e-9))
+    top = max(corner - release, 0.0)
+    return down**2 / 2 + top * (level - level**2 / (2 * max(stop - corner, 1e-9)))
+
+
+def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
+    """Least squares over all five numbers, from several starts; ValueError where the track shows no roll."""
+    thin = slice(None, None, max(1, len(time) // 200))
+    t, y = time[thin], x[thin]
+    begin, end = t[0], t[-1]
+    span, way = end - begin, np.ptp(y)
+    quarter = [float(np.interp(q * way + y[0], np.maximum.accumulate(y), t)) for q in (0.01, 0.05, 0.2, 0.99)]
+
+    def solve(times):
+        basis = shape(t, *times)
+        design = np.column_stack([np.ones(len(t)), basis])
+        return np.linalg.lstsq(design, y, rcond=None)[0]
+
+    def misfit(u):
+        release, up, on = u[0], np.exp(u[1]), np.exp(u[2])
+        times = (release, release + up, release + up + on)
+        found = solve(times)
+        left = y - found[0] - found[1] * shape(t, *times)
+        return np.log(left @ left + 1e-18) + 10 * (found[1] < 0)
+
+    best = None
+    for release, share in itertools.product((quarter[0],), (0.03, 0.1, 0.25)):
+        start = np.array([release, np.log(share * span), np.log(max(quarter[3] - release - share * span, 0.2 * span))])
+        found = minimize(misfit, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4, "maxfev": 150})
+        best = found if best is None or found.fun < best.fun else best
+    best = minimize(misfit, best.x, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxfev": 300})
+    release, up, on = best.x[0], np.exp(best.x[1]), np.exp(best.x[2])
+    times = (release, release + up, release + up + on)
+    place, acceleration = solve(times)
+    if not acceleration > 0 or way < 2e-3:
+        raise ValueError("the track shows no seed that speeds up and slows down")
+    return Path(*(float(v) for v in times), float(place), float(acceleration))

@@ -1,0 +1,119 @@
+"""The ripple of a seed that is not round: is there one, how far does the centre rise, does the stated shape say so.
+
+Each run's ripple has a phase of its own: two columns a run, tested all together; where the seed's turning was not seen its radius
+is looked for as well, and paid for by the number of radii that were tried.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrate.diagnose.linear import chance, fall_of_chi2, projector, stacked
+from calibrate.diagnose.locate import noise_doubt
+from calibrate.diagnose.problem import Fit
+from calibrate.diagnose.roll.motion import Table
+from calibrate.diagnose.roll.problem import PUSH
+from calibrate.diagnose.roll.session import Run, Seed
+from calibrate.diagnose.roll.windows import Flown, flown, response
+
+RADII = np.linspace(0.82, 1.18, 25)  # of the stated radius: sizes of one lot, and which of its axes a seed rolls about
+POINTS_A_TURN = 24
+AT_ONCE = 5  # radii
+LIKE_STATED = (0.5, 1.5)  # rise over that of the stated shape which is taken for the stated shape's
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """p of a ripple as great by chance, after all radii tried; turn, phase (R,): its argument is turn x + phase."""
+
+    p: float
+    turn: np.ndarray
+    phase: np.ndarray
+
+
+def arguments(runs: tuple[Run, ...], seed: Seed, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """turn, phase (R,): twice the seen orientation, or 2/r from the middle of the way; radius: over the stated one."""
+    turn, phase = [], []
+    for run in runs:
+        if run.turning:
+            slope, level = (np.sign(run.turning[0]) * value for value in run.turning)
+            turn.append(2 * slope)
+            phase.append(2 * level)
+        else:
+            turn.append(2 / (seed.radius * radius))
+            phase.append(-turn[-1] * float(np.mean(run.x)))
+    return np.array(turn), np.array(phase)
+
+
+def find_ripple(base: Fit, rng: np.random.Generator) -> Ripple:
+    """Asked of a baseline without ripple."""
+    model = base.problem.model
+    doubt, at = noise_doubt(base, rng), flown(base)
+    trials = (1.0,) if all(run.turning for run in model.runs) else RADII
+    asked = [arguments(model.runs, model.seed, radius) for radius in trials]
+    found = []
+    for some in (asked[k : k + AT_ONCE] for k in range(0, len(asked), AT_ONCE)):
+        found += [chance(*fall, doubt) for fall in _falls(base, at, some)]
+    best = int(np.argmin(found))
+    return Ripple(min(1.0, len(trials) * found[best]), *asked[best])
+
+
+def _falls(base: Fit, at: Flown, asked) -> list[tuple[float, int]]:
+    """Fall of χ² and freedom for each of the arguments (turn, phase), when every run has a ripple of its own."""
+    model, count = base.problem.model, len(base.problem.model.runs)
+    extra = [np.zeros((len(run.time_s), 2 * count * len(asked))) for run in model.runs]
+    for k, (turn, phase) in enumerate(asked):
+        for r in range(count):
+            reach = 1.1 * float(at.seen[r][-1] - at.ways[r].x0)
+            grid = np.linspace(0.0, reach, max(50, int(reach * turn[r] / (2 * np.pi) * POINTS_A_TURN)))
+            phi = turn[r] * (grid + at.ways[r].x0) + phase[r]
+            for j, wave in enumerate((np.cos, np.sin)):
+                push = Table(0.0, float(grid[1]), PUSH * wave(phi))
+                extra[r][:, 2 * (k * count + r) + j] = response(base, at, r, place=push)
+    a, b = stacked(base.problem.reduce(base.starts, base.values, extra)[0])
+    a, columns = np.split(a, [len(base.names)], axis=1)
+    project = projector(a, base.prior_sd)
+    return [fall_of_chi2(part, project, b) for part in np.split(columns, len(asked), axis=1)]
+
+
+def rises(found: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Rise [mm] of each run and its sd (R,), from a fit with the ripple freed; noise's own share taken off."""
+    rise, sds = [], []
+    for r in range(len(found.problem.model.runs)):
+        pair = [found.names.index(f"shape-barrier.{kind}.{r}") for kind in ("cos", "sin")]
+        value, spread = found.values[pair], found.covariance[np.ix_(pair, pair)]
+        size = float(np.hypot(*value))
+        along = value / max(size, 1e-12)
+        sd = float(np.sqrt(max(along @ spread @ along, 1e-18)))
+        across = float(np.sqrt(max(np.trace(spread) - sd**2, 0.0)))
+        rise.append(float(np.sqrt(max(size**2 - across**2, 0.0))))
+        sds.append(sd)
+    return np.array(rise), np.array(sds)
+
+
+def common_rise(found: Fit) -> tuple[float, float, float]:
+    """Rise [mm] common to all runs, its sd, and by how much single runs scatter about it (sd, mm)."""
+    rise, sd = rises(found)
+    scatter = 0.0
+    for _ in range(20):
+        weight = 1 / (sd**2 + scatter**2)
+        mean = float((weight * rise).sum() / weight.sum())
+        beyond = float((weight**2 * ((rise - mean) ** 2 - sd**2)).sum() / (weight**2).sum())
+        scatter = float(np.sqrt(max(beyond, 0.0))) if len(rise) > 2 else 0.0
+    return mean, float(1 / np.sqrt(weight.sum())), scatter
+
+
+def left_out_rise(found: Fit) -> tuple[float, ...]:
+    """Rise [mm] as the other recordings have it, one value a recording; of a single recording its own."""
+    rise, sd = rises(found)
+    if len(rise) < 2:
+        return (float(rise[0]),)
+    weight = 1 / sd**2
+    return tuple(float(v) for v in ((weight * rise).sum() - weight * rise) / (weight.sum() - weight))
+
+
+def as_stated(rise: float, sd: float, seed: Seed) -> bool:
+    """Whether the stated shape makes such a rise."""
+    if not np.isfinite(seed.rise_mm) or seed.round:
+        return False
+    return LIKE_STATED[0] * seed.rise_mm - 2 * sd < rise < LIKE_STATED[1] * seed.rise_mm + 2 * sd

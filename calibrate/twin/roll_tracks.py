@@ -1,0 +1,106 @@
+"""Rolls as plain arrays: what a diagnosis is made from, read by the same code for bench and twin."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from vision.batch import find_all, observe
+from vision.evidence.tables import read_readings, read_track
+from vision.measurement import MeasurementError
+from vision.motion.track import Track, track_from_table
+from vision.recording import Recording
+
+LEAST_ROWS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class SeenRoll:
+    """One seed that rolls down the incline and out. Arrays of one length n, outliers left out; empty where only the run-out was
+    read off: run_out_mm holds the readings then.
+
+    x_mm: travel along the path, incline included, growing as the seed rolls, either way; angle_deg: anticlockwise in the picture,
+    NaN where not seen, None where nobody looked. description: sections of recording.toml as plain values, `camera.scale_sd`
+    (relative) with what holds where nothing is stated. trouble: why there is nothing, "" when there is.
+    """
+
+    recording: str
+    session: str
+    frame: np.ndarray
+    time_s: np.ndarray
+    x_mm: np.ndarray
+    angle_deg: np.ndarray | None
+    description: dict
+    run_out_mm: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    notes: tuple[str, ...] = ()
+    trouble: str = ""
+
+
+def read_rolls(folder: Path) -> list[SeenRoll]:
+    """Every roll under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
+    if not Path(folder).exists():
+        raise FileNotFoundError(f"{folder}: no such file or folder")
+    entries = find_all([Path(folder)])
+    return [_seen(entry) for entry in entries if isinstance(entry, MeasurementError) or entry.rig == "roll"]
+
+
+def _seen(entry: Recording | MeasurementError) -> SeenRoll:
+    none = np.zeros(0)
+    if isinstance(entry, MeasurementError):
+        return SeenRoll(entry.recording, "", none, none, none, None, {}, trouble=str(entry))
+    try:
+        if entry.evidence == "readings.csv":
+            return _readings(entry)
+        return roll_of(_track(entry), entry)
+    except MeasurementError as error:
+        return SeenRoll(entry.id, entry.session or "", none, none, none, None, describe(entry), trouble=str(error))
+
+
+def _readings(recording: Recording) -> SeenRoll:
+    table, none = read_readings(recording.files[0]), np.zeros(0)
+    if "run_out_mm" not in table.rows:
+        raise MeasurementError(f"{recording.files[0]}: no column run_out_mm")
+    values = table.rows["run_out_mm"].dropna().to_numpy(float)
+    return SeenRoll(recording.id, recording.session or "", none, none, none, None, describe(recording), values, table.notes)
+
+
+def _track(recording: Recording) -> Track:
+    if recording.evidence == "track.csv":
+        table = read_track(recording.files[0])
+        return track_from_table(table.rows, recording.camera, table.notes)
+    rows = observe(recording).track
+    if rows is None:
+        raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
+    return track_from_table(rows, recording.camera)
+
+
+def roll_of(track: Track, recording: Recording) -> SeenRoll:
+    """A track as a diagnosis takes it; MeasurementError where scale, frame rate or motion is missing.
+
+    A track that runs towards −x in the picture is turned round, the angle with it, so that a seed that rolls turns clockwise.
+    """
+    if track.unit != "mm" or not track.timed:
+        missing = "mm_per_px" if track.unit != "mm" else "fps"
+        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs lengths and times")
+    used = track.used()
+    if len(used) < LEAST_ROWS:
+        raise MeasurementError(f"{len(used)} usable rows; a diagnosis of a roll needs at least {LEAST_ROWS}")
+    if not (np.isfinite(used.x).all() and np.isfinite(used.t_s).all()):
+        raise MeasurementError("x_mm or t_s holds rows without a number")
+    ends = max(3, len(used) // 50)
+    way = float(np.median(used.x[-ends:]) - np.median(used.x[:ends]))
+    if abs(way) < 2.0:
+        raise MeasurementError(f"the seed does not roll: it moves {abs(way):.3g} mm in all")
+    told, sign = describe(recording), 1.0 if way > 0 else -1.0
+    told["roll"].setdefault("seen_direction", "+x" if way > 0 else "-x")
+    angle = None if used.angle_deg is None else sign * used.angle_deg
+    return SeenRoll(
+        recording.id, recording.session or "", used.frame, used.t_s, sign * used.x, angle, told, notes=tuple(track.notes)
+    )
+
+
+def describe(recording: Recording) -> dict:
+    """Sections of recording.toml as plain values; camera.scale_sd (relative) is always there."""
+    sections = {name: getattr(recording, name).model_dump(exclude_none=True) for name in ("seed", "camera", "air", "roll")}
+    sections["camera"] |= {"scale_sd": recording.camera.scale_sd}
+    return sections
