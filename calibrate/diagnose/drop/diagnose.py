@@ -6,10 +6,11 @@ import numpy as np
 
 from calibrate.diagnose.drop.air import air_of
 from calibrate.diagnose.drop.curves import curves_of
-from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts
+from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, with_law
 from calibrate.diagnose.drop.impacts import Impacts, heard, impacts_of, joined
 from calibrate.diagnose.drop.merge import merged
 from calibrate.diagnose.drop.sessions import Sitting, all_windows, joint_problem, parts_of, sittings_of
+from calibrate.diagnose.drop.unnamed import law_of_flights
 from calibrate.diagnose.finding import Finding, finding_of
 from calibrate.diagnose.locate import locate
 from calibrate.diagnose.name import ALPHA, name
@@ -35,6 +36,8 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     where = locate(flights, all_windows(flights), rng)
     found = name(flights, where, rng, alpha=alpha)
     finding = replace(finding_of(flights, where, found, notes=notes, draw=_curves), alarm=found.p_global < alpha)
+    if found.verdict == "unknown":
+        finding = with_law(finding, law_of_flights(flights))
     if not hit:
         return finding
     below = diagnose_impacts(_impacts(flights, sittings, found, listened), rng, alpha=alpha)

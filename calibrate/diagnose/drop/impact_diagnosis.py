@@ -9,9 +9,11 @@ from calibrate.diagnose.drop.bounce import bounces_of
 from calibrate.diagnose.drop.impact_problem import elongation_of, predict, problem_of
 from calibrate.diagnose.drop.impacts import Impacts
 from calibrate.diagnose.drop.shape import Shape, shape_of
+from calibrate.diagnose.drop.unnamed import law_of_impacts
 from calibrate.diagnose.effects.drop import shape_conversion
 from calibrate.diagnose.effects.drop.impact import FALLING, IMPACT_EFFECTS
 from calibrate.diagnose.finding import Curve, Finding, finding_of, parameters_of
+from calibrate.diagnose.law import Law
 from calibrate.diagnose.locate import Location, Sector, Windows, locate
 from calibrate.diagnose.name import ALPHA, Verdict, name
 from calibrate.diagnose.problem import Fit, fit
@@ -34,6 +36,8 @@ def diagnose_impacts(impacts: Impacts, rng: np.random.Generator, *, alpha: float
     finding = finding_of(base, where, found, draw=curves_of)
     if set(found.names) & set(FALLING) and found.verdict == "class":
         finding = replace(finding, parameters=_falling_parameter(base, found))
+    if found.verdict == "unknown":
+        finding = with_law(finding, law_of_impacts(base))
     finding = replace(finding, p_global=min(1.0, 2 * min(found.p_global, shape.p)), alarm=found.p_global < alpha / 2 or long)
     return (_with_shape(finding, shape), _with_excess(where, shape)) if long else (finding, where)
 
@@ -50,6 +54,11 @@ def settled(found: Verdict) -> Verdict:
     verdict = "name" if found.verdict == "name" and (others or len(members) == 1) else "class"
     names = (*others, FALLING[0]) if others and verdict == "name" else (*members, *others)
     return replace(found, verdict=verdict, names=names, next_record=IMPACT_EFFECTS[FALLING[0]].separating)
+
+
+def with_law(finding: Finding, law: Law | None) -> Finding:
+    """An unknown with what can be said of it."""
+    return finding if law is None else replace(finding, law=law.words, held_out=finding.held_out or law.held_out)
 
 
 def _falling_parameter(base: Fit, found: Verdict):

@@ -19,6 +19,7 @@ from calibrate.diagnose.problem import Problem
 
 E_FLOOR, KICK_FLOOR = 0.003, 0.002  # bounces of the best balls scatter as much
 E_FLOOR_LONG = 0.15  # times the squared elongation: half of what seeds show that are let go nearly flat
+STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
 NEARLY_ROUND = 0.05  # elongation below which the contact is taken to lie below the centre: Δv_x = (I/mh) Δω but for the tilt
 NUISANCES = {"e": 0.3, "shape.later": 0.05, "shape.slow": 0.02, "stick": 0.5, "turn.first": 1.0, "turn.later": 1.0, "plumb": 1e-3}
@@ -101,7 +102,7 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
     e_scatter = _scatter(
         e_rows,
         seen.e,
-        _e_design(seen, later, long),
+        _e_design(seen, later),
         seen.e_error,
         [np.diag(later / seen.speed**2), same],
         E_FLOOR + E_FLOOR_LONG * long**2,
@@ -140,9 +141,10 @@ def _scatter(rows, y, design, error, components, floor) -> Scatter | None:
     return scatter_of(y[rows], design[rows, :width], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor)
 
 
-def _e_design(seen: Bounces, later: np.ndarray, elongation: float) -> np.ndarray:
-    columns = [np.ones(len(seen.e)), np.log(seen.speed), seen.speed**-2.0, later * 1.0]
-    return np.column_stack(columns)
+def _e_design(seen: Bounces, later: np.ndarray) -> np.ndarray:
+    """Beside a law of the speed in steps: within a step the speed is what scatter of the bounce before has made it."""
+    step = STEP_LN_SPEED * np.round(np.log(seen.speed) / STEP_LN_SPEED)
+    return np.column_stack([np.ones(len(step)), step, np.exp(-2 * step), later * 1.0])
 
 
 def _kick_design(seen: Bounces, later: np.ndarray, free: bool) -> np.ndarray:

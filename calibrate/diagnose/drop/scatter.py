@@ -75,6 +75,7 @@ def _fitted(y, design, known, components, floor: float, at):
     def sizes(u: np.ndarray) -> np.ndarray:
         variance = usual * np.exp(np.clip(u, -14, 6))
         variance[0] += floor**2
+        variance[2:] = np.minimum(variance[2:], variance[0])  # seeds differ by no more than bounces of one seed do
         return variance
 
     def loss(u: np.ndarray) -> float:

@@ -15,7 +15,7 @@ BINS = 5
 def windows_of(fit: Fit) -> Windows:
     """Unit accelerations in every bin of every axis."""
     s, axes = fit.problem.model.session, axes_of(fit)
-    along = _flown(fit)[1]
+    along = flown(fit)[1]
     along = along / np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1e-9)
     across = np.broadcast_to([1.0, 0.0], along.shape)
     pushes, where = [], []
@@ -27,7 +27,7 @@ def windows_of(fit: Fit) -> Windows:
     return Windows(np.array(pushes).reshape(-1, len(s.middle), len(NODES), 2), tuple(where))
 
 
-def _flown(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+def flown(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Places and velocities (F, POINTS, 2) at the flights' nodes."""
     half = fit.problem.model.session.half
     push = accelerations(fit.starts[:, 2:], half, forces(fit.problem.model, fit.by_name))
@@ -37,7 +37,7 @@ def _flown(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
 def axes_of(fit: Fit) -> dict[str, np.ndarray]:
     """Where each flight's Chebyshev nodes (F, POINTS) lie on each axis."""
     s = fit.problem.model.session
-    places, speeds = _flown(fit)
+    places, speeds = flown(fit)
     begun = np.array([s.middle[s.recording == r].min() - s.half[s.recording == r].max() for r in s.recording])
     number = np.array([int((s.recording[:f] == s.recording[f]).sum()) for f in range(len(s.middle))])
     floor = np.array([places[s.recording == r, :, 1].min() for r in s.recording])
