@@ -60,7 +60,8 @@ def confusion_figure(judged: list[Judged]) -> dict:
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     text = [[str(n) if n else "" for n in row] for row in counts.tolist()]
     heat = {"type": "heatmap", "x": columns, "y": rows, "z": [_listed(r) for r in share], "text": text, "texttemplate": "%{text}",
-            "colorscale": [[0, "#ffffff"], [1, "#1f5fa8"]], "showscale": False, "zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1}  # fmt: skip
+            "colorscale": [[0, "#ffffff"], [1, "#1f5fa8"]], "showscale": False,
+            "zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1}  # fmt: skip
     layout = _layout(xaxis={"tickangle": -50, "automargin": True}, yaxis={"autorange": "reversed", "automargin": True})
     return {"data": [heat], "layout": layout | {"height": 180 + 22 * len(rows)}}
 

@@ -122,16 +122,30 @@ def travel(scene: Scene, run: Run, sizes: dict[str, float], *, mu_factor=1.0, in
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
     """SNR of `name` in the world of all `sizes`."""
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
+    like = _same_reach(scene, sizes, without)
     for run in scene.runs:
         t, x, v = travel(scene, run, sizes)
         n = len(t)
-        other = _padded(travel(scene, run, without)[1], n)
+        other = _padded(travel(scene, run, without, mu_factor=like)[1], n)
         mu = (_padded(travel(scene, run, sizes, mu_factor=1.002)[1], n) - x) / 0.002
         incline = (_padded(travel(scene, run, sizes, incline_more=0.01)[1], n) - x) / 0.01
         level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
         own, shared = np.column_stack([np.ones(n), v, mu, 1 - x / x.max()]), np.column_stack([mu, incline, level, x])
         recordings.append(Visible((Channel(x - other, own, shared),), np.array([np.inf, np.inf, RUN_SD, START_SD_MM])))
     return track_snr(recordings, np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd]), scene.noise)
+
+
+def _same_reach(scene: Scene, sizes: dict[str, float], without: dict[str, float]) -> float:
+    """Factor of rolling friction with which the seeds without an effect run, on average, as far as those with it."""
+
+    def reach(effects: dict[str, float], factor: float) -> float:
+        return float(np.mean([travel(scene, run, effects, mu_factor=factor)[1][-1] for run in scene.runs]))
+
+    wanted = reach(sizes, 1.0)
+    low, high = 0.6, 1.8
+    if not reach(without, high) < wanted < reach(without, low):
+        return 1.0
+    return brentq(lambda factor: reach(without, factor) - wanted, low, high, xtol=1e-5)
 
 
 def _padded(x: np.ndarray, n: int) -> np.ndarray:

@@ -140,7 +140,7 @@ def _same_onset(scene: Scene, sizes: dict[str, float], without: dict[str, float]
 
     def onset(run: Run, effects) -> float:
         t, x, _ = travel(scene, run, effects, tilt_more=_tilt_off(effects, run))
-        return times(scene, run)[1] + run.rate_deg_s * t[np.argmax(x > 0.3)]
+        return times(scene, run)[1] + run.rate_deg_s * float(np.interp(0.3, x, t))
 
     both = [[np.tan(np.radians(onset(run, effects))) for run in scene.runs] for effects in (sizes, without)]
     return float(np.mean(both[0]) - np.mean(both[1]))

@@ -14,8 +14,10 @@ MASS = 4 / 3 * math.pi * R**3 * DENSITY
 SPHERE = np.full(3, R)
 
 
-def dropped(axes, *, height_m=0.31, e=0.55, film_m_s=0.0, friction=0.3, turned=(1.0, 0, 0, 0), spin=(0.0, 0, 0), fps=2000, end_s=0.9, law=None,
-            most=3, tilt=0.0, contact_s=2.5e-4):  # fmt: skip
+def dropped(
+    axes, *, height_m=0.31, e=0.55, film_m_s=0.0, friction=0.3, turned=(1.0, 0, 0, 0), spin=(0.0, 0, 0), fps=2000, end_s=0.9,
+    law=None, most=3, tilt=0.0, contact_s=2.5e-4,
+):  # fmt: skip
     """(times, states, log) of one drop."""
     mass = 4 / 3 * math.pi * axes.prod() * DENSITY
     inertia = mass / 5 * (np.sum(axes**2) - axes**2)
@@ -87,7 +89,7 @@ def test_an_oblique_lossless_blow_keeps_what_friction_cannot_change():
 def test_terminal_speed_is_where_drag_is_the_weight():
     share = 0.5  # of the weight at 2 m/s
     re = 900.0
-    t, rows, _ = dropped(
+    _, rows, _ = dropped(
         SPHERE, height_m=60.0, law=law_array(gravity=body.G_M_S2, drag=share, re_per_speed=re), end_s=3.0, fps=200
     )
     v = -rows[-1, 5]
