@@ -11,6 +11,8 @@ import numpy as np
 
 from calibrate.diagnose.finding import Finding
 
+HARDLY = 0.95  # of what the old twin was off by
+
 
 @dataclass(frozen=True)
 class Counterpart:
@@ -73,7 +75,8 @@ class Again:
         held = ", each recording with what the others gave" if self.held_out else ""
         unit = "" if unit == "1" else f" {unit}"
         what = f"the twin is off by {after:.3g}{unit} where it was off by {before:.3g}"
-        return f"run again with {' and '.join(self.effects)}, {what} ({quantity}{held})"
+        mended = "" if after < HARDLY * before else ": hardly mended, so the twin does not bear the verdict out"
+        return f"run again with {' and '.join(self.effects)}, {what} ({quantity}{held}){mended}"
 
     def to_json(self) -> dict:
         """What stands under "twin" in diagnosis.json."""

@@ -67,13 +67,13 @@ def bench_of(description: dict, laws: dict[str, dict], parameters: Parameters) -
     return made, replace(made, sizes=whole).draw(np.random.default_rng(0), 1)[0]
 
 
-def drag_factor(description: dict, share: float) -> dict[str, float]:
-    """Numbers of the law "drag" with which drag over weight at 2 m/s is `share` (0: no drag) for this seed in this air."""
+def drag_factor(description: dict, share: float, speed_m_s: float = 2.0) -> dict[str, float]:
+    """Numbers of the law "drag" with which drag over weight at this speed is `share` (0: no drag) for this seed in this air."""
     _, seed = bench_of(description, {}, Parameters())
     air = description.get("air", {})
     numbers = {"air_density": air.get("density_kg_m3") or 1.2, "viscosity": air.get("viscosity_pa_s") or 1.81e-5}
     diameter = (6 * seed.volume_m3 / np.pi) ** (1 / 3)
-    force = LAWS["drag"].function(2.0, 0.0, 0.0, 0.0, 0.0, 0.0, diameter, *numbers.values(), 1.0, 0.0, 0.0, 0.0)[0]
+    force = LAWS["drag"].function(speed_m_s, 0.0, 0.0, 0.0, 0.0, 0.0, diameter, *numbers.values(), 1.0, 0.0, 0.0, 0.0)[0]
     return numbers | {"factor": float(np.clip(share * seed.mass_kg * 9.80665 / abs(force), 0.0, 20.0))}
 
 

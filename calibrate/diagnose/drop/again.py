@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from calibrate.diagnose.drop.air import G_M_S2, Air, drag_shape
 from calibrate.diagnose.drop.flight import accelerations
 from calibrate.diagnose.drop.model import LAWS, Places, build, forces, places, velocities
 from calibrate.diagnose.drop.model import _at as placed_at
@@ -16,6 +17,8 @@ from calibrate.diagnose.linear import ridge, stacked
 from calibrate.diagnose.model import Again, Compared, change_in_words
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.twin.flown import drag_factor, fly
+
+TYPICAL = 0.75  # of the greatest speed: where drag bends a flight most
 
 
 def drops_again(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Again:
@@ -78,7 +81,8 @@ class Flights:
         rate = float(np.prod([LAWS[n].clock(v) for n, v in values.items() if LAWS[n].clock]))
         begin = self.begins(starts, values)[flights]
         begin[:, 2:] *= rate
-        laws = laws_of(self.tracks[r].description, s.air[r].share, values)
+        fastest = max(np.linalg.norm(begin[:, 2:], axis=1).max(), float((2 * s.half[flights] * G_M_S2 - begin[:, 3]).max()))
+        laws = laws_of(self.tracks[r].description, s.air[r], values, TYPICAL * fastest)
         flown = fly(self.tracks[r].description, laws, begin, s.spin[flights] * rate, 2 * s.half[flights].max() / rate)
         seen = np.zeros_like(out)
         for k, f in enumerate(flights):
@@ -115,12 +119,14 @@ def left_out(of: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:
     return values, of.starts + of.problem.reduce(of.starts, of.values)[1](values - of.values)
 
 
-def laws_of(description: dict, share: float, values: dict[str, float]) -> dict[str, dict]:
-    """The DEM's laws for a flight: drag of the stated air and what is missing of it, its draught, Magnus' force."""
-    wind = values.get("draught", 0.0)
-    total = share + values.get("drag", 0.0)
-    laws = {"drag": drag_factor(description, max(total, 0.0)) | {"wind_x": wind}}
+def laws_of(description: dict, air: Air, values: dict[str, float], speed: float) -> dict[str, dict]:
+    """The DEM's laws for a flight: drag of the stated air and what is missing of it, its draught, Magnus' force.
+
+    The DEM's own C_d(Re) is another fit to measured spheres: both are made to agree at `speed` [m/s], typical of the flight.
+    """
+    total = max(air.share + values.get("drag", 0.0), 0.0) * float(drag_shape(speed, air.reynolds_per_speed)) * speed
+    laws = {"drag": drag_factor(description, total, speed) | {"wind_x": values.get("draught", 0.0)}}
     if values.get("magnus", 0.0):
-        air = description.get("air", {}).get("density_kg_m3") or 1.2
-        laws["magnus"] = {"air_density": air, "lift": float(np.clip(values["magnus"], -5, 5))}
+        density = description.get("air", {}).get("density_kg_m3") or 1.2
+        laws["magnus"] = {"air_density": density, "lift": float(np.clip(values["magnus"], -5, 5))}
     return laws
