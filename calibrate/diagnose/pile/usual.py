@@ -1,0 +1,52 @@
+"""What heaps usually look like, how far one material's differ from that, and how much packings scatter.
+
+From simulated heaps (benchmarks/pile_emulator.py), with room for heaps that are not made by this simulation: a heap of seeds an
+eighth of its height has a toe one seed high, a drawn or fine-grained one hardly any; crests are cut by a few hundredths.
+"""
+
+import numpy as np
+
+from calibrate.diagnose.effects.pile.shapes import crest, middle, toe
+
+CREST_MEAN, CREST_SD, CREST_WIDTH = -0.04, 0.03, 0.12
+TOE_MEAN, TOE_SD, TOE_WIDTH = 0.05, 0.03, 0.1
+TOE_IN_SEEDS = 0.6  # height of the toe over a seed's length
+SD_IN_SEEDS, SD_UNKNOWN = 0.25, 0.01  # further sd at crest and toe: a share of a seed's length; where seed or scale is not stated
+FLANK_SD = 0.005
+TAILS, TAIL_SD = (0.07, 0.15, 0.3), 0.03  # how far up an apron reaches, over the flank's way; of its height at the toe
+BUMPS, BUMP_WIDTH = np.arange(-0.05, 1.46, 0.1), 0.1
+COLUMNS = len(BUMPS) + len(TAILS)
+PARTS = {"crest": crest, "toe": toe, "middle": middle}  # what packings vary
+PACKING_SD = {"crest": 0.02, "toe": 0.025, "middle": 0.01, "angle_deg": 1.0}  # of one flank, before repeats say more
+PACKING_WEIGHT = 4.0  # repeats that these are worth
+
+
+def mean(u: np.ndarray, seeds_high: float) -> np.ndarray:
+    """Usual departure from the straight flank; seeds_high: the heap's height over a seed's length, NaN where unknown."""
+    height = TOE_IN_SEEDS / seeds_high if np.isfinite(seeds_high) else TOE_MEAN
+    return CREST_MEAN * np.exp(-0.5 * (u / CREST_WIDTH) ** 2) + min(height, 0.2) * np.exp(-np.abs(u - 1) / TOE_WIDTH)
+
+
+def spread(u: np.ndarray, seeds_high: float) -> np.ndarray:
+    """sd of a material's own departure from `mean`."""
+    more = min(SD_IN_SEEDS / seeds_high, 0.1) if np.isfinite(seeds_high) else SD_UNKNOWN
+    crest = (CREST_SD + more) * np.exp(-0.5 * (u / CREST_WIDTH) ** 2)
+    return FLANK_SD + crest + (TOE_SD + more) * np.exp(-np.abs(u - 1) / TOE_WIDTH)
+
+
+def bumps(u: np.ndarray, seeds_high: float) -> np.ndarray:
+    """(n, COLUMNS) columns: smooth ones, which with coefficients of variance 1 have a sum of sd `spread` and a correlation length
+    of 0.1 to 0.2, and aprons, whose slope breaks where the flank's line meets the plate."""
+    shape = np.exp(-0.5 * ((u[:, None] - BUMPS) / BUMP_WIDTH) ** 2)
+    smooth = spread(u, seeds_high)[:, None] * shape / np.sqrt((shape**2).sum(1, keepdims=True))
+    return np.column_stack([smooth, TAIL_SD * np.exp(-np.abs(u[:, None] - 1) / np.array(TAILS))])
+
+
+def pooled_sd(values: np.ndarray, group: list, prior_sd: float) -> float:
+    """sd of `values` (n,) about their groups' means, and `prior_sd` as PACKING_WEIGHT further repeats would give it."""
+    sums, freedom = 0.0, 0
+    for key in dict.fromkeys(group):
+        own = values[[g == key for g in group]]
+        sums += float(((own - own.mean()) ** 2).sum())
+        freedom += len(own) - 1
+    return float(np.sqrt((PACKING_WEIGHT * prior_sd**2 + sums) / (PACKING_WEIGHT + freedom)))
