@@ -2,7 +2,8 @@
 
 Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, turning, air:
 nuisances. Locals of a run: its place at rest [mm], its onset [s since the tilt's origin] (on stairs: its friction), its tilt's
-level and rate [sd of what its column leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one more row beside those of the track.
+level and rate [sd of what its column leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one
+more row beside those of the track.
 """
 
 import math
@@ -26,14 +27,11 @@ RIVAL = Effect(  # no candidate, but what a law outside the library looks like: 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """friction: of the pair to begin with; effects: candidates that this session can show; omega (rad/s), phases (R,): of the
-    plate's vibration, once one was found; stairs: each run's tilt goes up in its column's own stairs."""
+    """friction: of the pair to begin with; effects: candidates that this session can show; stairs: each run's tilt goes up in its column's own stairs."""
 
     session: Session
     friction: float
     effects: dict = field(default_factory=dict)
-    omega: float = 0.0
-    phases: tuple[float, ...] = ()
     stairs: bool = False
 
 
@@ -64,9 +62,8 @@ def laws_of(model: Model, r: int, values: dict[str, float]) -> Laws:
     centre, sd = turning(run)
     press = adhesion.press(get("adhesion", 0.0), run.mass_g) if np.isfinite(run.mass_g) else 0.0
     return Laws(
-        press=press, shake=get("plate-vibration", 0.0), omega=model.omega, phase=model.phases[r] if model.phases else 0.0,
-        static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0), ln_speed=get("stribeck.ln-speed", 0.0),
-        shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0), inertia=get("partial-rolling", 0.0),
+        press=press, static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0),
+        ln_speed=get("stribeck.ln-speed", 0.0), shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0), inertia=get("partial-rolling", 0.0),
         turning=centre + sd * get("turning", 0.0), from_hinge=run.from_hinge, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
         worn=get(RIVAL.name, 0.0),
     )  # fmt: skip

@@ -16,7 +16,6 @@ from numba import njit
 from calibrate.diagnose.effects.slide import (
     kinetic_friction,
     partial_rolling,
-    plate_vibration,
     stepped_tilt,
     stribeck,
     viscous_sliding,
@@ -24,14 +23,13 @@ from calibrate.diagnose.effects.slide import (
 
 G_M_S2 = 9.80665
 STEPS = 300  # at least, from rest to the end
-PER_WAVE = 16  # steps to a turn of the plate's vibration
 
 
 @dataclass(frozen=True)
 class Laws:
     """All that acts, SI. friction: kinetic; static_excess, stribeck, ln_speed, shape, viscous: see the effects' files; press:
-    normal force over mass beside the weight's; inertia κ; turning c; from_hinge r₀; air d [1/m]; shake, omega, phase: vibration;
-    stair, stair_phase [rad]: 0 for a plate raised without steps; worn [1/m]: friction gained per way slid (no candidate: a rival
+    normal force over mass beside the weight's; inertia κ; turning c; from_hinge r₀; air d [1/m]; stair,
+    stair_phase [rad]: 0 for a plate raised without steps; worn [1/m]: friction gained per way slid (no candidate: a rival
     to those that are)."""
 
     friction: float = 0.0
@@ -45,9 +43,6 @@ class Laws:
     turning: float = 1.0
     from_hinge: float = 0.0
     air: float = 0.0
-    shake: float = 0.0
-    omega: float = 0.0
-    phase: float = 0.0
     stair: float = 0.0
     stair_phase: float = 0.0
     worn: float = 0.0
@@ -74,8 +69,8 @@ def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tu
 def _tilt(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
     angle = tilt[0] + t * (tilt[1] + t * (tilt[2] + t * tilt[3]))
     rate = tilt[1] + t * (2 * tilt[2] + t * 3 * tilt[3])
-    if p[14] > 0:
-        return stepped_tilt.raised(angle, p[14], p[15]), 0.0
+    if p[11] > 0:
+        return stepped_tilt.raised(angle, p[11], p[12]), 0.0
     return angle, rate
 
 
@@ -83,17 +78,17 @@ def _tilt(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
 def _forces(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
     """Pull along the plate and normal force on a block at rest, over its mass [m/s²]."""
     angle, rate = _tilt(t, tilt, p)
-    pull = G_M_S2 * math.sin(angle) - p[8] * rate**2 * p[9] + plate_vibration.shake(t, p[11], p[12], p[13])
+    pull = G_M_S2 * math.sin(angle) - p[8] * rate**2 * p[9]
     return pull, G_M_S2 * math.cos(angle) + p[6]
 
 
 @njit(cache=True)
 def _acceleration(t: float, x: float, v: float, tilt: np.ndarray, p: np.ndarray) -> float:
     angle, rate = _tilt(t, tilt, p)
-    friction = p[0] + stribeck.friction(v, p[2], p[3], p[4]) + viscous_sliding.friction(v, p[5]) + p[16] * x
+    friction = p[0] + stribeck.friction(v, p[2], p[3], p[4]) + viscous_sliding.friction(v, p[5]) + p[13] * x
     normal = G_M_S2 * math.cos(angle) + p[6] - 2 * p[8] * rate * v
     force = G_M_S2 * math.sin(angle) - p[8] * rate**2 * (p[9] - x if p[9] > 0 else 0.0) - friction * normal - p[10] * v * abs(v)
-    return force * partial_rolling.share(p[7]) + plate_vibration.shake(t, p[11], p[12], p[13])
+    return force * partial_rolling.share(p[7])
 
 
 @njit(cache=True)
@@ -108,27 +103,17 @@ def _step(t: float, s: float, x: float, v: float, tilt: np.ndarray, p: np.ndarra
 
 @njit(cache=True)
 def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Steps from row to row; on a shaken plate the block may stick again and be torn off, on an unshaken one it may not."""
+    """Steps from row to row; a block in motion does not stick again, so that a fit may try too much friction."""
     place, speed = np.zeros(len(time)), np.zeros(len(time))
-    longest, shaken = (time[-1] - time[0]) / STEPS, p[11] != 0 and p[12] > 0
-    if shaken:
-        longest = min(longest, 2 * math.pi / p[12] / PER_WAVE)
-    x, v, t, sticks = 0.0, 0.0, onset, False
-    rest = kinetic_friction.at_rest(p[0], p[1]) + stribeck.friction(0.0, p[2], p[3], p[4])
+    longest = (time[-1] - time[0]) / STEPS
+    x, v, t = 0.0, 0.0, onset
     for i in range(len(time)):
         if time[i] <= onset:
             continue
         count = max(math.ceil((time[i] - t) / longest), 1)
         s = (time[i] - t) / count
         for k in range(count):
-            begin = t + k * s
-            if sticks:
-                pull, normal = _forces(begin + s, tilt, p)
-                sticks = pull <= rest * normal
-                continue
-            x, v = _step(begin, s, x, v, tilt, p)
-            if shaken and v < 0:
-                v, sticks = 0.0, True
+            x, v = _step(t + k * s, s, x, v, tilt, p)
         t = time[i]
         place[i], speed[i] = x, v
     return place, speed

@@ -5,20 +5,24 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from calibrate.diagnose.effects.slide import plate_vibration
 from calibrate.diagnose.noise import whiten
 from calibrate.diagnose.slide.problem import Prepared, motion_of
 
 SEEN_P = 1e-4  # over all frequencies
 SLOWEST = 6.0  # waves to a slide; slower ones the flexible curve takes up
 SPACING, FINE = 0.4, 0.05  # of the inverse of the longest slide
+LATE = 0.4  # share of a slide by whose end a shaken block no longer sticks
+SEEN_CHI2, SAME_SHARE = 9.0, 0.8  # a run sees it; of the runs that must
 
 
 @dataclass(frozen=True)
 class Vibration:
-    """omega [rad/s]; phases of the acceleration in t − origin of each run's tilt [rad]; p over all frequencies."""
+    """hertz; amplitude of the acceleration [m/s²] and its sd; p over all frequencies."""
 
-    omega: float
-    phases: tuple[float, ...]
+    hertz: float
+    amplitude: float
+    sd: float
     p: float
 
 
@@ -38,24 +42,31 @@ def vibration(prepared: Prepared) -> Vibration | None:
     if p >= SEEN_P:
         return None
     near = grid[best] + np.arange(-1, 1 + FINE, FINE) * SPACING / last
-    each = [_falls(prepared, r, near) for r in range(len(runs))]
-    at = int(np.argmax(sum(fall for fall, _ in each)))
-    # travel a cos ωt + b sin ωt is an acceleration −ω² of that: A cos(ωt + φ) with A cos φ = −ω² a, A sin φ = ω² b
-    phases = tuple(float(np.arctan2(waves[1, at], -waves[0, at])) for _, waves in each)
-    return Vibration(2 * np.pi * float(near[at]), phases, p)
+    hertz = float(near[np.argmax(sum(_falls(prepared, r, near)[0] for r in range(len(runs))))])
+    late = [_falls(prepared, r, np.array([hertz]), LATE) for r in range(len(runs))]  # by then it slides without a stop
+    if np.mean([fall[0] > SEEN_CHI2 for fall, _, _ in late]) < SAME_SHARE:
+        return None
+    omega = 2 * np.pi * hertz
+    sizes = np.array([plate_vibration.amplitude(np.hypot(*waves[:, 0]), omega) for _, waves, _ in late])
+    sds = np.array([plate_vibration.amplitude(sd[0], omega) for _, _, sd in late])
+    weight = sds**-2 / (sds**-2).sum()
+    spread = float(np.sqrt((weight * (sizes - weight @ sizes) ** 2).sum() / max(len(runs) - 1, 1)))
+    return Vibration(hertz, float(weight @ sizes), max(float((sds**-2).sum() ** -0.5), spread), p)
 
 
-def _falls(prepared: Prepared, r: int, hertz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Fall of χ² (f,) that a wave of each frequency takes from run r's slide, and its cosine and sine (2, f) [mm]."""
+def _falls(prepared: Prepared, r: int, hertz: np.ndarray, skip: float = 0.0):
+    """Fall of χ² (f,) that a wave of each frequency takes from run r's slide without its first share `skip`, its cosine and sine
+    (2, f) [mm] and their sd (f,)."""
     run, curve = prepared.session.runs[r], motion_of(prepared.session.runs[r])
+    kept = slice(int(skip * len(curve.data)), None)
     angle = 2 * np.pi * (run.time[run.rest :] - run.tilt.origin)[:, None] * hertz
     rows = np.column_stack([curve.design, np.cos(angle), np.sin(angle), curve.data]) / prepared.sigma[r][run.rest :, None]
-    white = whiten(rows[:, None, :], curve.lag[:, None], prepared.noise.rho, prepared.noise.white)[0][:, 0]
+    white = whiten(rows[kept, None, :], curve.lag[kept, None], prepared.noise.rho, prepared.noise.white)[0][:, 0]
     count = curve.design.shape[1]
     basis = np.linalg.qr(white[:, :count])[0]
     white = white[:, count:] - basis @ (basis.T @ white[:, count:])
     cosine, sine, data = white[:, : len(hertz)], white[:, len(hertz) : -1], white[:, -1]
     cc, ss, cs = (cosine**2).sum(0), (sine**2).sum(0), (cosine * sine).sum(0)
-    right = np.stack([cosine.T @ data, sine.T @ data])
-    waves = np.stack([ss * right[0] - cs * right[1], cc * right[1] - cs * right[0]]) / np.maximum(cc * ss - cs**2, 1e-30)
-    return (waves * right).sum(0), waves
+    right, area = np.stack([cosine.T @ data, sine.T @ data]), np.maximum(cc * ss - cs**2, 1e-30)
+    waves = np.stack([ss * right[0] - cs * right[1], cc * right[1] - cs * right[0]]) / area
+    return (waves * right).sum(0), waves, np.sqrt((cc + ss) / 2 / area)

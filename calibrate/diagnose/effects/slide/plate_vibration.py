@@ -1,16 +1,11 @@
 """Plate vibration: the drive shakes the plate along its slope."""
 
-import math
-
-from numba import njit
-
 from calibrate.diagnose.effects.effect import Effect
 
 
-@njit(cache=True)
-def shake(time_s: float, value: float, omega: float, phase: float) -> float:
-    """Acceleration beside gravity's [m/s²]: `value` cos(ω t + φ)."""
-    return value * math.cos(omega * time_s + phase)
+def amplitude(wave_mm: float, omega: float) -> float:
+    """Of the acceleration [m/s²] that makes a freely sliding block ripple by `wave_mm` at ω [rad/s]: ω² x."""
+    return 1e-3 * wave_mm * omega**2
 
 
 EFFECT = Effect(
