@@ -76,7 +76,7 @@ def _visible(drop: Flown, change, shared) -> Visible:
     flight = _flights(drop)
     inside = flight >= 0
     t, count = drop.true_s, flight.max() + 1
-    across = [np.ones_like(t), t] + [np.maximum(t - b, 0) for b in drop.log[: count - 1, T_BEGIN]]
+    across = [np.ones_like(t), t] + [np.maximum(t - b, 0) for b in drop.log[: count - 1, [T_BEGIN, T_END]].mean(axis=1)]
     up = [(flight == k) * f for k in range(count) for f in (np.ones_like(t), t)]
     p, q = len(across), len(up)
     own = [np.zeros((len(t), p + q)) for _ in range(2)]

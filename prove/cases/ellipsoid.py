@@ -12,7 +12,7 @@ from numba import njit
 from prove.cases.flight_laws import acceleration, restitution
 
 G_M_S2 = 9.80665
-CONTACT_STEP_S, FINEST_STEP_S = 3e-6, 1e-9
+CONTACT_STEP_S, FINEST_STEP_S = 2e-6, 1e-9
 FILM_M = 3e-5  # a film lets go after so much stretching
 SLIP_M_S = 0.01  # Coulomb friction is rounded off below this slip speed
 NO_CONTACT, PRESSED, STRETCHED = 0, 1, 2
