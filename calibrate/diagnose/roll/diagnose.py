@@ -1,6 +1,7 @@
 """Rolls, from recordings to a finding."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -10,9 +11,9 @@ from calibrate.diagnose.name import ALPHA, LN_BF_RIVAL, Verdict, name
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.roll.curves import curves_of
 from calibrate.diagnose.roll.law import best_without_name, law_of
-from calibrate.diagnose.roll.problem import build, roll_problem
+from calibrate.diagnose.roll.problem import MU_SD, build, roll_problem, scatter_of
 from calibrate.diagnose.roll.readings import diagnose_readings
-from calibrate.diagnose.roll.ripple import Ripple, arguments, as_stated, common_rise, find_ripple, left_out_rise
+from calibrate.diagnose.roll.ripple import Ripple, arguments, as_stated, common_rise, find_ripple, held_out_rise, left_out_rise
 from calibrate.diagnose.roll.session import assemble
 from calibrate.diagnose.roll.windows import sectors_of, windows_of
 
@@ -29,11 +30,15 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     runs, seed, notes = assemble(usable)
     scales = _scales(usable)
     turn, phase = arguments(runs, seed)
-    plain = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
-    base = fit(plain)
+    plain = partial(roll_problem, build(runs, seed, turn, phase, ripple=False), scales)
+    base = fit(plain())
+    scatter = scatter_of(base)
+    if scatter > MU_SD:
+        base = fit(plain(mu_sd=scatter))
+        notes += (f"rolling friction differs by {100 * scatter:.2g} % from run to run, which is taken for the seeds' own",)
     ripple = find_ripple(base, rng)
     if ripple.p < ALPHA:
-        base, more, ripple = _with_ripple(runs, seed, scales, ripple)
+        base, more, ripple = _with_ripple(runs, seed, scales, ripple, scatter)
         notes += more
     where = _located(base, ripple, rng)
     found = _held_against_the_nameless(base, name(base, where, rng))
@@ -49,16 +54,16 @@ def _scales(recordings) -> dict[str, float]:
     return out
 
 
-def _with_ripple(runs, seed, scales, ripple: Ripple) -> tuple[Fit, tuple[str, ...], Ripple | None]:
+def _with_ripple(runs, seed, scales, ripple: Ripple, scatter: float) -> tuple[Fit, tuple[str, ...], Ripple | None]:
     """A baseline beside which the ripple is a candidate; or, where the stated shape makes such a ripple, with it."""
     model = build(runs, seed, ripple.turn, ripple.phase, ripple=True)
-    problem = roll_problem(model, scales)
+    problem = roll_problem(model, scales, mu_sd=scatter)
     freed = fit(problem, free=("shape-barrier",))
     rise, sd, _ = common_rise(freed)
     if not as_stated(rise, sd, seed):
         return fit(problem), (), ripple
     note = f"the centre rises by {rise:.2g} mm as the seed turns, as its stated shape makes it ({seed.rise_mm:.2g} mm): no news"
-    return fit(roll_problem(model, scales, shape_known=seed.rise_mm)), (note,), None
+    return fit(roll_problem(model, scales, shape_known=seed.rise_mm, mu_sd=scatter)), (note,), None
 
 
 def _located(base: Fit, ripple: Ripple | None, rng: np.random.Generator) -> Location:
@@ -92,6 +97,7 @@ def _finding(base: Fit, where: Location, found: Verdict, notes: tuple[str, ...],
         made = replace(made, parameters=made.parameters | told)
     if "shape-barrier" in made.left_out:
         made = replace(made, left_out=made.left_out | {"shape-barrier": left_out_rise(model)})
+        made = replace(made, held_out=held_out_rise(model, base))
     return made
 
 

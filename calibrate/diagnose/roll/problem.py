@@ -5,13 +5,14 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from scipy import stats
 from scipy.optimize import least_squares
 
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.roll import EFFECTS
 from calibrate.diagnose.effects.roll.shape_barrier import quadrature
-from calibrate.diagnose.problem import Problem
-from calibrate.diagnose.roll.model import Model, moved, predict, way_of
+from calibrate.diagnose.problem import Fit, Problem
+from calibrate.diagnose.roll.model import OWN, Model, moved, predict, way_of
 from calibrate.diagnose.roll.motion import Table
 from calibrate.diagnose.roll.noise_of_run import RunNoise, estimate_noise
 from calibrate.diagnose.roll.session import Run, Seed, weight_over_inertia
@@ -23,6 +24,7 @@ LENGTH_SD_M = 1e-3  # of the centre's way on the incline: where the seed was lai
 GRAVITY_SD = 5e-4  # beside 9.80665: a twin of the scale
 WIDE_MU = 1.0  # the common rolling friction is measured here, not known
 CURVES = 6
+SCATTER_P = 1e-3  # of a scatter of friction as great by chance, below which it is taken for seeds that differ more
 PUSH = 1e-6  # over weight, for derivatives: a 1e-4 of friction, so that the stop moves in proportion
 
 
@@ -56,8 +58,11 @@ def effects_of(runs, seed: Seed, *, ripple: bool) -> dict[str, Effect]:
     return found
 
 
-def roll_problem(model: Model, scales: dict[str, float], *, shape_known: float = 0.0, noise: RunNoise | None = None) -> Problem:
-    """scales: sd of each session's scale, relative; shape_known [mm]: rise that the stated shape makes, part of the baseline."""
+def roll_problem(
+    model: Model, scales: dict[str, float], *, shape_known: float = 0.0, mu_sd: float = MU_SD, noise: RunNoise | None = None
+) -> Problem:
+    """scales: sd of each session's scale, relative; shape_known [mm]: rise that the stated shape makes, part of the baseline;
+    mu_sd: of each run's rolling friction about the common one, relative."""
     effects = effects_of(model.runs, model.seed, ripple="shape-barrier" in model.names)
     if shape_known:
         effects = {n: e for n, e in effects.items() if not n.startswith("shape-barrier")}
@@ -72,7 +77,7 @@ def roll_problem(model: Model, scales: dict[str, float], *, shape_known: float =
     if shape_known:
         ripple = {n: shape_known / math.sqrt(2) for n in model.names if n.startswith("shape-barrier.")}
         known, sizes = known | ripple, sizes | ripple
-    own = locals_of(model)
+    own = locals_of(model, mu_sd)
     model = replace(model, names=(*effects, *sizes), seen={})
     series = tuple(_series(model, r, own.start[r], noise) for r in range(len(model.runs)))
     made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=15)
@@ -93,7 +98,7 @@ def _closer(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
     return own.start[r] + unit * least_squares(misfit, np.zeros(5), method="lm", diff_step=1e-5, max_nfev=60).x
 
 
-def locals_of(model: Model) -> Locals:
+def locals_of(model: Model, mu_sd: float) -> Locals:
     """Each run's own numbers to begin with, and how well they are known beforehand."""
     start, f = [], weight_over_inertia(model.seed)
     for r, run in enumerate(model.runs):
@@ -105,7 +110,7 @@ def locals_of(model: Model) -> Locals:
             place = run.x[-1] - top**2 / (2 * f * model.mu) - s
         start.append([release, place, 0.0, 0.0, 0.0])
     stated = np.array([[math.isfinite(run.length), math.isfinite(run.incline)] for run in model.runs]).all(0)
-    sd = [np.inf, np.inf, LENGTH_SD_M if stated[0] else 0.02, INCLINE_SD_DEG if stated[1] else 5.0, MU_SD]
+    sd = [np.inf, np.inf, LENGTH_SD_M if stated[0] else 0.02, INCLINE_SD_DEG if stated[1] else 5.0, mu_sd]
     return Locals(np.array(start), np.array([1e-5, 1e-6, 1e-6, 1e-3, 1e-4]), np.array(sd))
 
 
@@ -135,3 +140,16 @@ def push_in(low: float, high: float, reach: float, points: int = 400) -> Table:
     width = grid[1]
     inside = np.clip((grid - low) / width + 0.5, 0, 1) * np.clip((high - grid) / width + 0.5, 0, 1)
     return Table(0.0, float(width), -PUSH * inside)
+
+
+def scatter_of(base: Fit) -> float:
+    """Relative sd of rolling friction among runs of one direction and incline: MU_SD, or what is seen where that is more."""
+    runs, own = base.problem.model.runs, base.starts[:, OWN.index("mu")]
+    kinds: dict[tuple, list[float]] = {}
+    for run, value in zip(runs, own, strict=True):
+        kinds.setdefault((run.sign, run.incline, run.length), []).append(value)
+    freedom = len(runs) - len(kinds)
+    square = sum(float(((np.array(v) - np.mean(v)) ** 2).sum()) for v in kinds.values())
+    if freedom < 2 or stats.chi2.sf(square / MU_SD**2, freedom) > SCATTER_P:
+        return MU_SD
+    return math.sqrt(square / freedom)

@@ -8,17 +8,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibrate.diagnose.linear import chance, fall_of_chi2, projector, stacked
+from calibrate.diagnose.linear import chance, fall_of_chi2, projector, ridge, stacked
 from calibrate.diagnose.locate import noise_doubt
+from calibrate.diagnose.name import ALPHA
 from calibrate.diagnose.problem import Fit
 from calibrate.diagnose.roll.motion import Table
 from calibrate.diagnose.roll.problem import PUSH
 from calibrate.diagnose.roll.session import Run, Seed
 from calibrate.diagnose.roll.windows import Flown, flown, response
+from calibrate.diagnose.scores import HeldOut
 
-RADII = np.linspace(0.82, 1.18, 25)  # of the stated radius: sizes of one lot, and which of its axes a seed rolls about
+RADII = 0.82, 1.18  # of the stated radius: sizes of one lot, and which of its axes a seed rolls about
+MOST_RADII = 61
+NEARER = 9  # radii between neighbours of the best one
 POINTS_A_TURN = 24
 AT_ONCE = 5  # radii
+PHASES = 180
 LIKE_STATED = (0.5, 1.5)  # rise over that of the stated shape which is taken for the stated shape's
 
 
@@ -49,13 +54,27 @@ def find_ripple(base: Fit, rng: np.random.Generator) -> Ripple:
     """Asked of a baseline without ripple."""
     model = base.problem.model
     doubt, at = noise_doubt(base, rng), flown(base)
-    trials = (1.0,) if all(run.turning for run in model.runs) else RADII
-    asked = [arguments(model.runs, model.seed, radius) for radius in trials]
-    found = []
+    if all(run.turning for run in model.runs):
+        own = arguments(model.runs, model.seed)
+        return Ripple(chance(*_falls(base, at, [own])[0], doubt), *own)
+    way = max(float(seen[-1] - w.corner) for seen, w in zip(at.seen, at.ways, strict=True))
+    count = int(np.clip((RADII[1] - RADII[0]) * way / model.seed.radius, 9, MOST_RADII))  # neighbours differ by 2 rad at the end
+    radii = np.linspace(*RADII, count)
+    falls = _asked(base, at, radii)
+    best = int(np.argmax([fall for fall, _ in falls]))
+    p = min(1.0, count * chance(*falls[best], doubt))
+    if p < ALPHA:
+        radii = radii[best] + (radii[1] - radii[0]) * np.linspace(-1, 1, NEARER)
+        best = int(np.argmax([fall for fall, _ in _asked(base, at, radii)]))
+    return Ripple(p, *arguments(model.runs, model.seed, radii[best]))
+
+
+def _asked(base: Fit, at: Flown, radii: np.ndarray) -> list[tuple[float, int]]:
+    """Fall of χ² and freedom for each of the radii, over the stated one."""
+    asked, found = [arguments(base.problem.model.runs, base.problem.model.seed, radius) for radius in radii], []
     for some in (asked[k : k + AT_ONCE] for k in range(0, len(asked), AT_ONCE)):
-        found += [chance(*fall, doubt) for fall in _falls(base, at, some)]
-    best = int(np.argmin(found))
-    return Ripple(min(1.0, len(trials) * found[best]), *asked[best])
+        found += _falls(base, at, some)
+    return found
 
 
 def _falls(base: Fit, at: Flown, asked) -> list[tuple[float, int]]:
@@ -110,6 +129,28 @@ def left_out_rise(found: Fit) -> tuple[float, ...]:
         return (float(rise[0]),)
     weight = 1 / sd**2
     return tuple(float(v) for v in ((weight * rise).sum() - weight * rise) / (weight.sum() - weight))
+
+
+def held_out_rise(found: Fit, base: Fit) -> HeldOut | None:
+    """Each run predicted with the nuisances and the rise of the others; its phase, which nobody can foretell, is its own.
+
+    None for one run."""
+    rise, sse_fit, sse_base, sse_noise = left_out_rise(found), 0.0, 0.0, 0.0
+    if len(rise) < 2:
+        return None
+    turns = np.linspace(0, 2 * np.pi, PHASES, endpoint=False)
+    nil = np.where([n.startswith("shape-barrier") for n in base.names], 0.0, base.prior_sd)
+    for r, (mine, its) in enumerate(zip(found.reduced, base.reduced, strict=True)):
+        theta = ridge(*stacked(found.reduced[:r] + found.reduced[r + 1 :]), found.prior_sd)[0]
+        theta_base = ridge(*stacked(base.reduced[:r] + base.reduced[r + 1 :]), nil)[0]
+        pair = [found.names.index(f"shape-barrier.{kind}.{r}") for kind in ("cos", "sin")]
+        theta[pair] = 0.0
+        ripples = rise[r] * mine.a[:, pair] @ np.array([np.cos(turns), np.sin(turns)])
+        sse_fit += float((((mine.b - mine.a @ theta)[:, None] - ripples) ** 2).sum(0).min())
+        sse_base += float(((its.b - its.a @ theta_base) ** 2).sum())
+        fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
+        sse_noise += float((mine.b**2).sum()) - fall + count
+    return HeldOut(float(np.sqrt(sse_fit / sse_base)), float((sse_base - sse_fit) / max(sse_base - sse_noise, 1e-9)))
 
 
 def as_stated(rise: float, sd: float, seed: Seed) -> bool:

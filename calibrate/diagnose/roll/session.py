@@ -21,7 +21,7 @@ REFERENCE_SPEED_M_S = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One recording: time_s, x (n,) [m], each the mean of some rows, spread_s (n,) sd of their times, lag (n,) in averaged frames;
+    """One recording: time_s, x (n,) [m]: means of some rows each, spread_s (n,) sd of their times; lag (n,) in averaged frames;
     way: a path to begin with; sign +1: rolls towards +x; incline [rad], length [m]: stated, NaN where not; turning: (slope [1/m],
     angle at x = 0 [rad]) of the seed's orientation against travel, None where it was not seen."""
 
