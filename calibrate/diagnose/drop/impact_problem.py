@@ -102,7 +102,7 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
     e_scatter = _scatter(
         e_rows,
         seen.e,
-        _e_design(seen, later),
+        _e_design(seen, impacts.number),
         seen.e_error,
         [np.diag(later / seen.speed**2), same],
         E_FLOOR + E_FLOOR_LONG * long**2,
@@ -141,10 +141,10 @@ def _scatter(rows, y, design, error, components, floor) -> Scatter | None:
     return scatter_of(y[rows], design[rows, :width], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor)
 
 
-def _e_design(seen: Bounces, later: np.ndarray) -> np.ndarray:
+def _e_design(seen: Bounces, number: np.ndarray) -> np.ndarray:
     """Beside a law of the speed in steps: within a step the speed is what scatter of the bounce before has made it."""
     step = STEP_LN_SPEED * np.round(np.log(seen.speed) / STEP_LN_SPEED)
-    return np.column_stack([np.ones(len(step)), step, np.exp(-2 * step), later * 1.0])
+    return np.column_stack([np.ones(len(step)), step, np.exp(-2 * step), number > 1, np.minimum(number, 5)]).astype(float)
 
 
 def _kick_design(seen: Bounces, later: np.ndarray, free: bool) -> np.ndarray:

@@ -113,7 +113,10 @@ def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndar
         rows.append((s.recording[before], entries, side_columns[j], -side[j]))
     for r in np.flatnonzero(np.isfinite(s.release)):
         flight = int(np.flatnonzero(s.recording == r)[0])
-        j = int(np.flatnonzero(s.joint[:, 0] == flight)[0])
+        touched = np.flatnonzero(s.joint[:, 0] == flight)
+        if not len(touched):  # the flight after its first impact was left out: nobody saw where it fell to
+            continue
+        j = int(touched[0])
         slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
         rows.append((r, {flight: np.array([0, 0, 0, slope])}, side_columns[count + r], -side[count + r]))
     return rows

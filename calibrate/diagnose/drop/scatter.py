@@ -4,6 +4,7 @@ A long seed's bounce exchanges translation and spin: its e and its kicks are wid
 beside its fall. The scatter is read from the impacts themselves. Patterson & Thompson (1971), Biometrika 58, 545.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,20 +38,38 @@ def scatter_of(
     freedom = len(y) - np.linalg.matrix_rank(design) if len(y) else 0
     if freedom < LEAST_FREEDOM:
         return None
-    weight, at = np.ones(len(y)), None
-    for _ in range(TURNS):
-        rows = [components[0] / weight, *components[1:]]  # the first two are diagonal: they are what has outliers
-        rows[1] = rows[1] / weight
-        spread, at = _fitted(y, design, measured, rows, floor, at)
-        whole = measured + spread
-        square = weight * _standardised(y, design, whole) ** 2
-        before, weight = weight, _weights(square)
-        if np.abs(weight - before).max() < 0.05:
-            break
+    starts = (np.ones(len(y)), _weights(_robust(y, design, floor) ** 2))
+    whole = max((_settled(y, design, measured, components, floor, w) for w in starts), key=lambda found: found[0])[1]
     whole = whole * (TAILS + 3) / (TAILS + 1)  # what such weights make of the information, at most
     few = _freedom(whole, design)
     wider = (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
     return Scatter(wider * whole, 0.5 * float(np.sqrt(polygamma(1, few / 2))))
+
+
+def _settled(y, design, measured, components, floor: float, weight: np.ndarray) -> tuple[float, np.ndarray]:
+    """Weights and variances in turn, until they agree: ln of Student's likelihood, about, and the covariance."""
+    at = None
+    for _ in range(TURNS):
+        rows = [components[0] / weight, components[1] / weight, *components[2:]]  # diagonal ones: they are what has outliers
+        spread, at = _fitted(y, design, measured, rows, floor, at)
+        whole = measured + spread
+        square = _standardised(y, design, whole) ** 2 / weight
+        before, weight = weight, _weights(square)
+        if np.abs(weight - before).max() < 0.05:
+            break
+    size = np.log(np.diag(whole) * before).sum()
+    return -0.5 * float(size + (TAILS + 1) * np.log1p(square / TAILS).sum()), whole
+
+
+def _robust(y: np.ndarray, design: np.ndarray, floor: float) -> np.ndarray:
+    """Residuals (m,) about the law of least absolute deviations, over their own spread."""
+    weight = np.ones(len(y))
+    for _ in range(20):
+        root = np.sqrt(weight)[:, None]
+        left = y - design @ np.linalg.lstsq(root * design, root[:, 0] * y, rcond=None)[0]
+        weight = 1 / np.maximum(np.abs(left), 0.1 * floor)
+    spread = 1.4826 * float(np.median(np.abs(left))) * math.sqrt(len(y) / max(len(y) - design.shape[1], 1))
+    return left / (spread + floor)
 
 
 def _weights(square: np.ndarray) -> np.ndarray:
@@ -80,7 +99,10 @@ def _fitted(y, design, known, components, floor: float, at):
 
     def loss(u: np.ndarray) -> float:
         whole = fixed + sum(s * v for s, v in zip(sizes(u), parts, strict=True))
-        triangle = np.linalg.cholesky(whole + 1e-14 * usual * np.eye(len(whole)))
+        try:
+            triangle = np.linalg.cholesky(whole + 1e-10 * np.trace(whole) / len(whole) * np.eye(len(whole)))
+        except np.linalg.LinAlgError:  # one row so far off that the others' scatter is lost beside it
+            return np.inf
         return float(2 * np.log(np.diag(triangle)).sum() + (np.linalg.solve(triangle, seen) ** 2).sum() + 0.02 * (u**2).sum())
 
     starts = [np.full(len(parts), -2.0), np.r_[-6.0, np.full(len(parts) - 1, -1.0)]] if at is None else [at]
