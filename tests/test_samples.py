@@ -1,5 +1,6 @@
 """The sample bench folders: what is drawn is measured right, and the README's commands do what it says."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -59,7 +60,7 @@ def test_the_drawn_bench_is_what_its_script_draws(tmp_path):
 def test_the_readme_names_only_what_is_there():
     text = (ROOT / "README.md").read_text()
     for option in set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text)):
-        verbs = ("measure", "simulate", "calibrate")
+        verbs = ("measure", "simulate", "calibrate", "diagnose")
         helps = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200).output for verb in verbs]
         assert any(option in text for text in helps), option
     for path in re.findall(r"`((?:samples|docs|benchmarks)/[\w/.-]+)`|\((docs/[\w./-]+)\)", text):
@@ -88,3 +89,53 @@ def test_the_simulate_commands_of_readme_and_samples_run(arguments, tmp_path, mo
     if arguments[1] != "pile":  # so little of a pile has no slope yet
         assert result.exit_code == 0, result.output
         assert len(pd.read_csv(tmp_path / "out" / "measured" / "measurements.csv")) >= repeats
+
+
+def diagnose_commands():
+    """Every `benchtwin diagnose …` of README and Makefile on samples, split into its arguments."""
+    texts = [(ROOT / name).read_text() for name in ("README.md", "Makefile")]
+    lines = [line for text in texts for line in re.findall(r"benchtwin (diagnose [\w/.-]+ --?.*)", text)]
+    split = [shlex.split(line.replace("$(DEMO_OUT)/", ""), comments=True) for line in lines]
+    return list({(a[1], "--no-twin" in a): a for a in split}.values())  # the same but for its films is the same here
+
+
+@pytest.mark.parametrize("arguments", diagnose_commands(), ids=" ".join)
+def test_the_diagnose_commands_of_readme_and_demo_run_and_find_what_is_concealed(arguments, tmp_path, monkeypatch):
+    """As written, but for the films of the twin; a bench of the reader's own is the concealed roll."""
+    from concealed import reveal
+
+    monkeypatch.chdir(ROOT)
+    arguments = [a.replace("my-bench", "samples/concealed-roll") for a in arguments]
+    arguments[arguments.index("--out") + 1] = str(tmp_path / "out")
+    quick = [] if {"--quick", "--no-twin"} & set(arguments) else ["--quick"]
+    result = CliRunner().invoke(app, [*arguments, *quick])
+    assert result.exit_code == 0, result.output
+    key = reveal(ROOT / arguments[1])
+    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"][key["rig"]]
+    assert (found["verdict"], found["names"]) == ("name", [key["effect"]]), result.output
+    value = found["parameters"][key["effect"]]
+    assert value["unit"] == key["unit"] and value["low95"] < key["parameter"] < value["high95"]
+    if "--no-twin" not in arguments:
+        assert found["twin"]["rmse_after"] < 0.7 * found["twin"]["rmse_before"]
+
+
+def test_the_readme_quotes_what_the_diagnosis_says():
+    """The verdict of the concealed drops, to the digit."""
+    from calibrate.diagnose.bench import diagnose_bench
+    from calibrate.diagnose.words import lines
+
+    said = lines(diagnose_bench(SAMPLES / "concealed-drop"))[0]
+    assert said in (ROOT / "README.md").read_text()
+
+
+def test_a_key_is_not_read_by_accident_and_is_revealed_when_asked(capsys):
+    from concealed import KEY, main
+
+    for name, effect in (("concealed-drop", "drag"), ("concealed-roll", "slope")):
+        texts = [p.read_text(encoding="utf8") for p in (SAMPLES / name).rglob("*") if p.is_file()]
+        assert not any(effect in text for text in texts)
+        assert sum(p.stat().st_size for p in (SAMPLES / name).rglob("*") if p.is_file()) < 300_000
+        assert main(["reveal", str(SAMPLES / name)]) == 0
+        assert effect in capsys.readouterr().out
+        assert (SAMPLES / name / KEY).is_file()
+    assert main(["reveal", "nowhere"]) == 2
