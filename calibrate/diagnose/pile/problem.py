@@ -1,6 +1,7 @@
 """Heaps as a problem: the surface of each flank, its angle and the plate's line, all linear in what is asked.
 
-surface   v(u) = max(1 − u, 0) + usual(u) + material's own (global bumps) + packing's own (local level, slope, crest, toe, bow) + effects
+surface   v(u) = max(1 − u, 0) + usual(u) + the material's own (global bumps) + the packing's own (local level, slope, crest,
+          toe and bow of each flank) + effects
 angle     θ = θ₀ + side · (turn of the heap in the picture) + effects
 plate     inclination against the stated plumb = base tilt + camera roll
 """
@@ -9,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.pile import EFFECTS, LAWS, RIVALS
 from calibrate.diagnose.effects.pile.shapes import crest, toe
 from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, whiten
@@ -25,7 +25,12 @@ REPOSE_SD_DEG = 20.0
 LEVEL_DOUBT = 0.15  # of ln of the noise's power: packings are not Gaussian, and repeats are few
 WAVES = 6
 # What differs by itself with a stated condition, per unit of its logarithm: crest, toe [height], angle [deg]
-NATURAL = {"gate_speed_mm_s": (0.03, 0.03, 5.0), "seed_mm": (0.02, 0.03, 1.5), "width_mm": (0.01, 0.01, 1.0), "photo_s": (0.005, 0.005, 0.3)}  # fmt: skip
+NATURAL = {
+    "gate_speed_mm_s": (0.03, 0.03, 5.0),
+    "seed_mm": (0.02, 0.03, 1.5),
+    "width_mm": (0.01, 0.01, 1.0),
+    "photo_s": (0.005, 0.005, 0.3),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +62,20 @@ def problem_of(photos: tuple[Photo, ...]) -> Problem:
     own = Locals(np.zeros((count, len(held))), np.full(len(held), 1e-3), held)
     known = nuisances | {"base-tilt": LEVEL_SD_DEG, "camera-roll": max(p.plumb_sd_deg for p in photos)}
     made = series_problem("pile", series, own, model.predict, effects, nuisances, known, model, turns=2)
-    return replace(made, level_sd=LEVEL_DOUBT, common_smooth=True)
+    return replace(made, level_sd=LEVEL_DOUBT, common_smooth=True, reduce=_once(made))
+
+
+def _once(problem: Problem):
+    """`problem.reduce` computed once: heaps are linear, so that it is the same wherever it is taken."""
+    zero = np.zeros(len(problem.names))
+    reduced, change_from_zero = problem.reduce(problem.starts, zero)
+
+    def reduce(starts: np.ndarray, values: np.ndarray, extra=None):
+        if extra is not None:
+            return problem.reduce(starts, values, extra)
+        return reduced, lambda moved: problem.starts + change_from_zero(values + moved) - starts
+
+    return reduce
 
 
 def _can_show(name: str, photos: tuple[Photo, ...]) -> bool:
