@@ -14,6 +14,7 @@ from prove.cases.flight_laws import acceleration, restitution
 G_M_S2 = 9.80665
 CONTACT_STEP_S, FINEST_STEP_S = 2e-6, 1e-9
 FILM_M = 3e-5  # a film lets go after so much stretching
+STUCK_S = 3e-3  # a seed that a film holds for so long bounces no more
 SLIP_M_S = 0.01  # Coulomb friction is rounded off below this slip speed
 NO_CONTACT, PRESSED, STRETCHED = 0, 1, 2
 
@@ -151,6 +152,8 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
                 row[V_NORMAL], row[UPRIGHT], row[TURN_IN] = -vn, abs(r[2, 0]), -spin[1]
             elif contact[0] == PRESSED and gap > 0.0 and vn > 0.0:
                 contact[0] = STRETCHED if plate[5] > 0.0 else NO_CONTACT
+            elif contact[0] != NO_CONTACT and now - log[count, T_BEGIN] > STUCK_S:
+                return rows, log[:count], k
             elif contact[0] == STRETCHED and gap <= 0.0:
                 contact[0] = PRESSED
             elif contact[0] == STRETCHED and gap > FILM_M:
