@@ -12,11 +12,13 @@ from scipy import stats
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """One recording: a (m, G) of the globals, smooth (m, …) of its curves, b (m,), all at θ = 0 (not at the fit)."""
+    """One recording: a (m, G) of the globals, smooth (m, …) of its curves, b (m,), all at θ = 0 (not at the fit); cost: χ² at the
+    very point of linearisation, its own prior terms included, None where that is not known."""
 
     a: np.ndarray
     smooth: np.ndarray
     b: np.ndarray
+    cost: float | None = None
 
 
 def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:

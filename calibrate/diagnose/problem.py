@@ -13,6 +13,8 @@ import numpy as np
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced, ridge, stacked
 
+POOR = 2.0  # χ² per degree of freedom above which a fit may have ended beside its minimum
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -80,7 +82,15 @@ class Fit:
 
 
 def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = None) -> Fit:
-    """From the problem's own start (or from `start`); `free`: candidates with their physical prior."""
+    """From `start`, or from the problem's own start where there is none or it leads nowhere; `free`: candidates with their
+    physical prior."""
+    found = _descended(problem, free, start)
+    if start is None or found.chi2 < POOR * problem.freedom:
+        return found
+    return min(found, _descended(problem, free, None), key=lambda f: f.chi2 if np.isfinite(f.chi2) else np.inf)
+
+
+def _descended(problem: Problem, free: tuple[str, ...], start: Fit | None) -> Fit:
     wide = {n for effect in free for n in problem.columns_of(effect)}
     known = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
@@ -93,6 +103,7 @@ def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = Non
         here = _misfit(there, values, prior)
         if not here < lowest + max(1.0, 1e-3 * lowest) and np.isfinite(lowest):  # too long a step, NaN included: half of it
             starts, values = (starts + good[0]) / 2, (values + good[1]) / 2
+            chi2 = lowest
             continue
         good, lowest, reduced, solve_locals = (starts, values), here, there, solve_there
         after, covariance, chi2 = ridge(*stacked(reduced), prior)
@@ -101,11 +112,17 @@ def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = Non
         if np.max(moved, where=prior > 0, initial=0.0) < 0.01 and abs(before - chi2) < 0.1:  # far below one sd, one unit of χ²
             break
         before = chi2
+    if chi2 == lowest:  # the last step was refused
+        starts, values = good
     return Fit(problem, prior, values, covariance, starts, chi2, reduced)
 
 
 def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray, prior: np.ndarray) -> float:
-    """χ² at `values`, their prior terms included, the locals at their best."""
-    a, b = stacked(reduced)
+    """χ² at `values`, their prior terms included; where a problem does not tell it, with the locals at their linear best."""
+    costs = [r.cost for r in reduced]
     held = prior > 0
-    return float(((b - a @ values) ** 2).sum() + ((values[held] / prior[held]) ** 2).sum())
+    bent = float(((values[held] / prior[held]) ** 2).sum())
+    if None not in costs:
+        return sum(costs) + bent
+    a, b = stacked(reduced)
+    return float(((b - a @ values) ** 2).sum()) + bent

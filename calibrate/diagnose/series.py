@@ -54,15 +54,17 @@ def problem_of(
     *,
     turns: int = 12,
     step: float = STEP,
+    smooth: bool = False,
 ) -> Problem:
     """effects: candidates with their laws in `predict`; nuisances: further globals with their typical size (for derivatives);
-    known_sd: sd of each global in the baseline, absent: fixed at nil."""
+    known_sd: sd of each global in the baseline, absent: fixed at nil. smooth: predictions have no kinks, so that a step which
+    worsens χ² itself, and not only its linear forecast, is too long."""
     sizes = {n: e.prior_sd for n, e in effects.items()} | nuisances
     rows = sum(len(s.data) for s in series) - int(np.isinf(own.sd).sum()) * len(series)
     level = max(s.noise.log_level_sd for s in series)
     return Problem(
         rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
-        partial(reduce, series, own, predict, sizes, step=step), rows, level, model, turns,
+        partial(reduce, series, own, predict, sizes, step=step, smooth=smooth), rows, level, model, turns,
     )  # fmt: skip
 
 
@@ -76,6 +78,7 @@ def reduce(
     extra=None,
     *,
     step: float = STEP,
+    smooth: bool = False,
 ):
     """See Problem.reduce; extra: K further columns, one array (n_r, K) a recording."""
     at = dict(zip(sizes, values, strict=True))
@@ -83,7 +86,7 @@ def reduce(
     made = [_reduced(s, own, predict, sizes, r, starts[r], at, more[r], step) for r, s in enumerate(series)]
     width = made[0][0].a.shape[1] - len(values)
     theta = np.concatenate([values, np.zeros(width)])
-    reduced = tuple(Reduced(m.a, m.smooth, m.b + m.a @ theta) for m, _ in made)
+    reduced = tuple(Reduced(m.a, m.smooth, m.b + m.a @ theta, m.cost if smooth else None) for m, _ in made)
 
     def change(moved: np.ndarray) -> np.ndarray:
         return np.array([back(moved) for _, back in made])
@@ -108,7 +111,8 @@ def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray
     triangle = np.linalg.qr(np.vstack([white, prior]), mode="r")
     across, last = len(sizes) + len(more), triangle.shape[1] - 1
     below = triangle[count:]
-    made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last])
+    cost = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())
+    made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last], cost)
 
     def back(moved: np.ndarray) -> np.ndarray:
         right = triangle[:count, last] - triangle[:count, count : count + len(sizes)] @ moved[: len(sizes)]
