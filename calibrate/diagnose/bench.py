@@ -88,7 +88,8 @@ def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Gen
         if not usable:
             return "none of its recordings can be used", [], wrong
         say(f"{rig}: diagnosing {_count(len(usable), 'recording')}")
-        return of.diagnose(usable, rng), usable, wrong
+        with np.errstate(all="ignore"):  # a step too far on the way to a fit is taken back, and no news
+            return of.diagnose(usable, rng), usable, wrong
     except ValueError as error:
         return str(error), [], []
     except Exception as error:  # a fault of ours in one rig must not cost the others

@@ -44,7 +44,8 @@ class Curve:
 class Finding:
     """What one rig's recordings told; fields as in diagnosis.json, and what its report shows beside them.
 
-    left_out: each effect of the model (a class: its best member) as the other recordings have it, one value a recording.
+    left_out: each effect of the model (a class: its best member) as the other recordings have it, one value a recording;
+    beside it, as name.other, its further parameters.
     """
 
     rig: str
@@ -66,6 +67,11 @@ class Finding:
     curves: tuple[Curve, ...] = ()
     notes: tuple[str, ...] = field(default=())
     left_out: dict[str, tuple[float, ...]] = field(default_factory=dict)
+
+    @property
+    def modelled(self) -> tuple[str, ...]:
+        """The effects of the model: what was named, of a class its best member."""
+        return tuple(n for n in self.left_out if "." not in n)
 
     def to_json(self) -> dict:
         """The rig's entry of diagnosis.json: plain values, null for what there is not (NaN included)."""
@@ -127,12 +133,13 @@ def finding_of(
 
 
 def left_out_values(model: Fit, names: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
-    """Each effect as the other recordings have it, one value a recording; of a single recording its own."""
-    every, out = model.reduced, {n: [] for n in names}
+    """Each effect as the other recordings have it, one value a recording; of a single recording its own. Further parameters
+    of an effect stand beside it, under their own names."""
+    every, out = model.reduced, {n: [] for name in names for n in model.problem.columns_of(name)}
     for r in range(len(every)):
         others = every[:r] + every[r + 1 :] or every
         values = ridge(*stacked(others), model.prior_sd)[0]
-        for n in names:
+        for n in out:
             out[n].append(float(values[model.names.index(n)]))
     return {n: tuple(values) for n, values in out.items()}
 

@@ -116,12 +116,15 @@ COUNTERPARTS: dict[str, dict[str, Counterpart]] = {
     },
     "pile": {},
 }  # fmt: skip
+HEAPS = "one heap of the twin takes minutes, and no number of it was fitted; try benchtwin simulate pile --set "
 NONE_AT_ALL = {
     "impact-damage": "the twin's seeds do not remember their impacts",
     "plate-compliance": "the twin's plates are rigid; a restitution that falls with speed stands for it",
     "shape-conversion": "shape is the twin's own already: its seeds are not spheres",
     "reading-delay": "the twin reads its angles without delay", "stepped-tilt": "the twin's plate turns evenly",
     "plate-vibration": "its frequency was not recorded",
+    "cohesion": f"{HEAPS}laws.cohesion_linear.energy_density=…", "gate-speed": f"{HEAPS}pile.gate_speed_mm_s=…",
+    "wall-friction": f"{HEAPS}pile.slab=false", "particle-shape": f"{HEAPS}seed.length_mm=…",
 }  # fmt: skip
 
 
@@ -130,13 +133,13 @@ def run_again(found, folder: Path, *, pictures: bool, say: Callable[[str], None]
     twins = {}
     for rig, finding in found.findings.items():
         if finding.left_out:
-            say(f"{rig}: running the twin again with {' and '.join(finding.left_out)}")
+            say(f"{rig}: running the twin again with {' and '.join(finding.modelled)}")
             twins[rig] = _again(rig, finding, found, folder, pictures, say)
     return replace(found, twins=twins)
 
 
 def _again(rig: str, finding: Finding, found, folder: Path, pictures: bool, say) -> Again:
-    effects = tuple(finding.left_out)
+    effects = finding.modelled
     nothing = Again(rig, effects, "the twin was not run again", "", (), False)
     if missing := [e for e in effects if e not in COUNTERPARTS[rig]]:
         why = [f"{e}: {NONE_AT_ALL.get(e, 'nothing in the twin stands for it')}" for e in missing]
@@ -157,8 +160,8 @@ def _again(rig: str, finding: Finding, found, folder: Path, pictures: bool, say)
 
 def change_in_words(rig: str, finding: Finding) -> str:
     """What was changed, with the values that all recordings gave."""
-    values = {n: v for c in finding.candidates if c.names == tuple(finding.left_out) for n, v in zip(c.names, c.value)}
-    return "; ".join(COUNTERPARTS[rig][n].what.format(value=f"{values.get(n, float('nan')):.3g}") for n in finding.left_out)
+    values = {n: v for c in finding.candidates if set(c.names) == set(finding.modelled) for n, v in zip(c.names, c.value)}
+    return "; ".join(COUNTERPARTS[rig][n].what.format(value=f"{values.get(n, float('nan')):.3g}") for n in finding.modelled)
 
 
 def _drop():

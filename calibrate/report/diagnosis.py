@@ -134,8 +134,9 @@ def _held_out(f: Finding) -> str:
     h = f.held_out
     if h is None:
         return "" if f.verdict == "none" else "one recording only: nothing could be held out"
+    removed = 100 * min(h.removed_fraction, 1.0)
     return (
-        f"each recording predicted from the others: {100 * min(h.removed_fraction, 1.0):.0f} % of what the baseline misses is removed "
+        f"each recording predicted from the others: {removed:.0f} % of what the baseline misses is removed "
         f"(residuals, noise included, × {h.rmse_ratio:.3f})"
     )
 
@@ -143,7 +144,7 @@ def _held_out(f: Finding) -> str:
 def _model(f: Finding) -> str:
     """What the "after" curves have in them."""
     if f.left_out:
-        return " and ".join(f.left_out)
+        return " and ".join(f.modelled)
     return "" if f.verdict == "none" else "nothing"
 
 

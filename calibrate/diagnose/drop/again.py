@@ -26,7 +26,7 @@ def drops_again(finding: Finding, tracks: list, folder: Path, pictures: bool, sa
     from calibrate.diagnose.drop.pictures import with_pictures
     from calibrate.diagnose.drop.strikes import strikes_again
 
-    names = tuple(finding.left_out)
+    names = finding.modelled
     in_flight = tuple(n for n in names if n in EFFECTS)
     again = Again("drop", names, change_in_words("drop", finding), "", (), len(finding.recordings) > 1)
     if in_flight:

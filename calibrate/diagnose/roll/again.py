@@ -34,7 +34,7 @@ def rolls_again(finding: Finding, recordings: list, folder: Path, pictures: bool
         f"rolling friction {old:.4g} in the old and {new:.4g} in the new twin, so that they run out as far as recorded on average"
     )
     more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
-    again = Again("roll", tuple(finding.left_out), change_in_words("roll", finding), how + more, (), len(finding.recordings) > 1)
+    again = Again("roll", finding.modelled, change_in_words("roll", finding), how + more, (), len(finding.recordings) > 1)
     return compared(again, twins, folder, pictures, say)
 
 

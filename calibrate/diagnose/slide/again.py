@@ -14,7 +14,7 @@ from calibrate.twin.parameters import Parameters
 BEGUN_MM = 1.0  # of travel: from here clocks are compared
 BEFORE_DEG = 1.5  # the twin's plate starts as much below the angle of onset
 SETTLE_M_S = 1e-3
-STRIBECK_M_S = 0.05
+STRIBECK_M_S = 0.05  # about which stribeck.ln-speed counts
 
 
 def slides_again(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
@@ -28,14 +28,12 @@ def slides_again(finding: Finding, recordings: list, folder: Path, pictures: boo
     for k, r in enumerate(chosen):
         say(f"slide: finding the twin's friction for {r.recording} ({k + 1} of {len(chosen)})")
         path, angle = travelled(r), onset_deg(r)
-        nil = dict.fromkeys(values[r.recording], 0.0)  # the same laws at nil: their kernels are one set
+        nil = values[r.recording] | dict.fromkeys(finding.modelled, 0.0)  # the same laws at nil: their kernels are one set
         made = [fitted(r, angle, v, k) for v in (nil, values[r.recording])]
         twins.append(Twin(r.recording, path, BEGUN_MM, *made))
     how = "friction at rest is such that the twin's block begins to move at the recorded angle, old and new alike"
     more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
-    again = Again(
-        "slide", tuple(finding.left_out), change_in_words("slide", finding), how + more, (), len(finding.recordings) > 1
-    )
+    again = Again("slide", finding.modelled, change_in_words("slide", finding), how + more, (), len(finding.recordings) > 1)
     return compared(again, twins, folder, pictures, say)
 
 
@@ -84,12 +82,13 @@ def fitted(r, angle_deg: float, values: dict[str, float], number: int):
 
 def laws_of(values: dict[str, float]) -> dict[str, dict]:
     """What was named, as the DEM's laws of friction."""
+    speed = STRIBECK_M_S * float(np.exp(np.clip(values.get("stribeck.ln-speed", 0.0), -6, 6)))
     make = {
         "kinetic-friction": lambda v: {"friction_kinetic": {"drop": v, "settle_speed": SETTLE_M_S}},
-        "stribeck": lambda v: {"friction_stribeck": {"drop": v, "stribeck_speed": STRIBECK_M_S}},
+        "stribeck": lambda v: {"friction_stribeck": {"drop": v, "stribeck_speed": speed}},
         "viscous-sliding": lambda v: {"friction_viscous": {"slope": v}},
     }
     out: dict[str, dict] = {}
-    for name, value in values.items():
-        out |= make[name](value)
+    for name in values.keys() & make.keys():
+        out |= make[name](values[name])
     return out
