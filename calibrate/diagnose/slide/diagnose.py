@@ -49,9 +49,12 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
 
 
 def fitted(prepared: Prepared, model: Model) -> Fit:
-    """The baseline, fitted."""
+    """The baseline, fitted; candidates that do not find their way from there begin at onsets free of it."""
     model, starts = begin(prepared, model)
-    return fit(problem_of(prepared, model, starts))
+    base = fit(problem_of(prepared, model, starts))
+    if model.stairs or not prepared.session.runs:
+        return base
+    return replace(base, problem=replace(base.problem, starts=begin(prepared, model, jump=True)[1]))
 
 
 def stairs_of(prepared: Prepared) -> list[float]:
@@ -81,5 +84,5 @@ def with_seen(finding: Finding, effect: str, size: Parameter, sector: str, p: fl
     return replace(
         finding, alarm=True, p_global=min(finding.p_global, p), verdict="name", names=(effect, *others), notes=notes, law=None,
         sectors=finding.sectors if others else sectors, parameters={effect: size} | (finding.parameters if others else {}),
-        next_record=None,
+        next_record=None, held_out=finding.held_out if others else None,
     )  # fmt: skip

@@ -27,7 +27,8 @@ RIVAL = Effect(  # no candidate, but what a law outside the library looks like: 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """friction: of the pair to begin with; effects: candidates that this session can show; stairs: each run's tilt goes up in its column's own stairs."""
+    """friction: of the pair to begin with; effects: candidates that this session can show; stairs: each run's tilt goes up in
+    its column's own stairs."""
 
     session: Session
     friction: float
@@ -63,7 +64,8 @@ def laws_of(model: Model, r: int, values: dict[str, float]) -> Laws:
     press = adhesion.press(get("adhesion", 0.0), run.mass_g) if np.isfinite(run.mass_g) else 0.0
     return Laws(
         press=press, static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0),
-        ln_speed=get("stribeck.ln-speed", 0.0), shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0), inertia=get("partial-rolling", 0.0),
+        ln_speed=get("stribeck.ln-speed", 0.0), shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0),
+        inertia=get("partial-rolling", 0.0),
         turning=centre + sd * get("turning", 0.0), from_hinge=run.from_hinge, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
         worn=get(RIVAL.name, 0.0),
     )  # fmt: skip

@@ -101,7 +101,7 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
         known["angle-offset"] = ANGLE_SD_DEG
     problem = series_problem(
         "slide", tuple(series), own, partial(predict, model), model.effects, {n: s for n, s in NUISANCES.items() if n in known},
-        known, model, turns=TURNS, step=1e-5,
+        known, model, turns=TURNS, step=1e-5, smooth=True,
     )  # fmt: skip
     return replace(problem, starts=starts)
 
@@ -136,30 +136,32 @@ def _reading(read: Read, prepared: Prepared) -> Series:
     return Series(read.recording, read.angles, sigma, frame_lag(np.arange(n)), white, np.ones((n, 1)))
 
 
-def begin(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
-    """Model with the pair's friction, and starts (R, 4): each run's onset where its travel alone fits best."""
+def begin(prepared: Prepared, model: Model, *, jump: bool = False) -> tuple[Model, np.ndarray]:
+    """Model with the pair's friction, and starts (R, 4): each run's onset where its travel alone fits best; jump: with an
+    acceleration of its own from the onset on, so that what a baseline lacks does not shift it."""
     session = prepared.session
     model = replace(model, session=session)
     starts = np.zeros((len(session.runs) + len(session.reads), LOCALS))
     frictions = [math.tan(math.radians(float(np.median(r.angles)))) for r in session.reads]
     for k in range(len(session.runs)):
-        starts[k, 0], starts[k, 1], friction = _onset(model, prepared, k)
+        starts[k, 0], starts[k, 1], friction = _onset(model, prepared, k, jump)
         frictions.append(friction)
     return replace(model, friction=float(np.median(frictions))), starts
 
 
-def _onset(model: Model, prepared: Prepared, r: int) -> tuple[float, float, float]:
+def _onset(model: Model, prepared: Prepared, r: int, jump: bool) -> tuple[float, float, float]:
     """Place at rest [mm], onset [s] and friction of one run by itself."""
     run, sigma = prepared.session.runs[r], prepared.sigma[r]
+    time = run.time - run.tilt.origin
 
     def misfit(onset: float) -> tuple[float, float, float]:
         way, _, friction = moved(model, r, np.array([0.0, onset, 0.0, 0.0]), {})
-        left = run.travel - 1e3 * way
-        place = float(np.average(left, weights=sigma**-2))
-        return float((((left - place) / sigma) ** 2).sum()), place, friction
+        columns = [np.ones(len(time))] + ([np.clip(time - onset, 0, None) ** 2] if jump else [])
+        design, left = np.column_stack(columns) / sigma[:, None], (run.travel - 1e3 * way) / sigma
+        solution = np.linalg.lstsq(design, left, rcond=None)[0]
+        return float(((left - design @ solution) ** 2).sum()), float(solution[0]), friction
 
-    first, last = run.time[0] - run.tilt.origin, run.time[-1] - run.tilt.origin
-    grid = np.linspace(first, first + 0.9 * (last - first), 120 if model.stairs else 60)
+    grid = np.linspace(time[0], time[0] + 0.9 * (time[-1] - time[0]), 120 if model.stairs else 60)
     if model.stairs:
         grid = np.tan(np.polynomial.polynomial.polyval(grid, run.tilt.coefficients))
     for _ in range(5):

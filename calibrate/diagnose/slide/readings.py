@@ -5,7 +5,7 @@ import numpy as np
 FINEST_DEG = 0.1  # what a goniometer is read to: grids of that and less are its resolution
 GRIDS_DEG = (5.0, 3.0, 2.5, 2.0, 1.5, 1.25, 1.0, 0.8, 0.75, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2)
 NEAR_DEG = 0.011  # how well a reading sits on its grid
-CHANCE = 1e-4
+CHANCE = 1e-3
 LEAST_VALUES = 2  # different readings, without which the grid's spacing is not seen
 
 

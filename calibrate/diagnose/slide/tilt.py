@@ -101,4 +101,8 @@ def _stairs(ramp: np.ndarray, column: np.ndarray) -> tuple[float, float]:
             for a in np.linspace(-width, width, 9) for b in np.linspace(-3 * width, 3 * width, 9)
         )  # fmt: skip
     share = best[0] / about
-    return best[1:] if share < STAIR_SHARE and -len(ramp) * math.log(max(share, 1e-12)) > STAIR_CHI2 else (0.0, 0.0)
+    if share > STAIR_SHARE or -len(ramp) * math.log(max(share, 1e-12)) < STAIR_CHI2:
+        return 0.0, 0.0
+    number = np.round((column - best[2]) / best[1])
+    height, phase = np.polyfit(number, column, 1)
+    return float(height), float(phase)

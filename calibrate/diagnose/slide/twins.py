@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from calibrate.diagnose.name import Verdict
-from calibrate.diagnose.problem import Fit
+from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.slide.model import RIVAL
 
 SCALING = ("angle-offset", "clock-offset", "adhesion", "partial-rolling")
 LN_BF_TWIN = 5.0  # the priors of twins differ by no more than that
 ALIKE = 1.05  # rates, loads
+SLOWEST_LN = -1.4  # of the speed scale over 0.05 m/s: friction that is gone by 12 mm/s is as good as kinetic friction
 RATE = "the same slide at three times the tilt rate: a clock's error in angle grows with the rate, a sensor's does not"
 LOAD = "the same slide with one seed, and with eight seeds taped together: a pull counts for less the heavier the block"
 LEVEL = "a reading of the tilt sensor on the plate levelled with a spirit level, and a ruler in the picture"
@@ -31,6 +32,10 @@ def honest(base: Fit, verdict: Verdict) -> Verdict:
         if outside:
             return replace(verdict, verdict="unknown", names=(), next_record=_advice(base, ("viscous-sliding",)))
         verdict = replace(verdict, names=left)
+    if verdict.verdict == "name" and chosen and "stribeck" in chosen.names:
+        slow = fit(base.problem, free=chosen.names, start=base).by_name["stribeck.ln-speed"]
+        if slow < SLOWEST_LN:
+            verdict = replace(verdict, verdict="class", names=tuple(dict.fromkeys((*chosen.names, "kinetic-friction"))))
     if chosen and len(chosen.names) == 1 and chosen.names[0] in SCALING:
         floor = chosen.ln_bayes - LN_BF_TWIN
         near = [
@@ -57,5 +62,6 @@ def _advice(base: Fit, names: tuple[str, ...]) -> str | None:
         out.append(LOAD)
     if {"angle-offset", "partial-rolling"} & set(names):
         out.append(LEVEL)
-    out = out or [effects[n].separating for n in names if n in effects and effects[n].separating][:1]
+    wanted = sorted(names, key=lambda n: n != "reading-delay")  # whose advice holds for its rivals too
+    out = out or [effects[n].separating for n in wanted if n in effects and effects[n].separating][:1]
     return "; ".join(out) or None
