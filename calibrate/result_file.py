@@ -23,6 +23,7 @@ CONVENTIONS = {
     "restitution": "normal speed after over before impact, at any speed",
     "static_friction": "Coulomb: largest tangential over normal force",
     "repose_angle": "least-squares line through the outline between 20 and 80 % of the crest's height, against the horizontal",
+    "centroid_angle": "atan(z̄ / x̄) of what stands above a tenth of the crest's height, x̄ from the wall or the heap's axis",
     "interval": "low to high holds the value with probability `level`, given the model",
 }
 
@@ -99,6 +100,9 @@ def _pile(c: Calibration) -> dict | None:
         "nearest_the_centre": c.pile.central.point,
         "solutions": c.pile.sheet.statement,
     }
+    if c.joint is not None:
+        tension = c.joint.posterior.tension
+        out["observables"] = tension[tension["observable"].str.startswith("pile: ")].to_dict("records")
     if c.joint is not None and len(c.joint.directions):
         out["directions"] = c.joint.directions[["sd_ratio", "resolved", "statement"]].to_dict("records")
         out["measure_next"] = c.joint.narrowing.iloc[0]["candidate"] if len(c.joint.narrowing) else None

@@ -129,12 +129,13 @@ def brought(design: pd.DataFrame, seen: Seen, steel: Box | None, at: dict[str, f
 
 
 def shown(design: pd.DataFrame, box: Box, packing: str | None, seen: Seen, alpha: float = 0.05) -> tuple[str, ...]:
-    """What, besides the angle, shows beyond packing noise that the parameters do something to a pile."""
+    """What, besides the angle, shows beyond packing noise that the parameters do something to a pile: by their main effects, for
+    which a quick design has runs to spare."""
     out = []
     for column in seen.used:
         if column == PILE_RESPONSE or design[column].isna().any():
             continue
-        if anova_table(fit_surface(design, column, box, packing=packing))["p"].iloc[0] < alpha:
+        if anova_table(fit_surface(design, column, box, terms="linear", packing=packing))["p"].iloc[0] < alpha:
             out.append(column.removeprefix("true_"))
     return tuple(out)
 

@@ -57,7 +57,7 @@ def calibrate_simulated(
     say("measuring the bench's recordings")
     bench = bench_of(folder)
     rng = np.random.default_rng(seed)
-    state = _State(bench, effort, seed, wishes, missing(bench))
+    state = State(bench, effort, seed, wishes, missing(bench))
     for name in STEEL:
         if name in bench.rigs:
             say(f"{name}: {STEEL[name].parameter}")
@@ -85,7 +85,7 @@ def checked_ranges(asked: dict[str, tuple[float, float]]) -> dict[str, tuple[flo
     return ranges
 
 
-class _State:
+class State:
     """What is known so far."""
 
     def __init__(self, bench: Bench, effort: Effort, seed: int, wishes: Wishes, refused: dict[str, str]) -> None:
@@ -116,8 +116,8 @@ class _State:
         except (ValueError, SimulationFailed) as error:
             self.refused[name] = str(error)
 
-    def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
-        """The pile, with all seed–steel parameters."""
+    def pile_stage(self, simulate: Simulator, ranges: dict) -> PileStage:
+        """What the pile's simulations need: all seed–steel parameters, and where they ride along."""
         readings = self.bench.rigs["pile"]
         section, said = pile_description(readings.description.get("pile", {}), self.effort)
         self.said += said
@@ -125,10 +125,13 @@ class _State:
         fixed = {STEEL[n].parameter: self._found(n) for n in STEEL}
         own = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
         steel = self.wishes.steel or steel_box(own, {rig.parameter: rig.limits for rig in STEEL.values()})
-        stage = PileStage(readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels,
-                          self.wishes.near, steel, alike=not said)  # fmt: skip
+        return PileStage(readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels,
+                         self.wishes.near, steel, alike=not said)  # fmt: skip
+
+    def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
+        """The pile."""
         try:
-            found = simulate_pile(stage, rng)
+            found = simulate_pile(self.pile_stage(simulate, ranges), rng)
             self.pile, self.candidates, self.seen = found.fit, found.candidates, found.seen
         except (ValueError, SimulationFailed) as error:
             self.refused["pile"] = str(error)

@@ -109,7 +109,8 @@ def plan(
     )
     if not reached:
         had = table["power_cautious"].iloc[-1]
-        said = f"even {most} runs a point find main effects of {abs(effect):.2g} with {had:.0%} power only"
+        often = "one run a point finds" if most == 1 else f"{most} runs a point find"
+        said = f"even {often} main effects of {abs(effect):.2g} with {had:.0%} power only"
     return Plan(needed, at_estimate, reached, table, said)
 
 

@@ -1,0 +1,118 @@
+"""Closing the loop: benches with known parameters (loop_truth.py) calibrated by the whole procedure, answers beside the truth.
+
+python benchmarks/loop.py piles FIRST LAST      → benchmarks/loop/piles.csv: where the truth lies in the seed–seed posteriors
+python benchmarks/loop.py steel FIRST LAST      → benchmarks/loop/steel.csv: seed–steel answers, quick effort
+
+Simulations are kept in benchmark-runs/loop/runs. The piles' design is that of a quick calibration of the first folder and
+serves all; posteriors are drawn by weighing points of the prior, which takes a moment where the procedure's chains take 20 s.
+`python benchmarks/loop.py table` reads the tables again.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibrate.procedure import parameters
+from calibrate.procedure.bench import bench_of
+from calibrate.procedure.effort import QUICK
+from calibrate.procedure.pile_runs import measure_noise, run_design
+from calibrate.procedure.pile_stage import RANGES
+from calibrate.procedure.pile_surrogate import observed
+from calibrate.procedure.rigs import STEEL
+from calibrate.procedure.simulated import State, Wishes, calibrate_simulated
+from calibrate.procedure.simulator import campaign
+from calibrate.statistics.box import Box
+from calibrate.statistics.posterior import log_posterior
+from calibrate.statistics.prior import Prior
+
+RUNS, TABLES = Path("benchmark-runs/loop"), Path("benchmarks/loop")
+TOLERANCE = {"restitution": 0.01, "static_friction": 0.01, "rolling_friction": 0.003}
+LEVELS = (0.50, 0.80, 0.95)
+POINTS = 40_000
+
+
+def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]]]:
+    """All piles of the quick design, the box of its seed–steel parameters, and what these were calibrated to: (value, sd)."""
+    bench = bench_of(RUNS / "piles-00")
+    state = State(bench, QUICK, 1, Wishes(levels=Box.of(RANGES)), {})
+    for name in STEEL:
+        state.steel_rig(name, simulate, np.random.default_rng(1))
+    stage = state.pile_stage(simulate, RANGES)
+    noise, pairing, _, _ = measure_noise(stage, stage.levels)
+    run_design(stage, stage.levels, noise, pairing, 0.0)
+    found = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in state.steel.values()}
+    return pd.concat(stage.done, ignore_index=True), stage.steel, found
+
+
+def posterior(folder: int, piles: pd.DataFrame, steel: Box, found: dict) -> list[dict]:
+    """One row a seed–seed parameter: folder, parameter, truth, mean, rank (share of the posterior below the truth), sd_ratio
+    (posterior over prior), points (effective number)."""
+    truth = json.loads((RUNS / f"piles-{folder:02d}.json").read_text(encoding="utf8"))
+    readings = bench_of(RUNS / f"piles-{folder:02d}" / "pile-01").rigs["pile"]
+    seen = observed(piles, readings, Box.of(RANGES), steel, alike=True)
+    names, ends = (*RANGES, *steel.names), np.array([*RANGES.values(), *zip(steel.low, steel.high)])
+    prior = Prior(Box(names, ends[:, 0], ends[:, 1]), found)
+    points = prior.draw(POINTS, np.random.default_rng(folder))
+    flat = Prior(prior.box, {})  # the points carry the prior already
+    weight = log_posterior(points, list(seen.observables), flat, seen.correlation.to_numpy())
+    weight = np.exp(weight - weight.max())
+    weight /= weight.sum()
+    rows = []
+    for j, name in enumerate(RANGES):
+        x = points[:, j]
+        mean = float(weight @ x)
+        sd = float(np.sqrt(weight @ (x - mean) ** 2))
+        row = {"folder": folder, "parameter": name, "truth": truth[name], "mean": mean, "rank": float(weight @ (x < truth[name]))}
+        rows.append(row | {"sd_ratio": sd / float(flat.sd[j]), "points": 1 / float(np.sum(weight**2))})
+    return rows
+
+
+def on_steel(folder: int, simulate) -> list[dict]:
+    """One row a seed–steel parameter: folder, parameter, truth, value, low, high."""
+    truth = json.loads((RUNS / f"steel-{folder:02d}.json").read_text(encoding="utf8"))
+    found = parameters(calibrate_simulated(RUNS / f"steel-{folder:02d}", simulate, effort=QUICK, seed=1))
+    kept = found[["parameter", "value", "low", "high"]]
+    return kept.assign(folder=folder, truth=kept["parameter"].map(truth)).to_dict("records")
+
+
+def rate(hits: np.ndarray) -> str:
+    """k of n with the 95 % interval of the rate (Clopper & Pearson 1934)."""
+    k, n = int(hits.sum()), len(hits)
+    low = stats.beta.ppf(0.025, k, n - k + 1) if k else 0.0
+    high = stats.beta.ppf(0.975, k + 1, n - k) if k < n else 1.0
+    return f"{k} of {n} ({100 * low:.0f} to {100 * high:.0f} %)"
+
+
+def table() -> None:
+    if (TABLES / "steel.csv").exists():
+        for name, t in pd.read_csv(TABLES / "steel.csv").groupby("parameter", sort=False):
+            inside, off = (t["low"] <= t["truth"]) & (t["truth"] <= t["high"]), t["value"] - t["truth"]
+            near, scatter = rate(abs(off) <= TOLERANCE[name]), f"bias {off.mean():+.4f}, sd {off.std():.4f}"
+            print(f"{name:22} within ±{TOLERANCE[name]}: {near}; 95 % interval: {rate(inside)}; {scatter}")
+    if (TABLES / "piles.csv").exists():
+        for name, t in pd.read_csv(TABLES / "piles.csv").groupby("parameter", sort=False):
+            central = [f"{level:.0%}: {rate(abs(t['rank'] - 0.5) <= level / 2)}" for level in LEVELS]
+            print(f"{name:22} {'; '.join(central)}; sd left {t['sd_ratio'].median():.2f}")
+
+
+def main(kind: str, first: int, last: int) -> None:
+    TABLES.mkdir(exist_ok=True)
+    file = TABLES / f"{kind}.csv"
+    done = pd.read_csv(file) if file.exists() else pd.DataFrame({"folder": []})
+    with campaign(RUNS / "runs", workers=1) as simulate:
+        design = designed(simulate) if kind == "piles" else None
+        for folder in range(first, last + 1):
+            if folder in done["folder"].to_numpy() or not (RUNS / f"{kind}-{folder:02d}.json").exists():
+                continue
+            rows = posterior(folder, *design) if design else on_steel(folder, simulate)
+            done = pd.concat([done, pd.DataFrame(rows)], ignore_index=True)
+            done.to_csv(file, index=False, float_format="%.6g")
+    table()
+
+
+if __name__ == "__main__":
+    table() if sys.argv[1] == "table" else main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
