@@ -108,8 +108,9 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
         E_FLOOR + E_FLOOR_LONG * long**2,
     )
     kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun))
-    beside = seen.kick - push.turn * seen.turn if push.turn_sd < 0.05 else seen.kick
-    design = _kick_design(seen, later, push.turn_sd > 0.05)
+    sure = push.turn_sd < 0.5
+    beside = seen.kick - sure * np.nan_to_num(push.turn * seen.turn + push.stick * seen.slip)
+    design = _kick_design(seen, later, push)
     kick_scatter = _scatter(kick_rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
     found = [(rows, s) for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)) if s is not None]
     if not found:
@@ -135,7 +136,7 @@ def _rows_of(effect: str, model: ImpactModel) -> bool:
 def _scatter(rows, y, design, error, components, floor) -> Scatter | None:
     """The scatter of some rows about as flexible a law as their number bears."""
     width = design.shape[1]
-    while width > 1 and len(rows) < 3 * width:
+    while width > 1 and len(rows) < 4 * width:
         width -= 1
     here = np.ix_(rows, rows)
     return scatter_of(y[rows], design[rows, :width], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor)
@@ -144,12 +145,16 @@ def _scatter(rows, y, design, error, components, floor) -> Scatter | None:
 def _e_design(seen: Bounces, number: np.ndarray) -> np.ndarray:
     """Beside a law of the speed in steps: within a step the speed is what scatter of the bounce before has made it."""
     step = STEP_LN_SPEED * np.round(np.log(seen.speed) / STEP_LN_SPEED)
-    return np.column_stack([np.ones(len(step)), step, np.exp(-2 * step), number > 1, np.minimum(number, 5)]).astype(float)
+    return np.column_stack([np.ones(len(step)), step, number > 1, np.exp(-2 * step), np.minimum(number, 5)]).astype(float)
 
 
-def _kick_design(seen: Bounces, later: np.ndarray, free: bool) -> np.ndarray:
-    columns = [np.ones(len(seen.kick)), seen.turn * later, seen.turn * ~later, seen.slip] if free else [np.ones(len(seen.kick))]
-    return np.nan_to_num(np.column_stack(columns))
+def _kick_design(seen: Bounces, later: np.ndarray, push: Friction) -> np.ndarray:
+    """What friction makes of the kick, as far as it is not known."""
+    one = np.ones(len(seen.kick))
+    if push.turn_sd < 0.05:
+        return one[:, None]
+    turns = [seen.turn] if push.turn_sd < 0.5 else [seen.turn * later, seen.turn * ~later]
+    return np.nan_to_num(np.column_stack([one, *turns, seen.slip]))
 
 
 def _blocks(impacts: Impacts, found) -> tuple[tuple[np.ndarray, np.ndarray], ...]:

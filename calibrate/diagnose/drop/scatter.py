@@ -14,6 +14,7 @@ from scipy.special import polygamma
 
 TAILS = 4.0  # degrees of freedom of bounces' Student scatter: most contacts stick, a few slide or touch twice
 TURNS = 8
+LEAST_WEIGHT = 1e-3
 LEAST_FREEDOM = 3
 
 
@@ -74,7 +75,7 @@ def _robust(y: np.ndarray, design: np.ndarray, floor: float) -> np.ndarray:
 
 def _weights(square: np.ndarray) -> np.ndarray:
     """Of rows with these squared standardised residuals, under Student's t."""
-    return (TAILS + 1) / (TAILS + square)
+    return np.maximum((TAILS + 1) / (TAILS + square), LEAST_WEIGHT)
 
 
 def _freedom(whole: np.ndarray, design: np.ndarray) -> int:
@@ -112,8 +113,8 @@ def _fitted(y, design, known, components, floor: float, at):
 
 
 def _standardised(y: np.ndarray, design: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """|residual| over its sd (m,), each as the other rows predict it."""
+    """|residual| beside the law over its sd (m,), a row's own pull upon the law being spread over all."""
     inverse = np.linalg.inv(whole)
-    gram = design.T @ inverse @ design
-    project = inverse - inverse @ design @ np.linalg.pinv(gram) @ design.T @ inverse
-    return np.abs(project @ y) / np.sqrt(np.maximum(np.diag(project), 1e-300))
+    law = np.linalg.pinv(design.T @ inverse @ design) @ design.T @ inverse @ y
+    spare = max(len(y) - design.shape[1], 1)
+    return np.abs(y - design @ law) / np.sqrt(np.diag(whole) * spare / len(y))

@@ -12,6 +12,7 @@ import numpy as np
 from calibrate.diagnose.drop.model import LAWS, build
 from calibrate.diagnose.drop.noise_of_track import TrackNoise, estimate_noise
 from calibrate.diagnose.drop.problem import problem_of
+from calibrate.diagnose.drop.retouch import retouched
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
 from calibrate.diagnose.linear import Reduced
@@ -35,16 +36,26 @@ def sittings_of(tracks) -> tuple[tuple[Sitting, ...], tuple[str, ...]]:
     for session in dict.fromkeys(t.session for t in tracks):
         own = tuple(t for t in tracks if t.session == session)
         try:
-            seen = assemble(own)
+            seen, own, noise, twice = _assembled(own)
         except ValueError as error:
             notes.append(f"session {session!r} left out: {error}" if session else str(error))
             continue
-        notes += seen.notes
-        noise = estimate_noise(seen)
+        notes += [*seen.notes, *twice]
         found.append(Sitting(own, noise, problem_of(build(seen), noise)))
     if not found:
         raise ValueError("; ".join(notes) or "no drop was filmed")
     return tuple(found), tuple(notes)
+
+
+def _assembled(own: tuple):
+    """A session with its noise, without what lies between two touches."""
+    seen = assemble(own)
+    noise = estimate_noise(seen)
+    cut, notes = retouched(own, seen, noise)
+    if not notes:
+        return seen, own, noise, ()
+    seen = assemble(cut)
+    return seen, cut, estimate_noise(seen), notes
 
 
 @dataclass(frozen=True, eq=False)
