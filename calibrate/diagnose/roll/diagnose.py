@@ -20,6 +20,10 @@ from calibrate.diagnose.roll.windows import sectors_of, windows_of
 BOTH_WAYS = "the same plate run the other way: one direction alone cannot tell a slope of the level from rolling friction"
 
 
+OTHER_LENGTH = "the same roll from an incline of twice the length: what depends on speed parts from what depends on place"
+OF_SPEED = ("viscous-rolling", "drag")  # along one way a seed's speed and place go together
+
+
 def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     """Finding of recordings (calibrate.twin.roll_tracks.SeenRoll); ValueError where none can be used."""
     usable = [r for r in recordings if not r.trouble]
@@ -79,9 +83,13 @@ def _held_against_the_nameless(base: Fit, found: Verdict) -> Verdict:
     if found.verdict not in ("name", "class"):
         return found
     best = max(c.ln_bayes for c in found.candidates if set(c.names) <= set(found.names))
-    if best_without_name(base) < best + LN_BF_RIVAL:
-        return found
-    return replace(found, verdict="unknown", names=())
+    nameless = best_without_name(base)
+    if nameless > best + LN_BF_RIVAL:
+        return replace(found, verdict="unknown", names=())
+    if found.verdict == "name" and nameless > best - LN_BF_RIVAL and set(found.names) <= set(OF_SPEED):
+        present = tuple(n for n in OF_SPEED if n in base.problem.effects)
+        return replace(found, verdict="class", names=present, next_record=OTHER_LENGTH)
+    return found
 
 
 def _finding(base: Fit, where: Location, found: Verdict, notes: tuple[str, ...], rng: np.random.Generator) -> Finding:
@@ -112,8 +120,7 @@ def _next(base: Fit, found: Verdict) -> Verdict:
     """What to record next: for rolls, not for drops."""
     one_way = len({run.sign for run in base.problem.model.runs}) < 2
     if found.verdict == "unknown":
-        advice = "the same roll from an incline of twice the length: what depends on speed parts from what depends on place"
-        return replace(found, next_record=advice)
+        return replace(found, next_record=OTHER_LENGTH)
     if found.verdict == "class" and found.next_record and "drop" in found.next_record:
         return replace(found, next_record=BOTH_WAYS if one_way else "more recordings of the same roll")
     return replace(found, next_record=BOTH_WAYS) if found.verdict == "none" and one_way else found

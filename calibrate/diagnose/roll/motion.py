@@ -13,6 +13,9 @@ import numba
 import numpy as np
 
 LONGEST_STEP_S = 12e-3
+MOST_STEPS = 5000  # where a fit asks for a release long ago
+MOST_STOPS = 500  # a seed that still rocks then is taken to rest
+SHORTEST_STEP_S = 1e-4
 LONGEST_TURN = 0.35  # of the ripple's argument, a step
 BISECTIONS = 50
 
@@ -60,7 +63,8 @@ def travel(
     numbers = tuple(float(n) for n in (
         way.t0, way.x0, way.corner, way.f, way.sin, way.cos, way.mu, way.level, way.gain, way.keep, way.slip_loss,
         max(way.slip_time, 1e-6), *way.ripple, way.turn, way.phase,
-        resistance.low, resistance.step, place.low, place.step, time.low, time.step, LONGEST_STEP_S,
+        resistance.low, resistance.step, place.low, place.step, time.low, time.step,
+        max(LONGEST_STEP_S, (times[-1] - way.t0) / MOST_STEPS),
         ripple / LONGEST_TURN,
     ))  # fmt: skip
     x, v = np.empty(len(times)), np.empty(len(times))
@@ -139,14 +143,14 @@ def _until(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_
 def _travel(times, p, by_speed, in_place, in_time, x_out, v_out):
     t, x, v, heading = p[0], p[1], 0.0, 1.0
     on_incline = x < p[2]
-    slip_end = -1e300
+    slip_end, stops = -1e300, 0
     resting = _push(t, x, p, on_incline, in_place, in_time) <= (p[5] if on_incline else 1.0) * p[6]
     for i in range(len(times)):
         while t < times[i] and not resting:
             slipping = t < slip_end
             h = min(times[i] - t, p[22])
             if p[23] * abs(v) * h > 1.0:
-                h = 1.0 / (p[23] * abs(v))
+                h = min(h, max(1.0 / (p[23] * abs(v)), SHORTEST_STEP_S))
             if slipping:
                 h = min(h, slip_end - t)
             x1, v1 = _step(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time)
@@ -161,8 +165,9 @@ def _travel(times, p, by_speed, in_place, in_time, x_out, v_out):
             if corner:
                 on_incline, v, slip_end = False, v * p[9], t + p[11]
             if stop:
-                v = 0.0
+                v, stops = 0.0, stops + 1
                 push = _push(t, x, p, on_incline, in_place, in_time)
                 resting = abs(push) <= (p[5] if on_incline else 1.0) * p[6] * (1 + 1e-9) + 1e-12
+                resting = resting or stops > MOST_STOPS
                 heading = 1.0 if push > 0 else -1.0
         x_out[i], v_out[i] = x, 0.0 if t > times[i] or resting else v

@@ -11,12 +11,14 @@ from calibrate.diagnose.roll.path import Path, fit_path
 
 MOST_ROWS = 280  # a recording has a few dozen independent things to say; more rows only cost time
 LEAST_ROWS = 24
+LEAST_LEVEL = 12  # of them behind the corner
 REST_SHARE = 0.25  # rows at rest, over rows on the way, that are used at either end
 SPIKE_SD = 8.0
 NEIGHBOURS = 9
 USUAL_RADIUS_M = 3.5e-3
 ROUND = 0.02  # elongation of what is taken for a ball
 REFERENCE_SPEED_M_S = 0.5
+DRAG_DOUBT = 4.0  # over that of free flight: a plate beside it and its spin make up to 2 × the drag of a ball in free air
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +89,9 @@ def run_of(roll) -> Run:
     time, x, frame, spread = _averaged(time[used], x[used], frame[used])
     if len(time) < LEAST_ROWS:
         raise ValueError(f"{len(time)} usable rows on its way; at least {LEAST_ROWS} are needed")
+    level = int((time > way.corner).sum())
+    if level < LEAST_LEVEL or x[-1] - way.place < 1.2 * way.way_down:
+        raise ValueError(f"the track ends too soon behind the incline ({level} rows); a diagnosis lives on the run-out")
     direction = told.get("direction") or told.get("seen_direction", "+x")
     angle = None if roll.angle_deg is None else roll.angle_deg[keep]
     return Run(
@@ -145,8 +150,7 @@ def seed_of(descriptions: list[dict]) -> Seed:
         inertia = 1 + (a**2 + b**2) / (5 * radius**2)
         ball = sizes[0] - sizes[-1] < ROUND * (sizes[0] + sizes[-1])
         sd = 0.003 if ball else 0.02
-    # A rolling seed's drag is that of a ball in free air but for the plate beside it and its own shape: twice the doubt.
-    return Seed(radius, inertia, sd, rise, air.share * at_half, 2 * air.sd * at_half, air.room * at_half,
+    return Seed(radius, inertia, sd, rise, air.share * at_half, DRAG_DOUBT * air.sd * at_half, air.room * at_half,
                 air.reynolds_per_speed, ball)  # fmt: skip
 
 

@@ -119,6 +119,8 @@ def test_tracks_that_hold_no_roll_are_refused_in_words():
     times = np.linspace(0, 1, 200)
     with pytest.raises(ValueError, match="no seed that speeds up"):
         diagnose_roll([track(times, np.zeros(200))], np.random.default_rng(0))
+    with pytest.raises(ValueError, match=r"too soon behind the incline|speeds up and slows down"):
+        diagnose_roll([track(times, 900 * times**2)], np.random.default_rng(0))
     with pytest.raises(ValueError, match="usable rows"):
         diagnose_roll([track(times[:12], 100 * times[:12] ** 2)], np.random.default_rng(0))
 
