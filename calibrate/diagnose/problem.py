@@ -24,6 +24,7 @@ class Problem:
     reduce(starts, values (G,), extra=None) → (Reduced of each recording, function (change of globals) → change of starts); the
     columns of `extra`, K further accelerations or curves in the rig's own form, follow those of the globals.
     freedom: rows less locals; level_sd: sd of ln of the noise power where missing physics lives; model: the rig's own.
+    restart: candidates have more than one minimum, so that the problem's own start is always tried too.
     common_smooth: the smooth curves are one law common to all recordings, not each recording's own.
     """
 
@@ -39,6 +40,7 @@ class Problem:
     model: Any
     turns: int = 5
     common_smooth: bool = False
+    restart: bool = False
 
     @property
     def sectors(self) -> tuple[str, ...]:
@@ -85,7 +87,7 @@ def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = Non
     """From `start`, or from the problem's own start where there is none or it leads nowhere; `free`: candidates with their
     physical prior."""
     found = _descended(problem, free, start)
-    if start is None or found.chi2 < POOR * problem.freedom:
+    if start is None or not free or (found.chi2 < POOR * problem.freedom and not problem.restart):
         return found
     return min(found, _descended(problem, free, None), key=lambda f: f.chi2 if np.isfinite(f.chi2) else np.inf)
 
