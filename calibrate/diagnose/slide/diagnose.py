@@ -54,7 +54,7 @@ def fitted(prepared: Prepared, model: Model) -> Fit:
     base = fit(problem_of(prepared, model, starts))
     if model.stairs or not prepared.session.runs:
         return base
-    return replace(base, problem=replace(base.problem, starts=begin(prepared, model, jump=True)[1]))
+    return replace(base, problem=replace(base.problem, starts=begin(prepared, model, jump=True)[1], restart=True))
 
 
 def stairs_of(prepared: Prepared) -> list[float]:

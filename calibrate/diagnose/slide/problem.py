@@ -159,6 +159,8 @@ def _onset(model: Model, prepared: Prepared, r: int, jump: bool) -> tuple[float,
         columns = [np.ones(len(time))] + ([np.clip(time - onset, 0, None) ** 2] if jump else [])
         design, left = np.column_stack(columns) / sigma[:, None], (run.travel - 1e3 * way) / sigma
         solution = np.linalg.lstsq(design, left, rcond=None)[0]
+        if jump and solution[1] < 0:  # friction that is greater in motion has no jump: the other minimum
+            solution = np.array([left @ design[:, 0] / (design[:, 0] @ design[:, 0]), 0.0])
         return float(((left - design @ solution) ** 2).sum()), float(solution[0]), friction
 
     grid = np.linspace(time[0], time[0] + 0.9 * (time[-1] - time[0]), 120 if model.stairs else 60)
