@@ -18,5 +18,5 @@ def overshoot_deg(value: float, rate_deg_s: float, onset_deg: float) -> float:
 EFFECT = Effect(
     name="reading-delay", sector="measurement", unit="mm", meaning="travel at which the angle is read", prior_sd=4.0,
     low=0.0, high=60.0, source="third-power onset where μ_k = μ_s", twins=("clock-offset",),
-    separating="readings at a tenth and at ten times the tilt rate: overshoot grows as the rate to the 2/3, a clock's as the rate",
+    separating="readings at a tenth and at ten times the tilt rate: overshoot grows as the rate to the 2/3; a clock's: 1",
 )  # fmt: skip
