@@ -51,6 +51,7 @@ WHERE = {
 }  # fmt: skip
 AXES = {
     "t_s": ("time", "s"), "z_mm": ("height", "mm"), "v_m_s": ("speed", "m/s"), "x_mm": ("place", "mm"),
+    "x_share": ("share of the flank from its crest", ""),
     "n_bounce": ("bounce number", ""), "tilt_deg": ("tilt", "°"), "travel_mm": ("travel", "mm"), "phase_deg": ("phase", "°"),
 }  # fmt: skip
 

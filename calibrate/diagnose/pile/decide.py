@@ -17,7 +17,7 @@ from calibrate.diagnose.scores import explained
 
 TILTS = (("base-tilt",), ("camera-roll",), ("base-tilt", "camera-roll"))
 SHAPES = ("cohesion", "gate-speed", "base-vibration", "wall-friction", "particle-shape")
-WRONG_SIGN, WRONG_SIGN_FIRST = 2.0, 1.0  # sd of a further parameter, and of an effect's first, on the wrong side
+WRONG_SIGN, WRONG_SIGN_FIRST = 3.0, 1.0  # sd of a further parameter, and of an effect's first, on the wrong side
 LAW_LOOSE = 0.15  # of the χ² that a shape explains may be left by its law's own form: no law of heaps is known better
 TWO_PHOTOS = "a second photo of the same kind of heap, so that something can be held out"
 CONTRASTS = {"cohesion": "seed_mm", "gate-speed": "gate_speed_mm_s", "base-vibration": "photo_s", "wall-friction": "width_mm"}
@@ -37,18 +37,21 @@ def decide(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
     shape = _best(possible, before)
     found = [part for part in (_tilt_part(base, tilt, tilts), _shape_part(base, shape, possible, held)) if part]
     tried = tuple(sorted((*tilts, *shapes), key=lambda c: -c.ln_bayes))
-    if (
-        not found
-        or any(part.verdict == "unknown" for part in found)
-        or _left_over(base, shape or tilt, before if shape else None)
-    ):
-        names = ()
+    if not found or _unexplained(base, shape, tilt, shapes, before) or any(part.verdict == "unknown" for part in found):
         advice = next((part.next_record for part in found if part.next_record), "the same heap again, and a heap with two flanks")
-        return Verdict("unknown", names, p, tried, float("nan"), advice)
+        return Verdict("unknown", (), p, tried, float("nan"), advice)
     kind = "name" if all(part.verdict == "name" for part in found) else "class"
     runner_up = min(part.ln_bayes_runner_up for part in found)
     advice = next((part.next_record for part in found if part.next_record), None)
     return Verdict(kind, tuple(n for part in found for n in part.names), p, tried, runner_up, advice)
+
+
+def _unexplained(base: Fit, shape: Candidate | None, tilt: Candidate | None, shapes: list[Candidate], before: float) -> bool:
+    """Whether what fits best goes against its own law, or too much is left."""
+    best = max(shapes, key=lambda c: c.ln_bayes)
+    if best.ln_bayes > max(shape.ln_bayes if shape else -np.inf, before + 2.0) + LN_BF_RIVAL:
+        return True
+    return _left_over(base, shape or tilt, before if shape else None)
 
 
 def _tried(base: Fit, sets, held: tuple[str, ...], rng: np.random.Generator) -> list[Candidate]:

@@ -11,7 +11,7 @@ from calibrate.diagnose.name import Verdict
 from calibrate.diagnose.pile.curves import curves_of
 from calibrate.diagnose.pile.decide import SHAPES, decide
 from calibrate.diagnose.pile.flanks import Photo, photos_of
-from calibrate.diagnose.pile.problem import problem_of
+from calibrate.diagnose.pile.problem import problem_of, seeds_high
 from calibrate.diagnose.pile.windows import windows_of
 from calibrate.diagnose.problem import Fit, fit
 
@@ -39,9 +39,19 @@ def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
             notes.append(f"{p.recording}: no plumb_deg: angles count from {from_what}")
     unscaled = [p.recording for p in photos if p.unit == "px"]
     notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []
+    notes += [
+        f"{p.recording}: only {high:.1f} seeds high: its surface is that of single seeds"
+        for p, high in _heights(photos)
+        if high < 5
+    ]
     notes += [ONE] if len(photos) == 1 else []
     notes += [SAME] if len({p.stated for p in photos}) == 1 else []
     return tuple(notes)
+
+
+def _heights(photos: tuple[Photo, ...]) -> list[tuple[Photo, float]]:
+    """Heights in seeds, NaN where unknown."""
+    return [(p, float(np.mean([seeds_high(p, f) for f in p.flanks]))) for p in photos]
 
 
 def _law(base: Fit, found: Verdict) -> str | None:

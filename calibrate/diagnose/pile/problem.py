@@ -12,6 +12,7 @@ import numpy as np
 
 from calibrate.diagnose.effects.pile import EFFECTS, LAWS, RIVALS
 from calibrate.diagnose.effects.pile.shapes import crest, toe
+from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, whiten
 from calibrate.diagnose.pile import usual
 from calibrate.diagnose.pile.flanks import STEP, Flank, Photo
@@ -68,7 +69,8 @@ def problem_of(photos: tuple[Photo, ...]) -> Problem:
 def _once(problem: Problem):
     """`problem.reduce` computed once: heaps are linear, so that it is the same wherever it is taken."""
     zero = np.zeros(len(problem.names))
-    reduced, change_from_zero = problem.reduce(problem.starts, zero)
+    there, change_from_zero = problem.reduce(problem.starts, zero)
+    reduced = tuple(Reduced(r.a, r.smooth, r.b) for r in there)  # without what holds at that point only
 
     def reduce(starts: np.ndarray, values: np.ndarray, extra=None):
         if extra is not None:

@@ -12,7 +12,7 @@ CREST_MEAN, CREST_SD, CREST_WIDTH = -0.04, 0.03, 0.12
 TOE_MEAN, TOE_SD, TOE_WIDTH = 0.05, 0.03, 0.1
 TOE_IN_SEEDS = 0.6  # height of the toe over a seed's length
 SD_IN_SEEDS, SD_UNKNOWN = 0.25, 0.01  # further sd at crest and toe: a share of a seed's length; where seed or scale is not stated
-FLANK_SD = 0.005
+FLANK_SD, FLANK_IN_SEEDS = 0.005, 0.05  # sd along the flank, and a share of a seed's length more where that is known
 TAILS, TAIL_SD = (0.07, 0.15, 0.3), 0.03  # how far up an apron reaches, over the flank's way; of its height at the toe
 BUMPS, BUMP_WIDTH = np.arange(-0.05, 1.46, 0.1), 0.1
 COLUMNS = len(BUMPS) + len(TAILS)
@@ -29,9 +29,11 @@ def mean(u: np.ndarray, seeds_high: float) -> np.ndarray:
 
 def spread(u: np.ndarray, seeds_high: float) -> np.ndarray:
     """sd of a material's own departure from `mean`."""
-    more = min(SD_IN_SEEDS / seeds_high, 0.1) if np.isfinite(seeds_high) else SD_UNKNOWN
+    known = np.isfinite(seeds_high)
+    more = min(SD_IN_SEEDS / seeds_high, 0.1) if known else SD_UNKNOWN
+    flank = FLANK_SD + (FLANK_IN_SEEDS / seeds_high if known else 0.0)
     crest = (CREST_SD + more) * np.exp(-0.5 * (u / CREST_WIDTH) ** 2)
-    return FLANK_SD + crest + (TOE_SD + more) * np.exp(-np.abs(u - 1) / TOE_WIDTH)
+    return flank + crest + (TOE_SD + more) * np.exp(-np.abs(u - 1) / TOE_WIDTH)
 
 
 def bumps(u: np.ndarray, seeds_high: float) -> np.ndarray:
