@@ -1,6 +1,7 @@
 """`benchtwin diagnose` as a person meets it: what was typed, the progress, the answer, the exit code."""
 
 import json
+import shutil
 import sys
 import traceback
 from collections.abc import Iterator
@@ -48,7 +49,7 @@ def diagnose_command(asked: Asked) -> int:
         _write(asked.out / "diagnosis.json", json.dumps(found.to_json(), indent=1, allow_nan=False))
         drawn = _reported(found, asked.out)
     except KeyboardInterrupt:
-        return _say(f"stopped; nothing was written to {asked.out}", FAILED)
+        return _say(f"stopped; no diagnosis was written to {asked.out}", FAILED)
     except (FileNotFoundError, FileExistsError, Misuse) as error:
         return _say(error, MISUSED)
     except OSError as error:
@@ -73,7 +74,7 @@ def _check(asked: Asked) -> None:
     there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
     if there - OURS:
         raise FileExistsError(f"{out}: holds {sorted(there - OURS)[0]}, which no diagnosis wrote; choose another --out")
-    if there and not asked.overwrite:
+    if "diagnosis.json" in there and not asked.overwrite:
         raise FileExistsError(f"{out}: holds a diagnosis already; choose another --out, or say --overwrite")
 
 
@@ -93,6 +94,7 @@ def _modelled(asked: Asked, found, say):
     """The twin again, with what was found; what cannot be run again is said, and costs nothing else."""
     from calibrate.diagnose.model import run_again
 
+    shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
     return run_again(found, asked.out / "twin", pictures=not asked.quick, say=say)
 
 

@@ -71,6 +71,16 @@ def test_the_same_seed_gives_the_same_numbers_and_nothing_is_replaced_unasked(ai
     assert refused.exit_code == 2 and "--overwrite" in refused.output and refused.output.count("\n") == 1
 
 
+def test_what_a_stopped_diagnosis_left_is_no_hindrance_and_old_films_go(airless, tmp_path):
+    (tmp_path / "out" / "twin" / "drop-9-old").mkdir(parents=True)
+    result = diagnose(airless[0], tmp_path / "out", "--quick", "--rig", "drop")
+    assert result.exit_code == 0, result.output
+    assert not (tmp_path / "out" / "twin" / "drop-9-old").exists()
+    twin = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"]["drop"]["twin"]
+    assert twin["rmse_after"] < twin["rmse_before"] and twin["effects"] == ["drag"] and twin["held_out"]
+    assert "run again with drag, the twin is off by" in result.output
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
