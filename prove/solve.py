@@ -10,7 +10,7 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-SOLVER = "{python} -m benchtwin diagnose {bench} --out {out}"
+SOLVER = "{python} -m benchtwin diagnose {bench} --out {out} --no-twin --quiet"  # verdicts alone: no new DEM runs
 PASSED_ON = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONPATH", "SYSTEMROOT", "NUMBA_CACHE_DIR")
 
 
