@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from calibrate.procedure.bench import RigReadings
 from calibrate.procedure.rigs import PILE_RESPONSE
@@ -83,7 +84,7 @@ def observed(piles: pd.DataFrame, readings: RigReadings, box: Box, steel: Box | 
         surface, said = _surface(there, source, wide, len(box.names))
         main = {"reading_sd": readings.reading_sd, "shared_sd": readings.shared_sd} if column == PILE_RESPONSE else {}
         try:
-            mean = pooled_mean(values, name=column, scatter_sd=surface.noise_sd, df=surface.residual_df, pooled=alike, **main)
+            mean = pooled_mean(values, name=column, scatter_sd=surface.noise_sd, df=surface.noise_df, pooled=alike, **main)
         except ValueError as error:
             notes.append(f"not used in the posterior: {error}")
             continue
@@ -91,9 +92,22 @@ def observed(piles: pd.DataFrame, readings: RigReadings, box: Box, steel: Box | 
         found.append(Observable(f"pile: {column}", surface, mean))
         errors[f"pile: {column}"] = pd.Series(residuals(surface))
         used.append(source)
+    return Seen(tuple(found), _correlation(errors, found), tuple(used), tuple(dict.fromkeys(notes)))
+
+
+def _correlation(errors: dict[str, pd.Series], found: list[Observable], alpha: float = 0.05) -> pd.DataFrame:
+    """Correlation of the surfaces' residuals, where chance would not give it (Fisher's z); one by chance would count an
+    observable for more than it tells."""
+    df = min((o.surrogate.residual_df for o in found), default=0)
     correlation = pd.DataFrame(errors).corr().clip(-0.95, 0.95)
+    least = np.tanh(stats.norm.ppf(1 - alpha / 2) / np.sqrt(max(df - 2, 1)))
+    correlation = correlation.where(correlation.abs() > least, 0.0)
     correlation = correlation.mask(np.eye(len(correlation), dtype=bool), 1.0)
-    return Seen(tuple(found), correlation, tuple(used), tuple(dict.fromkeys(notes)))
+    if len(correlation) and np.linalg.eigvalsh(correlation)[0] < 0.01:  # what was left out can leave no correlation at all
+        off = correlation.to_numpy() - np.eye(len(correlation))
+        correlation = np.eye(len(off)) + 0.99 * off / max(1.0, float(abs(np.linalg.eigvalsh(off)[0])))
+        correlation = pd.DataFrame(correlation, index=list(errors), columns=list(errors))
+    return correlation
 
 
 def _surface(piles: pd.DataFrame, column: str, wide: Box, quadratic: int) -> tuple[Surface, list[str]]:

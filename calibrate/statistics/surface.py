@@ -74,6 +74,11 @@ class Surface:
         own = self.pure_ss / self.pure_df if self.pure_df >= 3 else self.residual_ms
         return float(np.sqrt(own * (1 + self.shared)))
 
+    @property
+    def noise_df(self) -> int:
+        """Degrees of freedom of `noise_sd`."""
+        return self.pure_df if self.pure_df >= 3 else self.residual_df
+
     @cached_property
     def lack_sd(self) -> float:
         """How far the surface is off beyond noise, √(MS_lack − MS_pure), where lack of fit is believed (p < LACK_P); else 0."""
