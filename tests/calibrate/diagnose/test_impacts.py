@@ -52,7 +52,7 @@ CASES = [
     ("impact-damage", replace(BALL, e=damage), [0.310, 0.100], -0.07),
 ]
 MORE = [
-    ("plate-tilt", replace(LIGHT, tilt_deg=3.0), None, 3.0),
+    ("plate-tilt", replace(LIGHT, tilt_deg=1.5), None, 1.5),
     ("film-adhesion", replace(BALL, e=film, fps=1000.0), HEIGHTS, 0.15),
     ("restitution-falls-with-speed", replace(BALL, e=falls), None, 0.12),
     ("restitution-falls-with-speed", replace(LIGHT, e=falls), HEIGHTS, 0.12),
@@ -63,7 +63,7 @@ MORE = [
     ("effect", "bench", "heights", "true"), [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in MORE)]
 )
 def test_a_concealed_effect_of_impacts_is_located_named_and_measured(effect, bench, heights, true):
-    found = diagnosed(bench, 1, count=9 if bench.axes == LIGHT.axes else 6, heights=heights)
+    found = diagnosed(bench, 1, heights=heights)
     assert found.alarm and found.sectors[0].name == "impact" and found.sectors[0].explained > 0.8
     assert found.names == (effect,) if effect not in FALLING else set(found.names) <= set(FALLING) and effect in found.names
     value = found.parameters[effect]
@@ -197,3 +197,29 @@ def test_laws_that_no_drop_tells_apart_stand_as_their_class():
     assert found.next_record
     tilt = Verdict("name", ("plate-tilt",), 1e-6, (one("plate-tilt", 9.0),), 4.0, None)
     assert settled(tilt) is tilt
+
+
+SHAPES = {"soy": LIGHT.axes, "ball": BALL.axes, "wheat": (3.2e-3, 1.6e-3, 1.4e-3), "round": (3.5e-3, 3.4e-3, 3.3e-3)}
+
+
+def usual(seed):
+    """Clean drops of any seed: e scatters by up to 5 % a bounce, scale, roll and drag as their stated sds leave them."""
+    rng = np.random.default_rng(5000 + seed)
+    axes = list(SHAPES.values())[seed % 4]
+    middle, spread = rng.uniform(0.4, 0.7), float(rng.choice([0.0, 0.02, 0.05]))
+    bench = replace(
+        LIGHT, axes=axes, e=lambda v, n: min(middle * (1 + spread * rng.normal()), 0.95), rho=(0.0, 0.5, 0.8, 0.9)[seed % 4],
+        scale=rng.normal(0, 8e-4), roll_deg=rng.normal(0, 0.05), shape_drag=1 + 0.15 * rng.normal(),
+        tip_deg=float(rng.choice([6.0, 90.0])), angle=bool(rng.random() < 0.7),
+    )  # fmt: skip
+    made = tracks(bench, int(rng.integers(3, 8)), rng, heights=(None, [0.31, 0.1], HEIGHTS)[seed % 3])
+    sizes = dict(zip(("length_mm", "width_mm", "thickness_mm"), (2e3 * a for a in axes), strict=True))
+    return [replace(t, description=t.description | {"seed": sizes | {"density_kg_m3": 1250.0}}) for t in made]
+
+
+@pytest.mark.slow
+def test_false_alarms_of_the_whole_drop():
+    found = [diagnose_drop(usual(seed), np.random.default_rng(0)) for seed in range(100)]
+    print("alarms:", [(seed, f.names, f.p_global) for seed, f in enumerate(found) if f.alarm])
+    assert sum(f.alarm for f in found) <= 3  # 0.5 expected; more than 3 has a chance of 2e-3
+    assert not any(f.verdict == "name" for f in found)
