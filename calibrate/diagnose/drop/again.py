@@ -78,6 +78,8 @@ class Flights:
     def _fly(self, r: int, values: dict[str, float], starts: np.ndarray, out: np.ndarray) -> None:
         s = self.session
         flights = np.flatnonzero(s.recording == r)
+        if not len(flights):
+            return
         rate = float(np.prod([LAWS[n].clock(v) for n, v in values.items() if LAWS[n].clock]))
         begin = self.begins(starts, values)[flights]
         begin[:, 2:] *= rate
@@ -106,13 +108,17 @@ class Flights:
         s = self.session
         for r, name in enumerate(s.names):
             mine = s.recording[s.flight] == r
+            if not mine.any():
+                continue  # none of its flights could be used
             before, after = (1e3 * float(np.sqrt(((s.places - seen)[mine] ** 2).mean())) for seen in (old, new))
             yield Compared(name, "place in flight", "mm", before, after, "track")
 
 
 def left_out(of: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:
     """Globals as the recordings other than r have them, and the starts (F, 4) that go with them."""
-    others = of.reduced[:r] + of.reduced[r + 1 :]
+    flown = sorted(set(of.problem.model.session.recording.tolist()))  # the reduced space holds no others
+    k = flown.index(r) if r in flown else len(flown)
+    others = of.reduced[:k] + of.reduced[k + 1 :]
     if not others:
         return of.values, of.starts
     values = ridge(*stacked(others), of.prior_sd)[0]

@@ -17,6 +17,8 @@ def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
     out = []
     for r, name in enumerate(s.names):
         rows = np.flatnonzero(whose == r)
+        if not len(rows):
+            continue  # none of its flights could be used
         rows = rows[np.argsort(time[rows], kind="stable")]
         for axis, quantity in enumerate(AXES):
             part = [values[rows, axis] for values in (1e3 * s.places, *left)]

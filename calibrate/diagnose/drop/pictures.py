@@ -16,9 +16,8 @@ SMOOTH_S = 4e-3  # a recorded place is the mean of what is left within as much o
 def with_pictures(again: Again, flown, old: np.ndarray, new: np.ndarray, folder: Path, pictures: bool, say) -> Again:
     """`again` with the recording that the model mends most: a picture, and with `pictures` a film of each twin, followed."""
     s = flown.session
-    gain = [
-        float((((s.places - old) ** 2) - ((s.places - new) ** 2))[s.recording[s.flight] == r].sum()) for r in range(len(s.names))
-    ]
+    better = ((s.places - old) ** 2 - (s.places - new) ** 2).sum(axis=1)
+    gain = [float(better[own].sum()) if (own := s.recording[s.flight] == r).any() else -np.inf for r in range(len(s.names))]
     r = int(np.argmax(gain))
     rows = np.flatnonzero(s.recording[s.flight] == r)
     rows = rows[np.argsort(s.middle[s.flight[rows]] + s.tau[rows])]

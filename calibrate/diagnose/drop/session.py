@@ -53,7 +53,7 @@ class Session:
 def assemble(tracks) -> Session:
     """Tracks (calibrate.twin.tracks.SeenTrack, those in trouble left out) → Session. ValueError where no flight is left."""
     tracks = [t for t in tracks if not t.trouble]
-    parts, notes, joints = [], [], []
+    parts, notes, joints, fallen = [], [], [], []
     count = 0
     flights = [_flights_of(track, r) for r, track in enumerate(tracks)]
     usual = float(np.median([_roughness(part) for found in flights for _, part in found] or [0.0]))
@@ -62,6 +62,7 @@ def assemble(tracks) -> Session:
         if len(kept) < len(found):
             notes.append(f"{track.recording}: {len(found) - len(kept)} flights left out, touched again in mid-flight")
         numbers = {k: count + i for i, (k, _) in enumerate(kept)}
+        fallen.append(0 in numbers and 1 in numbers)  # fall and first contact are both at hand
         joints += [(numbers[k], numbers[k + 1], t) for k, t in enumerate(track.contacts_s) if k in numbers and k + 1 in numbers]
         parts += [part for _, part in kept]
         count += len(kept)
@@ -75,6 +76,7 @@ def assemble(tracks) -> Session:
     pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
     view = View((low + high) / 2, float(np.linalg.norm(high - low) / 2), rows["angle"], rows["phase"], pixel)
     release, release_sd = _releases(tracks)
+    release = np.where(fallen, release, np.nan)
     return Session(
         names=tuple(t.recording for t in tracks),
         **{key: np.array([p[key] for p in parts]) for key in ("recording", "middle", "half", "spin")},

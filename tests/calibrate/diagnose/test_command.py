@@ -126,6 +126,22 @@ def test_what_cannot_be_used_is_said_and_the_others_go_on(tmp_path):
     assert "did you mean fps?" in page and "nothing could be held out" in page
 
 
+def test_a_drop_without_a_usable_flight_beside_good_ones(airless, tmp_path):
+    """It counts, and neither its curve nor the twin stumbles over it."""
+    import shutil
+
+    bench = shutil.copytree(airless[0], tmp_path / "bench")
+    rows = pd.read_csv(bench / "drop-1" / "track.csv")
+    (bench / "drop-0").mkdir()
+    shutil.copy(bench / "drop-1" / "recording.toml", bench / "drop-0")
+    rows.iloc[::16].to_csv(bench / "drop-0" / "track.csv", index=False)  # as a phone films: 16 rows a flight
+    result = diagnose(bench, tmp_path / "out", "--quick")
+    assert result.exit_code == 0, result.output
+    drop = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"]["drop"]
+    assert drop["names"] == ["drag"] and len(drop["recordings"]) == 4, result.output
+    assert {r["recording"] for r in drop["twin"]["recordings"]} == {"drop-1", "drop-2", "drop-3"}
+
+
 def test_an_empty_folder_is_no_diagnosis(tmp_path):
     (tmp_path / "bench").mkdir()
     result = diagnose(tmp_path / "bench", tmp_path / "out")
