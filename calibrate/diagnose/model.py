@@ -113,6 +113,7 @@ COUNTERPARTS: dict[str, dict[str, Counterpart]] = {
     "roll": {
         "slope": Counterpart("rig", "the level plate rises by {value}° along +x"),
         "viscous-rolling": Counterpart("law", "rolling friction grows by {value} per m/s"),
+        "drag": Counterpart("law", "the air's drag law is on, with drag over weight at 0.5 m/s {value} more than stated"),
     },
     "pile": {},
 }  # fmt: skip

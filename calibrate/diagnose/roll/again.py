@@ -6,12 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.along import MOST, Twin, compared
+from calibrate.diagnose.drop.air import air_of, drag_shape
 from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.model import Again, change_in_words
 from calibrate.twin.along import Path1D, gone, like
+from calibrate.twin.flown import drag_factor
 from calibrate.twin.parameters import Parameters
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
+DRAG_M_S = 0.5  # at which a roll's drag is reported
 
 
 def rolls_again(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
@@ -53,12 +56,23 @@ def _made(r, mu: float, values: dict[str, float]):
     """(recording to be like, parameters) with what was named."""
     about = {"slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))}  # the rig counts what falls towards +x
     about["direction"] = r.description.get("roll", {}).get("direction") or r.description["roll"].get("seen_direction", "+x")
-    laws = {"rolling_viscous": {"slope": max(values["viscous-rolling"], 0.0)}} if "viscous-rolling" in values else {}
     recording = like("roll", r.description, **about)
     if recording.camera.fps is None:
         rate = float(1 / np.median(np.diff(r.time_s)))
         recording = replace(recording, camera=recording.camera.model_copy(update={"fps": rate}))
-    return recording, Parameters(rolling_friction=mu, laws=laws)
+    return recording, Parameters(rolling_friction=mu, laws=laws_of(r.description, values))
+
+
+def laws_of(description: dict, values: dict[str, float]) -> dict[str, dict]:
+    """What was named, as the DEM's laws: a rolling friction that grows with speed, drag beside that of the stated air."""
+    laws: dict[str, dict] = {}
+    if "viscous-rolling" in values:
+        laws["rolling_viscous"] = {"slope": max(values["viscous-rolling"], 0.0)}
+    if "drag" in values:
+        air = air_of(description)
+        stated = air.share * float(drag_shape(DRAG_M_S, air.reynolds_per_speed)) * DRAG_M_S
+        laws["drag"] = drag_factor(description, max(stated + values["drag"], 0.0), DRAG_M_S)
+    return laws
 
 
 def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:

@@ -13,6 +13,7 @@ from calibrate.diagnose.drop.strikes import CHANGES
 from calibrate.diagnose.effects.drop import EFFECTS
 from calibrate.diagnose.effects.drop.impact import IMPACT_EFFECTS
 from calibrate.diagnose.model import AGAIN, COUNTERPARTS, NONE_AT_ALL
+from calibrate.diagnose.roll.again import laws_of as rolling_laws
 from calibrate.diagnose.slide.again import laws_of as friction_laws
 from calibrate.twin.flown import drag_factor, fly, strike
 from calibrate.twin.parameters import Parameters
@@ -30,6 +31,9 @@ def test_every_effect_of_the_drop_has_a_counterpart_or_a_reason_why_not():
     for name in COUNTERPARTS["slide"]:
         (law, numbers), = friction_laws({name: 0.05}).items()  # fmt: skip
         LAWS[law].use(**numbers)
+    for name in set(COUNTERPARTS["roll"]) - {"slope"}:  # that is the rig's
+        (law, numbers), = rolling_laws(TOLD, {name: 0.05}).items()  # fmt: skip
+        LAWS[law].use(**numbers)
 
 
 def test_drag_in_the_units_of_the_diagnosis():
@@ -38,6 +42,13 @@ def test_drag_in_the_units_of_the_diagnosis():
     flown = fly(TOLD, laws, np.array([[0.0, 0.0, 0.0, -2.0]]), np.zeros(1), 0.01)
     fall = (flown.speeds[3, 0, 1] - flown.speeds[1, 0, 1]) / (flown.t_s[3] - flown.t_s[1])
     assert fall == pytest.approx(-9.80665 * (1 - 0.05), rel=2e-3)
+
+
+def test_drag_of_a_roll_counts_at_half_a_metre_a_second():
+    """TOLD states no air, so all of it is what is missing: 0.01 of the weight at 0.5 m/s."""
+    flown = fly(TOLD, rolling_laws(TOLD, {"drag": 0.01}), np.array([[0.0, 0.0, 0.5, 0.0]]), np.zeros(1), 0.01)
+    slowed = (flown.speeds[3, 0, 0] - flown.speeds[1, 0, 0]) / (flown.t_s[3] - flown.t_s[1])
+    assert slowed == pytest.approx(-9.80665 * 0.01, rel=0.01)
 
 
 def test_a_twin_without_air_flies_a_parabola():
