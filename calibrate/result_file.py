@@ -10,7 +10,8 @@ import pandas as pd
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.steel import SteelFit
 from calibrate.twin import Parameters
-from calibrate.twin.told import materials_and_shape, versions
+from calibrate.twin.told import materials_and_shape
+from calibrate.twin.versions import versions
 
 SCHEMA = 1
 CURVE_POINTS = 101

@@ -12,6 +12,7 @@ from calibrate.diagnose import words
 from calibrate.diagnose.finding import Finding
 from calibrate.report.numbers import cells
 from calibrate.report.residuals import before_and_after, points, recorded
+from calibrate.twin.versions import versions
 
 TAGS = {"none": "nothing missing", "name": "found", "class": "not told apart", "unknown": "unknown"}
 MOST_CANDIDATES = 12
@@ -38,7 +39,7 @@ def render(found) -> str:
     # "</" would end the script element that carries the figures
     text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
     rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in found.findings.items()]
-    return template.render(d=found, rigs=rigs, figures=sorted(drawn), drawn=text, plotly=get_plotlyjs(), versions=_versions())
+    return template.render(d=found, rigs=rigs, figures=sorted(drawn), drawn=text, plotly=get_plotlyjs(), versions=versions())
 
 
 def _sentence(text: str) -> str:
@@ -55,12 +56,6 @@ def _cells(table: pd.DataFrame) -> dict:
             row[k] = value if isinstance(value, str) else row[k]
     out["heads"] = [str(c) for c in table.columns]
     return out
-
-
-def _versions() -> dict[str, str]:
-    from importlib.metadata import version
-
-    return {name: version(name) for name in ("benchtwin", "numpy", "scipy")}
 
 
 def _rig(rig: str, f: Finding, again) -> dict:

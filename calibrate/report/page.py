@@ -12,7 +12,7 @@ from calibrate.procedure.pile import PileFit
 from calibrate.report import draw, figures, pile_figures
 from calibrate.report.numbers import cells, sentence, with_interval
 from calibrate.statistics.assessment import natural_coefficients
-from calibrate.twin.told import versions
+from calibrate.twin.versions import versions
 
 
 def write_report(c: Calibration, out: Path) -> Path:

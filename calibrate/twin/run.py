@@ -2,11 +2,9 @@
 
 import json
 import os
-import platform
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +12,7 @@ import numpy as np
 from calibrate.twin import write
 from calibrate.twin.parameters import Parameters, bench
 from calibrate.twin.scene import baseline, camera_of, camera_section, rig_of, section_of, setup_of
+from calibrate.twin.versions import versions
 from sim.motion import Motion
 from sim.rigs.bench import no_watch
 from vision.batch import observe as observe  # the same call for bench and twin
@@ -100,13 +99,12 @@ def record(recording: Recording, parameters: Parameters, motion: Motion, kind: s
     """All that is needed to run it again, and what the simulation itself knows of the answer."""
     from sim.picture import renderer_name
 
-    versions = {name: version(name) for name in ("benchtwin", "numpy", "numba", "scipy")}
     return {
         "schema": 1,
         "rig": recording.rig,
         "evidence": kind,
         "parameters": parameters.for_rig(recording.rig).to_dict(),
         "truth": {key: (value if np.isfinite(value) else None) for key, value in motion.truth.items()},
-        "versions": {"python": platform.python_version(), **versions},
+        "versions": versions(),
         "renderer": renderer_name() if kind == "rendered" else None,
     }

@@ -1,20 +1,15 @@
 """What a result states of the materials and the seed, as the twin takes them."""
 
-import platform
-from importlib.metadata import version
+from pathlib import Path
 
 from calibrate.twin.parameters import SOFT_PA, Parameters, bench
 from sim.material import Q235
 from sim.seed import Seed
 from vision.evidence.keys import validate
 
-VERSIONS = ("benchtwin", "numpy", "scipy", "pandas", "numba", "emcee")
-
 
 def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict, dict]:
     """`materials` and `seed_shape` of result.json, for a recording's sections. ValueError for sections that do not fit."""
-    from pathlib import Path
-
     known = validate({k: v for k, v in description.items() if k in ("seed", "air")}, Path("bench.toml"))
     of = bench(parameters, "pile", known.seed, known.air)
     whole = (
@@ -31,8 +26,3 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
 def _material(material) -> dict:
     keys = ("name", "density_kg_m3", "shear_modulus_pa", "poisson_ratio", "source")
     return {key: getattr(material, key) for key in keys}
-
-
-def versions() -> dict[str, str]:
-    """Versions of what computes a result."""
-    return {"python": platform.python_version(), **{name: version(name) for name in VERSIONS}}
