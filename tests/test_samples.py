@@ -60,7 +60,7 @@ def test_the_drawn_bench_is_what_its_script_draws(tmp_path):
 def test_the_readme_names_only_what_is_there():
     text = (ROOT / "README.md").read_text()
     for option in set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text)):
-        verbs = ("measure", "simulate", "calibrate", "diagnose")
+        verbs = ("measure", "simulate", "calibrate", "diagnose", "prove")
         helps = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200).output for verb in verbs]
         assert any(option in text for text in helps), option
     for path in re.findall(r"`((?:samples|docs|benchmarks)/[\w/.-]+)`|\((docs/[\w./-]+)\)", text):
@@ -139,3 +139,17 @@ def test_a_key_is_not_read_by_accident_and_is_revealed_when_asked(capsys):
         assert effect in capsys.readouterr().out
         assert (SAMPLES / name / KEY).is_file()
     assert main(["reveal", "nowhere"]) == 2
+
+
+def test_the_prove_commands_of_readme_run(tmp_path):
+    """As written, but for the number of cases: they differ in numbers only, so that one case of the first stands for all."""
+    lines = re.findall(r"benchtwin (prove --?.*)", (ROOT / "README.md").read_text())
+    first, *others = [shlex.split(line, comments=True) for line in lines]
+    assert all(other[1::2] == first[1::2] for other in others)
+    given = dict(zip(first[1::2], first[2::2], strict=True)) | {"--out": str(tmp_path / "out"), "--cases": "1", "--workers": "1"}
+    result = CliRunner().invoke(app, ["prove", *(word for pair in given.items() for word in pair)])
+    assert result.exit_code == 0, result.output
+    content = json.loads((tmp_path / "out" / "prove.json").read_text())
+    missing = next(row for row in content["scores"] if row["score"] == "no diagnosis" and row["rig"] == "all")
+    assert (missing["k"], missing["n"]) == (0, 1)
+    assert {p.name for p in (tmp_path / "out").iterdir()} >= {"hashes.json", "keys.sealed", "cases.csv", "report.html"}
