@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from calibrate.diagnose.effects.roll import corner_loss
 from calibrate.diagnose.finding import NORMAL_95, Finding, Parameter, finding_of
 from calibrate.diagnose.locate import Location, locate
 from calibrate.diagnose.name import ALPHA, LN_BF_RIVAL, Verdict, name
@@ -44,9 +45,21 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     if ripple.p < ALPHA:
         base, more, ripple = _with_ripple(runs, seed, scales, ripple, scatter)
         notes += more
+    notes += usual_loss_of(base)
     where = _located(base, ripple, rng)
     found = _held_against_the_nameless(base, name(base, where, rng))
     return _finding(base, where, found, notes, rng)
+
+
+def usual_loss_of(base: Fit) -> tuple[str, ...]:
+    """What the corner takes, where it is seen and no more than a corner may take: no news, but to be known."""
+    model, name = base.problem.model, "corner-loss"
+    count = range(len(model.runs))
+    lost = base.by_name[name] + float(np.mean([model.usual_loss(r) for r in count]))
+    sharp = float(np.mean([corner_loss.sharp(model.incline[r], model.seed.inertia) for r in count]))
+    if lost < 3 * base.sd(name) or lost > 1.5 * sharp:
+        return ()
+    return (f"the corner takes {100 * lost:.2g} % of the speed; a sharp one alone takes {100 * sharp:.2g} %: no news",)
 
 
 def _scales(recordings) -> dict[str, float]:

@@ -35,6 +35,10 @@ class Model:
     top: float
     seen: dict = field(default_factory=dict)
 
+    def usual_loss(self, r: int) -> float:
+        """Share of the speed that the corner takes at the baseline's centre, of run r."""
+        return corner_loss.USUAL * corner_loss.sharp(self.incline[r], self.seed.inertia)
+
     def relevant(self, r: int) -> tuple[str, ...]:
         """Globals on which run r depends."""
         ripple = ("shape-barrier", f"shape-barrier.cos.{r}", f"shape-barrier.sin.{r}")
@@ -64,7 +68,8 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     return Way(
         own[0], own[1], own[1] + length, f, math.sin(beta), math.cos(beta), mu,
         level=slope.drive(get("slope", 0.0) + get("level", 0.0), model.runs[r].sign),
-        keep=corner_loss.kept(get("corner-loss", 0.0)), ripple=ripple, turn=model.turn[r], phase=model.phase[r], **more,
+        keep=corner_loss.kept(get("corner-loss", 0.0), model.usual_loss(r)), ripple=ripple, turn=model.turn[r],
+        phase=model.phase[r], **more,
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from calibrate.diagnose.effects.effect import Effect
-from calibrate.diagnose.effects.roll import EFFECTS
+from calibrate.diagnose.effects.roll import EFFECTS, corner_loss
 from calibrate.diagnose.effects.roll.shape_barrier import quadrature
 from calibrate.diagnose.problem import Fit, Problem
 from calibrate.diagnose.roll.model import OWN, Model, moved, predict, way_of
@@ -66,9 +66,12 @@ def roll_problem(
     effects = effects_of(model.runs, model.seed, ripple="shape-barrier" in model.names)
     if shape_known:
         effects = {n: e for n, e in effects.items() if not n.startswith("shape-barrier")}
+    usual = float(np.mean([model.usual_loss(r) for r in range(len(model.runs))]))
+    effects["corner-loss"] = corner_loss.beside(usual)
     noise = noise or estimate_noise(model.runs, model.turn)
     known = {
         "mu": WIDE_MU, "incline": INCLINE_SD_DEG, "level": LEVEL_SD_DEG, "inertia": model.seed.inertia_sd,
+        "corner-loss": usual * corner_loss.USUAL_SD / corner_loss.USUAL,
         **{f"scale.{s}": math.hypot(sd, GRAVITY_SD) for s, sd in scales.items()},
     }  # fmt: skip
     sizes = {"mu": 0.1, "incline": 0.1, "level": 0.003, "inertia": 0.01} | {f"scale.{s}": 1e-3 for s in scales}
