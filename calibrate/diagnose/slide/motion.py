@@ -23,6 +23,7 @@ from calibrate.diagnose.effects.slide import (
 
 G_M_S2 = 9.80665
 STEPS = 300  # at least, from rest to the end
+FARTHEST_M = 100.0  # a block that a fit drives on beyond this stays there: its numbers must not overflow
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,8 @@ def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> 
         s = (time[i] - t) / count
         for k in range(count):
             x, v = _step(t + k * s, s, x, v, tilt, p)
+            if not abs(x) < FARTHEST_M:
+                x, v = math.copysign(FARTHEST_M, x), 0.0
         t = time[i]
         place[i], speed[i] = x, v
     return place, speed

@@ -37,6 +37,13 @@ def test_a_block_on_a_still_plate_has_its_closed_form():
     assert v[-1] == pytest.approx(pull * (1 - onset))
 
 
+def test_a_block_that_a_fit_drives_too_far_stays_finite():
+    """Friction that falls with the way slid grows the travel exponentially."""
+    tilt = np.array([math.radians(25.0), 0, 0, 0])
+    x, v = travel(np.linspace(0, 60, 200), 0.0, tilt, Laws(friction=0.1, worn=-20.0))
+    assert np.isfinite(x).all() and np.isfinite(v).all() and (np.diff(x) >= 0).all()
+
+
 def test_a_slowly_tilting_plate_gives_the_third_power():
     """x = g Ω t³/(6 cos θ₀) while θ is near θ₀."""
     rate, angle = math.radians(1.0), math.radians(20.0)
@@ -152,6 +159,8 @@ def test_readings_of_several_rates_and_loads():
     late = told(angle_read(delay_mm=5.0), (1, 3, 10), (4, 4, 4))
     assert late.names == ("reading-delay",) and abs(late.parameters["reading-delay"].value - 5) < 2
     assert late.sectors[0].name == "measurement"
+    soon = told(angle_read(delay_mm=0.2), (0.5, 2, 5), (4, 4, 4))  # the overshoot's slope has no bound at a travel of nil
+    assert soon.verdict in ("name", "class") and "reading-delay" in soon.names
     off = told(angle_read(clock_s=-0.2), (1, 3, 10), (4, 4, 4))
     assert "clock-offset" in off.names
     pulled = told(angle_read(pull=0.3e-3), (2, 2, 2), (1, 2, 4))
