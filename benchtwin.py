@@ -1,5 +1,6 @@
 """The front door: the command line, one short function a verb, heavy imports inside."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -162,6 +163,7 @@ def prove(
 
 
 def main() -> None:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads wait for each other, and take longer
     app()
 
 

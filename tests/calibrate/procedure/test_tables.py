@@ -24,8 +24,8 @@ def paper():
 
 
 @pytest.fixture
-def bench(tmp_path):
-    """A copy of the paper's bench to spoil."""
+def bench(tmp_path, few_draws):
+    """A copy of the paper's bench to spoil; of its posterior nothing is asked."""
     return shutil.copytree(PAPER, tmp_path / "bench")
 
 
@@ -80,7 +80,7 @@ def test_parameters_that_share_no_recording_are_fitted_jointly_as_one_by_one(pap
         assert t.loc[fit.rig.parameter, "median"] == pytest.approx(fit.inverse.value, abs=1.5 * fit.inverse.sd), name
 
 
-def test_the_command_leaves_a_result_that_export_reads(tmp_path, capsys):
+def test_the_command_leaves_a_result_that_export_reads(tmp_path, capsys, few_draws):
     assert run(PAPER, tmp_path) == DONE
     said = capsys.readouterr().out
     assert "restitution, seed–steel" in said and "Residual df = 1 does not follow" in said

@@ -1,0 +1,5 @@
+"""Tests compute on one BLAS thread each: matrices are small, and threads that wait for each other cost four times the CPU time."""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
