@@ -1,4 +1,4 @@
-"""Tests compute on one BLAS thread each: matrices are small, and threads that wait for each other cost four times the CPU time."""
+"""Tests compute on one BLAS thread each: matrices are small, and threads that wait for each other cost four times the time."""
 
 import os
 
