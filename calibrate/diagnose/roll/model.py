@@ -64,6 +64,8 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
             "slip_loss": initial_slip.speed_lost(u, seed.inertia),
             "slip_time": initial_slip.duration(get("initial-slip.duration", 0.0)),
         }
+    if "oval" in at:  # ln (1 + I/(m h²)) falls by 2 (1 − 1/c) δh/r; half of it, with sd the other half: seeds are no ellipses
+        more["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
     ripple = (get(f"shape-barrier.cos.{r}", 0.0) / 1000, get(f"shape-barrier.sin.{r}", 0.0) / 1000)
     return Way(
         own[0], own[1], own[1] + length, f, math.sin(beta), math.cos(beta), mu,

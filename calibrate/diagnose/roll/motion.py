@@ -1,7 +1,8 @@
 """A seed on its way: at rest until it is let go, down the incline, round the corner, along the level until it stops, or rocks.
 
-    dv/dt = F [ drive − n s (μ + R(|v|)) − n h'(x) + P(x) + Q(t) ],    F = g / (1 + I/(m r²))
+    dv/dt = F [ drive − n s (μ + R(|v|)) − n h'(x) + P(x) + Q(t) ] + o v² h'(x),    F = g / (1 + I/(m r²))
 
+o: for the same speed an oval seed turns more slowly where its centre is high (v = ω h), and what its spin loses its speed gains;
 drive = sin β on the incline and that of the slope on the level, n = cos β there and 1 on the level, s the sign of the motion, R a
 resistance over weight that depends on speed, h the height of the centre over its path, P and Q pushes over weight. Runge–Kutta of
 fourth order between events (release, corner, end of slipping, stop), each met exactly. R, P, Q are tables, linear between points.
@@ -36,7 +37,7 @@ NOTHING = Table(0.0, 1.0, np.zeros(1))
 class Way:
     """SI. t0, x0: release; corner: place where the incline ends; f: F above; sin, cos of the incline; mu; level: drive there;
     gain: acceleration on the incline over that of rolling; keep: share of the speed left behind the corner; slip_loss [m/s] of
-    speed within slip_time [s] behind it; ripple (cos, sin) [m]: h = ½ (c cos φ + s sin φ), φ = turn x + phase."""
+    speed within slip_time [s] behind it; ripple (cos, sin) [m]: h = ½ (c cos φ + s sin φ), φ = turn x + phase; oval [1/m]: o."""
 
     t0: float
     x0: float
@@ -53,6 +54,7 @@ class Way:
     ripple: tuple[float, float] = (0.0, 0.0)
     turn: float = 0.0
     phase: float = 0.0
+    oval: float = 0.0
 
 
 def travel(
@@ -65,7 +67,7 @@ def travel(
         max(way.slip_time, 1e-6), *way.ripple, way.turn, way.phase,
         resistance.low, resistance.step, place.low, place.step, time.low, time.step,
         max(LONGEST_STEP_S, (times[-1] - way.t0) / MOST_STEPS),
-        ripple / LONGEST_TURN,
+        ripple / LONGEST_TURN, way.oval,
     ))  # fmt: skip
     x, v = np.empty(len(times)), np.empty(len(times))
     _travel(times, numbers, resistance.values, place.values, time.values, x, v)
@@ -95,10 +97,15 @@ def _look(at, low, step, values):
 
 
 @_compiled
+def _climb(x, p):
+    phi = p[14] * x + p[15]
+    return 0.5 * p[14] * (p[13] * np.cos(phi) - p[12] * np.sin(phi)) if p[12] != 0.0 or p[13] != 0.0 else 0.0
+
+
+@_compiled
 def _push(t, x, p, on_incline, in_place, in_time):
     """What acts whichever way the seed rolls, over weight."""
-    phi = p[14] * x + p[15]
-    climb = 0.5 * p[14] * (p[13] * np.cos(phi) - p[12] * np.sin(phi)) if p[12] != 0.0 or p[13] != 0.0 else 0.0
+    climb = _climb(x, p)
     extra = _look(x - p[1], p[18], p[19], in_place) + _look(t - p[0], p[20], p[21], in_time)
     return (p[4] - p[5] * climb if on_incline else p[7] - climb) + extra
 
@@ -108,6 +115,8 @@ def _rate(t, x, v, heading, p, on_incline, slipping, by_speed, in_place, in_time
     normal = p[5] if on_incline else 1.0
     against = p[6] + _look(abs(v), p[16], p[17], by_speed)
     a = p[3] * (_push(t, x, p, on_incline, in_place, in_time) - heading * normal * against)
+    if p[24] != 0.0:
+        a += p[24] * v * v * _climb(x, p)
     if on_incline:
         return a * p[8]
     return a - p[10] / p[11] if slipping else a

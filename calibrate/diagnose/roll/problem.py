@@ -79,7 +79,7 @@ def roll_problem(
         known["drag"], sizes["drag"] = model.seed.drag_sd, model.seed.drag_sd
     if shape_known:
         ripple = {n: shape_known / math.sqrt(2) for n in model.names if n.startswith("shape-barrier.")}
-        known, sizes = known | ripple, sizes | ripple
+        known, sizes = known | ripple | {"oval": 1.0}, sizes | ripple | {"oval": 1.0}
     own = locals_of(model, mu_sd)
     model = replace(model, names=(*effects, *sizes), seen={})
     series = tuple(_series(model, r, own.start[r], noise) for r in range(len(model.runs)))

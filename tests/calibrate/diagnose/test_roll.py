@@ -55,6 +55,16 @@ def test_a_seed_that_climbs_over_itself_keeps_its_energy_and_stops_in_a_trough()
     assert abs(0.5e-4 * way.turn * np.sin(way.turn * x[2])) < 0.02 and v[2] == 0
 
 
+def test_an_oval_seed_turns_more_slowly_where_its_centre_is_high():
+    """Without friction (v² − F/o) exp(−2 o h) is kept: d(v²)/dx = −2 F h' + 2 o v² h'."""
+    o = 0.4 / 1.4 / 3.2e-3
+    way = Way(0.0, 0.0, 0.03, G / 1.4, np.sin(BETA), np.cos(BETA), 0.0, ripple=(2e-4, 1e-4), turn=2 / 3.2e-3, oval=o)
+    x, v = travel(np.linspace(0.4, 0.5, 9), way)
+    height = 0.5 * (2e-4 * np.cos(way.turn * x) + 1e-4 * np.sin(way.turn * x))
+    kept = (v**2 - G / 1.4 / o) * np.exp(-2 * o * height)
+    assert np.ptp(height) > 1e-4 and np.ptp(kept) < 1e-4 * abs(kept).max()
+
+
 def test_a_first_path_finds_release_corner_and_stop():
     times = np.linspace(-0.2, 4, 900)
     way = fit_path(times, travel(times, LEVEL)[0])
