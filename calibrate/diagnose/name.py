@@ -64,6 +64,25 @@ def alarm(base: Fit, location: Location, rng: np.random.Generator, *, draws: int
     return float(min(1.0, 2 * min(p, location.p))), _strength(base)
 
 
+def _needed(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Generator) -> tuple[str, ...]:
+    """Without those that stood for others which were found after them; `tried` grows by what had to be fitted for it."""
+    whole = tried[tuple(sorted(chosen))]
+    fewer = [tuple(sorted(set(chosen) - {n})) for n in chosen] if len(chosen) > 1 else []
+    for key in fewer:
+        tried[key] = tried.get(key) or candidate(base, key, rng)
+    best = max((tried[key] for key in fewer if _possible(tried[key])), key=lambda c: c.ln_bayes, default=None)
+    if best is None or best.ln_bayes < whole.ln_bayes - LN_BF_BASELINE:
+        return chosen
+    return _needed(base, best.names, tried, rng)
+
+
+def _rest(base: Fit, chosen: tuple[str, ...], rng: np.random.Generator, *, draws: int = 20_000) -> float:
+    """Global p of the greatest score of any other candidate once `chosen` are free: it sees what the smooth excess does not."""
+    found = score(fit(base.problem, free=chosen, start=base))
+    maxima = maximum_draws(found.covariance, rng, level_sd=base.problem.level_sd, draws=draws)
+    return float((1 + (maxima >= np.abs(found.z).max()).sum()) / (1 + draws))
+
+
 def _strength(at: Fit) -> dict[str, float]:
     """Greatest |z| of each candidate's columns."""
     found, strength = score(at), {}
@@ -88,8 +107,9 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
         if best.ln_bayes < tried[tuple(sorted(chosen))].ln_bayes + LN_BF_BASELINE:
             break
         chosen = best.names
-        if best.left_p > SATURATED_P:
+        if best.left_p > SATURATED_P and _rest(base, chosen, rng) >= alpha:
             break
+    chosen = _needed(base, chosen, tried, rng)
     return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key))
 
 

@@ -80,6 +80,12 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
         assert abs(best.value[0] - true) < 4 * best.sd[0]
 
 
+def test_two_effects_are_both_named_and_what_stood_for_both_is_not():
+    """A draught explains a rolled camera and drag together fairly well, so that it is what is found first."""
+    _, found = verdict(replace(LIGHT, stated_air=0.0, roll_deg=1.0, noise_mm=0.15), 1)
+    assert found.verdict == "name" and set(found.names) == {"drag", "camera-roll"}
+
+
 def test_scale_and_clock_are_a_class_when_no_height_is_stated():
     """Exact twins once nothing but t² tells them apart: never a definite name."""
     seen = tracks(replace(LIGHT, scale=0.02), 3, np.random.default_rng(1))
