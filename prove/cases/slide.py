@@ -114,19 +114,22 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
     if scene.readings:
         return _visible_in_readings(scene, sizes, name)
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
-    like = _same_onset(scene, sizes, without)
-    for run in scene.runs:
+    like = [_same_onset(scene, run, sizes, without) for run in scene.runs]
+    mean = float(np.mean(like))
+    for run, more in zip(scene.runs, like, strict=True):
         with_tilt, other_tilt = _tilt_off(sizes, run), _tilt_off(without, run)
         base = travel(scene, run, sizes, tilt_more=with_tilt)[1]
         n = len(base)
-        moved = [_padded(travel(scene, run, without, mu_more=like, tilt_more=other_tilt)[1], n)]
+        moved = [_padded(travel(scene, run, without, mu_more=more, tilt_more=other_tilt)[1], n)]
         moved += [_padded(travel(scene, run, sizes, mu_more=1e-4, tilt_more=with_tilt)[1], n),
                   _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n)]  # fmt: skip
         mu, tilt = (moved[1] - base) / 1e-4, (moved[2] - base) / 2e-3
         own = np.column_stack([np.ones(n), mu])
-        recordings.append(
-            Visible((Channel(base - moved[0], own, np.column_stack([mu, tilt, base])),), np.array([np.inf, RUN_SD]))
-        )
+        track = Channel(base - moved[0], own, np.column_stack([mu, tilt, base]))
+        # its friction is the pair's within RUN_SD: that it was moved to let go at the same moment is paid for by one more row
+        unit = scene.noise.sd / RUN_SD
+        friction = Channel(np.array([(mean - more) * unit]), np.array([[0.0, unit]]), np.zeros((1, 3)))
+        recordings.append(Visible((track, friction), np.array([np.inf, np.inf])))
     return track_snr(recordings, np.array([np.inf, TILT_SD_DEG, scene.scale_sd]), scene.noise)
 
 
@@ -135,15 +138,18 @@ def _tilt_off(sizes: dict[str, float], run: Run) -> float:
     return sizes.get("clock-offset", 0.0) * run.rate_deg_s - sizes.get("angle-offset", 0.0)
 
 
-def _same_onset(scene: Scene, sizes: dict[str, float], without: dict[str, float]) -> float:
-    """More friction with which the blocks without an effect let go, on average, where those with it do."""
+def _same_onset(scene: Scene, run: Run, sizes: dict[str, float], without: dict[str, float]) -> float:
+    """More friction with which the block without an effect lets go where that with it does: each run by itself, because travel
+    that begins at another moment is no longer linear in friction."""
 
-    def onset(run: Run, effects) -> float:
-        t, x, _ = travel(scene, run, effects, tilt_more=_tilt_off(effects, run))
+    def onset(effects, more: float) -> float:
+        t, x, _ = travel(scene, run, effects, mu_more=more, tilt_more=_tilt_off(effects, run))
         return times(scene, run)[1] + run.rate_deg_s * float(np.interp(0.3, x, t))
 
-    both = [[np.tan(np.radians(onset(run, effects))) for run in scene.runs] for effects in (sizes, without)]
-    return float(np.mean(both[0]) - np.mean(both[1]))
+    wanted, more = np.tan(np.radians(onset(sizes, 0.0))), 0.0
+    for _ in range(3):
+        more += wanted - np.tan(np.radians(onset(without, more)))
+    return float(more)
 
 
 def _padded(x: np.ndarray, n: int) -> np.ndarray:
