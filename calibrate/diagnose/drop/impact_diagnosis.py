@@ -10,12 +10,12 @@ from calibrate.diagnose.drop.impact_problem import elongation_of, predict, probl
 from calibrate.diagnose.drop.impacts import Impacts
 from calibrate.diagnose.drop.shape import Shape, shape_of
 from calibrate.diagnose.drop.unnamed import law_of_impacts
-from calibrate.diagnose.effects.drop import shape_conversion
+from calibrate.diagnose.effects.drop import impact_damage, shape_conversion
 from calibrate.diagnose.effects.drop.impact import FALLING, IMPACT_EFFECTS
 from calibrate.diagnose.finding import Curve, Finding, finding_of, parameters_of
 from calibrate.diagnose.law import Law
 from calibrate.diagnose.locate import Location, Sector, Windows, locate
-from calibrate.diagnose.name import ALPHA, Verdict, name
+from calibrate.diagnose.name import ALPHA, LN_BF_RIVAL, Verdict, name
 from calibrate.diagnose.problem import Fit, fit
 
 CLEARLY_WORSE = 10.0  # ln Bayes factor below which a law of e(v) is out: bounces scatter by no normal law
@@ -32,7 +32,7 @@ def diagnose_impacts(impacts: Impacts, rng: np.random.Generator, *, alpha: float
     long = shape.p < alpha / 2
     base = fit(problem_of(impacts, shape.elongation if long else elongation))
     where = locate(base, windows_of(base), rng)
-    found = settled(name(base, where, rng, alpha=alpha / 2))
+    found = by_count(settled(name(base, where, rng, alpha=alpha / 2)))
     finding = finding_of(base, where, found, draw=curves_of)
     if set(found.names) & set(FALLING) and found.verdict == "class":
         finding = replace(finding, parameters=_falling_parameter(base, found))
@@ -54,6 +54,19 @@ def settled(found: Verdict) -> Verdict:
     verdict = "name" if found.verdict == "name" and (others or len(members) == 1) else "class"
     names = (*others, FALLING[0]) if others and verdict == "name" else (*members, *others)
     return replace(found, verdict=verdict, names=names, next_record=IMPACT_EFFECTS[FALLING[0]].separating)
+
+
+def by_count(found: Verdict) -> Verdict:
+    """Damage is named for certain where e follows the count rather than the speed, in whichever direction: a ball from one
+    height has one speed for every count, and a law without a name that rises with speed does as well there."""
+    damage = impact_damage.EFFECT
+    if found.verdict != "name" or damage.name not in found.names:
+        return found
+    alone = {c.names[0]: c.ln_bayes for c in found.candidates if len(c.names) == 1}
+    best = max((alone[n] for n in FALLING if n in alone), default=-np.inf)
+    if best < alone.get(damage.name, np.inf) - LN_BF_RIVAL:
+        return found
+    return replace(found, verdict="class", next_record=f"{damage.separating}; drops from other heights")
 
 
 def with_law(finding: Finding, law: Law | None) -> Finding:

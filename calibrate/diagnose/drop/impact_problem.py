@@ -106,6 +106,7 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
         seen.e_error,
         [np.diag(later / seen.speed**2), same],
         E_FLOOR + E_FLOOR_LONG * long**2,
+        asked=1,  # e itself is nobody's news
     )
     kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun))
     sure = push.turn_sd < 0.5
@@ -133,13 +134,15 @@ def _rows_of(effect: str, model: ImpactModel) -> bool:
     return bool(len(model.kick_rows if IMPACT_EFFECTS[effect].kick else model.e_rows))
 
 
-def _scatter(rows, y, design, error, components, floor) -> Scatter | None:
+def _scatter(rows, y, design, error, components, floor, asked: int = 0) -> Scatter | None:
     """The scatter of some rows about as flexible a law as their number bears."""
     width = design.shape[1]
     while width > 1 and len(rows) < 4 * width:
         width -= 1
     here = np.ix_(rows, rows)
-    return scatter_of(y[rows], design[rows, :width], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor)
+    return scatter_of(
+        y[rows], design[rows, :width], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor, asked
+    )
 
 
 def _e_design(seen: Bounces, number: np.ndarray) -> np.ndarray:

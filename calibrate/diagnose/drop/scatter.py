@@ -16,6 +16,9 @@ TAILS = 4.0  # degrees of freedom of bounces' Student scatter: most contacts sti
 TURNS = 8
 LEAST_WEIGHT = 1e-3
 LEAST_FREEDOM = 3
+MOST_LOSS = (TAILS + 3) / (TAILS + 1)  # of information by the weights, where the scatter is Student's t itself
+SCALE_LOSS = 3 / (TAILS + 3)  # of information on its scale then
+VAGUE = 0.1  # information on ln of a variance component without data
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,33 +36,37 @@ def scatter_of(
     measured: np.ndarray,
     components: list[np.ndarray],
     floor: float,
+    asked: int = 0,
 ) -> Scatter | None:
-    """Rows y (m,) about a free law `design` (m, p); measured (m, m): covariance of the measuring; components (m, m) each of unit
-    size, the first at least `floor`² large. None where too few rows are left to tell a scatter."""
+    """Rows y (m,) about a free law `design` (m, p), whose columns from `asked` on are what anybody asks about; measured (m, m):
+    covariance of the measuring; components (m, m) each of unit size, the first at least `floor`² large. None where too few rows
+    are left to tell a scatter."""
     freedom = len(y) - np.linalg.matrix_rank(design) if len(y) else 0
     if freedom < LEAST_FREEDOM:
         return None
     starts = (np.ones(len(y)), _weights(_robust(y, design, floor) ** 2))
-    whole = max((_settled(y, design, measured, components, floor, w) for w in starts), key=lambda found: found[0])[1]
-    whole = whole * (TAILS + 3) / (TAILS + 1)  # what such weights make of the information, at most
-    few = _freedom(whole, design)
-    wider = (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
-    return Scatter(wider * whole, 0.5 * float(np.sqrt(polygamma(1, few / 2))))
+    settled = [_settled(y, design, measured, components, floor, w) for w in starts]
+    _, parts, square = max(settled, key=lambda found: found[0])
+    loss = _loss_of_weighting(square)
+    few = max(_freedom(measured, parts, design, asked) * (1 - SCALE_LOSS * (loss - 1) / (MOST_LOSS - 1)), 1.0)
+    wider = loss * (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
+    return Scatter(wider * (measured + sum(parts)), 0.5 * float(np.sqrt(polygamma(1, few / 2))))
 
 
-def _settled(y, design, measured, components, floor: float, weight: np.ndarray) -> tuple[float, np.ndarray]:
-    """Weights and variances in turn, until they agree: ln of Student's likelihood, about, and the covariance."""
+def _settled(y, design, measured, components, floor: float, weight: np.ndarray):
+    """Weights and variances in turn, until they agree: ln of Student's likelihood, about, the components at their sizes, and
+    the squares of the rows' residuals over the scale of their scatter."""
     at = None
     for _ in range(TURNS):
         rows = [components[0] / weight, components[1] / weight, *components[2:]]  # diagonal ones: they are what has outliers
-        spread, at = _fitted(y, design, measured, rows, floor, at)
-        whole = measured + spread
+        parts, at = _fitted(y, design, measured, rows, floor, at)
+        whole = measured + sum(parts)
         square = _standardised(y, design, whole) ** 2 / weight
         before, weight = weight, _weights(square)
         if np.abs(weight - before).max() < 0.05:
             break
     size = np.log(np.diag(whole) * before).sum()
-    return -0.5 * float(size + (TAILS + 1) * np.log1p(square / TAILS).sum()), whole
+    return -0.5 * float(size + (TAILS + 1) * np.log1p(square / TAILS).sum()), parts, square
 
 
 def _robust(y: np.ndarray, design: np.ndarray, floor: float) -> np.ndarray:
@@ -78,15 +85,43 @@ def _weights(square: np.ndarray) -> np.ndarray:
     return np.maximum((TAILS + 1) / (TAILS + square), LEAST_WEIGHT)
 
 
-def _freedom(whole: np.ndarray, design: np.ndarray) -> int:
-    """Of the scatter of those rows that decide: the precise ones, within twice the least variance."""
-    variance = np.diag(whole)
-    precise = design[variance < 2 * variance.min()]
-    return max(len(precise) - int(np.linalg.matrix_rank(precise)), 1)
+def _loss_of_weighting(square: np.ndarray) -> float:
+    """By how much the variance of what is estimated with such weights is above what they say of themselves.
+
+    mean w · mean ψ² / (mean ψ')², ψ = w x (Huber 1964, Ann. Math. Stat. 35, 73): 1.4 for Student's t, 1.1 for normal scatter.
+    """
+    weight = _weights(square)
+    slope = float(((TAILS + 1) * (TAILS - square) / (TAILS + square) ** 2).mean())
+    loss = float(weight.mean() * (weight**2 * square).mean()) / max(slope, 0.3) ** 2
+    return float(np.clip(loss, 1.0, MOST_LOSS))
+
+
+def _freedom(measured: np.ndarray, parts: list[np.ndarray], design: np.ndarray, asked: int) -> float:
+    """Of the scatter as it bears upon the least certain column asked about, beside a constant: ν = 2/var ln(information).
+
+    From the variance components' restricted information ½ tr(P V_i P V_j). Satterthwaite (1946), Biometrics Bulletin 2, 110;
+    Kenward & Roger (1997), Biometrics 53, 983.
+    """
+    inverse = np.linalg.inv(measured + sum(parts))
+    free = [_beside(inverse, design) @ part for part in parts]
+    information = 0.5 * np.array([[float((a * b.T).sum()) for b in free] for a in free])
+    variance = np.linalg.inv(information + VAGUE * np.eye(len(parts)))
+    worst = 0.0
+    for k in range(min(asked, design.shape[1] - 1), design.shape[1]):
+        pull = (_beside(inverse, design[:, :1]) if k else inverse) @ design[:, k]
+        size = float(design[:, k] @ pull)
+        share = np.array([float(pull @ part @ pull) for part in parts]) / max(size, 1e-300)
+        worst = max(worst, float(share @ variance @ share))
+    return 2 / max(worst, 1e-9)
+
+
+def _beside(inverse: np.ndarray, design: np.ndarray) -> np.ndarray:
+    """V⁻¹ − V⁻¹ X (Xᵀ V⁻¹ X)⁺ Xᵀ V⁻¹."""
+    return inverse - inverse @ design @ np.linalg.pinv(design.T @ inverse @ design) @ design.T @ inverse
 
 
 def _fitted(y, design, known, components, floor: float, at):
-    """The sum of the components at the largest restricted likelihood, and ln of their sizes, to begin with the next time."""
+    """The components at the largest restricted likelihood, and ln of their sizes, to begin with the next time."""
     basis = np.linalg.qr(design)[0]
     left = np.linalg.svd(np.eye(len(y)) - basis @ basis.T)[0][:, : len(y) - basis.shape[1]]
     seen, fixed, parts = left.T @ y, left.T @ known @ left, [left.T @ v @ left for v in components]
@@ -109,7 +144,7 @@ def _fitted(y, design, known, components, floor: float, at):
     starts = [np.full(len(parts), -2.0), np.r_[-6.0, np.full(len(parts) - 1, -1.0)]] if at is None else [at]
     ends = [minimize(loss, u, method="Nelder-Mead", options={"maxfev": 200, "fatol": 0.01}) for u in starts]
     best = min(ends, key=lambda end: end.fun)
-    return sum(s * v for s, v in zip(sizes(best.x), components, strict=True)), best.x
+    return [s * v for s, v in zip(sizes(best.x), components, strict=True)], best.x
 
 
 def _standardised(y: np.ndarray, design: np.ndarray, whole: np.ndarray) -> np.ndarray:

@@ -77,6 +77,15 @@ def test_clean_drops_raise_no_alarm(bench):
     assert found.verdict == "none" and not found.alarm and found.names == ()
 
 
+def test_damage_is_a_class_where_each_count_has_its_own_speed():
+    """A ball from one height: e that falls with the count is e that rises with the speed."""
+    found = diagnosed(replace(BALL, e=damage), 1)
+    assert found.alarm and found.verdict == "class" and "impact-damage" in found.names
+    assert "the same seed again" in found.next_record
+    rising = diagnosed(replace(BALL, e=lambda speed, count: 0.45 + 0.06 * speed), 1)
+    assert rising.alarm and rising.verdict in ("class", "unknown")
+
+
 def test_drag_and_tilt_together_are_both_named():
     found = diagnosed(replace(BALL, tilt_deg=1.0, stated_air=0.0), 1)
     assert found.verdict == "name" and set(found.names) == {"drag", "plate-tilt"}
