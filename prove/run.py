@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import shutil
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
@@ -101,6 +102,9 @@ def _solve_all(asked: Asked, specs: list[Spec], say: Say) -> None:
 
     def attempt(spec: Spec):
         bench = _bench(asked, spec)
+        if spec.rendered and not any(bench.glob("*/frames")):  # of an attempt that is gone
+            shutil.rmtree(bench, ignore_errors=True)
+            make_folder(spec, asked.seed, bench)
         done = solve(spec.name, bench, asked.out / "solutions" / spec.name, asked.solver, asked.limit_s)
         if not asked.keep_frames:
             drop_frames(bench)
