@@ -33,7 +33,9 @@ def panel(axis, table: pd.DataFrame, x: str, unit: str, labels: tuple[str, str],
 
 
 def main() -> None:
-    figure, axes = plt.subplots(2, 3, figsize=(13, 8), layout="constrained")
+    figure = plt.figure(figsize=(14, 9), layout="constrained")
+    above, below = figure.subfigures(2, 1)  # apart, so that the long names of the choices narrow one row only
+    axes = np.array([above.subplots(1, 3), below.subplots(1, 3)])
     read = {path.stem: pd.read_csv(path) for path in TWIN.glob("*.csv")}
     panel(
         axes[0, 0],
@@ -60,7 +62,7 @@ def main() -> None:
         ("energy_mm", "energy, Eq. (3)"),
     )
     seven = read["table07"].assign(row=np.arange(1, 7))
-    panel(axes[1, 0], seven, "row", "deg", ("Table 7, group", "angle of repose [°]"))
+    panel(axes[1, 0], seven, "row", "deg", ("Table 7, group", "angle of repose [°], ± sd"))
     nine = read["table09"]
     axes[1, 1].errorbar(
         nine["paper_deg"], nine["twin_deg"], yerr=nine["twin_sd_deg"] / np.sqrt(nine["runs"]), fmt="o", color=OURS, capsize=2
@@ -75,7 +77,7 @@ def main() -> None:
     choices = read["choices_pile"].iloc[1:][::-1]
     axes[1, 2].barh(choices["choice"], choices["change_deg"], xerr=choices["change_se_deg"], color=OURS, ecolor=PAPER, height=0.6)
     axes[1, 2].axvline(0, color=PAPER, lw=0.8)
-    axes[1, 2].set(xlabel="change of the angle [°], ± se", title="what each open choice does (pile at the optimum)")
+    axes[1, 2].set(xlabel="change of the angle [°], ± se", title="choices left open")
     axes[1, 2].tick_params(axis="y", labelsize=6)
     for axis, title in zip(
         axes.flat,

@@ -1,6 +1,7 @@
 """Many simulated runs for a study: each once, on all cores, kept by key in a folder, so that a study that is stopped goes on."""
 
 import json
+import os
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -11,6 +12,7 @@ from calibrate.twin.job import Job
 from calibrate.twin.run import RECORD
 
 STORE = Path("benchmark-runs")
+WORKERS = int(os.environ.get("WORKERS", os.cpu_count() or 1))
 SLAB = {"box_mm": [105, 30, 200], "gate_mm": [30, 200], "plate_mm": [200, 30], "fill_height_mm": 60, "slab": True}
 
 
@@ -19,7 +21,7 @@ def pile(settings: dict, packing: int, description: dict | None = None) -> Job:
     return Job("pile", Parameters(**settings), {"pile": {**SLAB, **(description or {})}}, (9, packing), rendered=False)
 
 
-def truths(jobs: list[Job], workers: int = 2) -> list[dict]:
+def truths(jobs: list[Job], workers: int = WORKERS) -> list[dict]:
     """What the simulation knows of each job, in order; {"failed": reason} where one stopped."""
     STORE.mkdir(exist_ok=True)
     todo = list({job.key: job for job in jobs if not _file(job).exists()}.values())
