@@ -12,6 +12,7 @@ from vision.pile.heap import BaseLine, Heap
 
 NAME = "centroid_angle"
 FOOT = 0.1  # of the crest's height: what is lower does not count
+BARE, LOOSE = 0.02, 0.25  # of the crest's height: lower is bare; how far beyond the toe loose seeds may be taken for the pile
 MARGIN = 2  # small px that a wall was widened by when it was cut away (heap.py)
 
 
@@ -30,26 +31,50 @@ def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: floa
         if at is None:
             return failed(NAME, "deg", "where the wall stands that the pile leans on is not seen")
         ends[side] = at * factor
+    found = _slope(surface, base, heap, factor, ends, walls - set(good))
+    if found is None:
+        return failed(NAME, "deg", "nothing stands above the base line")
+    slope, rise, reach = found
+    others = [
+        _slope(surface, base, heap, factor, ends | toes, walls - set(good))
+        for toes in _other_toes(surface, base, heap, factor, ends, good)
+    ]
+    toe_sd = float(np.ptp([slope, *(other[0] for other in others if other)])) / 2
+    # half a small pixel in the base line's height, one in where the wall or the foot stands
+    edge_sd = slope * np.hypot(0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach)
+    reason = "; ".join(dict.fromkeys(doubts))
+    sd = float(np.degrees(np.hypot(edge_sd, toe_sd) / (1 + slope**2)))
+    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg", DOUBTFUL if reason else GOOD, reason)
+
+
+def _slope(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leaning: set) -> tuple[float, float, float] | None:
+    """z̄/x̄, z̄ and x̄ [px] between the two ends; None where nothing stands there. leaning: sides on which a wall stands."""
     x = np.arange(surface.size)
     inside = (x >= ends["left"]) & (x <= ends["right"]) & np.isfinite(surface)
     rows = surface[inside]
-    for side in walls - set(good):  # the wall's own edge is blurred over the columns beside it: the pile goes on behind
+    for side in leaning:  # the wall's own edge is blurred over the columns beside it: the pile goes on behind
         hidden = np.abs(x[inside] - ends[side]) < (MARGIN + 0.5) * factor
         if hidden.any() and not hidden.all():
             rows[hidden] = rows[~hidden][0 if side == "left" else -1]
     height = np.clip(base.at(x[inside]) - rows - FOOT * heap.height_px * factor, 0.0, None)
-    if height.sum() <= 0:
-        return failed(NAME, "deg", "nothing stands above the base line")
     area = height.sum()
-    axis = float((x[inside] * height).sum() / area) if len(good) == 2 else ends["left" if "right" in good else "right"]
+    if not area > 0:
+        return None
+    axis = ends[next(iter(leaning))] if leaning else float((x[inside] * height).sum() / area)
     reach = float((np.abs(x[inside] - axis) * height).sum() / area)
     rise = float((height**2).sum() / 2 / area)
-    slope = rise / reach
-    # half a small pixel in the base line's height, one in where the wall or the foot stands
-    sd_slope = slope * np.hypot(0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach)
-    reason = "; ".join(dict.fromkeys(doubts))
-    sd = float(np.degrees(sd_slope / (1 + slope**2)))
-    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg", DOUBTFUL if reason else GOOD, reason)
+    return rise / reach, rise, reach
+
+
+def _other_toes(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, good) -> tuple[dict, dict]:
+    """Where the pile may end just as well: at the first bare place outwards from the crest; LOOSE of its height farther, with the
+    loose seeds that lie there."""
+    tall = heap.height_px * factor
+    bare = base.at(np.arange(surface.size)) - surface <= BARE * tall
+    crest = int(heap.crest * factor)
+    nearer = {"left": np.flatnonzero(bare[:crest]), "right": crest + np.flatnonzero(bare[crest:])}
+    near = {side: float(nearer[side][-1 if side == "left" else 0]) if len(nearer[side]) else ends[side] for side in good}
+    return near, {side: ends[side] + (-LOOSE if side == "left" else LOOSE) * tall for side in good}
 
 
 def _wall(heap: Heap, side: str) -> float | None:

@@ -70,8 +70,9 @@ def test_angle_of_a_rendered_pile(tmp_path):
     pile = {"box_mm": [80, 30, 200], "fill_height_mm": 50, "slab": True, "plate_mm": [180, 30], "gate_speed_mm_s": 200}
     Job("pile", Parameters(shear_modulus_pa=1e6), {"pile": pile}).run(tmp_path / "pile")
     seen, known = read(tmp_path / "pile"), truth(tmp_path / "pile")
-    for name in ("repose_angle", "centroid_angle"):
-        assert seen[name].value == pytest.approx(known[f"{name}_deg"], abs=0.3)
+    assert seen["repose_angle"].value == pytest.approx(known["repose_angle_deg"], abs=0.3)
+    loose = seen["centroid_angle"]  # a seed lies loose before this pile's toe: whether it counts is in the sd
+    assert loose.value == pytest.approx(known["centroid_angle_deg"], abs=2.5 * loose.sd) and loose.sd < 0.4
     stated = read_recording(tmp_path / "pile").pile
     assert stated.filled_mass_g == pytest.approx(known["filled_mass_g"], abs=0.006)
 
