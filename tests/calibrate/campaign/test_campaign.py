@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -36,7 +37,8 @@ def campaign_process(tmp_path: Path, store: Path, log: Path, count: int, takes_s
     line = [sys.executable, str(script), str(store), str(log), str(count), str(takes_s), repr(options)]
     env = os.environ | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     pipe = subprocess.PIPE
-    return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=env, start_new_session=True)
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # tests run in the background inherit that Ctrl-C is ignored
+    return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=env, start_new_session=True, preexec_fn=heard)
 
 
 def test_a_campaign_is_resumed_and_failures_are_named(tmp_path, monkeypatch):
