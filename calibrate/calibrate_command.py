@@ -2,7 +2,6 @@
 
 import shutil
 import sys
-import traceback
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from calibrate.command import Misuse, check_folders, reported
 from calibrate.procedure import Calibration, calibrate_tables, parameters
 from calibrate.procedure.rigs import PARAMETERS
 from calibrate.report import write_report
@@ -21,10 +21,6 @@ from calibrate.result_file import write_result
 
 DONE, STOPPED, MISUSED = 0, 1, 2
 OURS = {"result.json", "report.html", "tables", "runs"}  # what a calibration leaves in its folder
-
-
-class Misuse(ValueError):
-    """The command was typed wrongly."""
 
 
 @dataclass(frozen=True)
@@ -70,17 +66,8 @@ def calibrate_command(asked: Asked, simulator=None) -> int:
 
 def _reported(found: Calibration, out: Path) -> bool:
     """Write the report; a fault of ours in drawing it must cost neither the results nor a simulation, and is told in one line."""
-    try:
-        write_report(found, out)
-    except OSError:
-        raise  # a full disk, no permission: said as such
-    except Exception as error:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(place.filename).name}:{place.lineno}"
-        kept = f"the numbers are in {out / 'result.json'}" if found.finished else "the calibration goes on"
-        _say(f"report.html could not be drawn, a fault of benchtwin, please report it: {error!r} in {where}; {kept}", STOPPED)
-        return False
-    return True
+    kept = f"the numbers are in {out / 'result.json'}" if found.finished else "the calibration goes on"
+    return reported(lambda: write_report(found, out), kept, "calibrate")
 
 
 def _say(error, code: int) -> int:
@@ -91,15 +78,7 @@ def _say(error, code: int) -> int:
 def _check(asked: Asked) -> None:
     """FileNotFoundError without a bench folder; FileExistsError where `out` holds something that must not be replaced."""
     bench, out = asked.bench, asked.out
-    if not bench.is_dir():
-        raise FileNotFoundError(f"{bench}: {'is not a folder' if bench.exists() else 'no such folder'}")
-    if out.exists() and not out.is_dir():
-        raise FileExistsError(f"{out}: is a file; --out names a folder")
-    if out.resolve() == bench.resolve() or bench.resolve() in out.resolve().parents:
-        raise Misuse(f"--out {out}: lies within the bench folder, whose recordings it would be taken for; choose another")
-    there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
-    if there - OURS:
-        raise FileExistsError(f"{out}: holds {sorted(there - OURS)[0]}, which no calibration wrote; choose another --out")
+    there = check_folders(bench, out, OURS, "calibration")
     if "result.json" in there:
         if not asked.overwrite:
             raise FileExistsError(f"{out}: holds a result already; choose another --out, or say --overwrite")

@@ -3,7 +3,6 @@
 import json
 import shutil
 import sys
-import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,13 +11,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from calibrate.command import Misuse, check_folders, reported
+
 DONE, FAILED, MISUSED = 0, 1, 2
 OURS = {"diagnosis.json", "report.html", "twin"}  # what a diagnosis leaves in its folder
 RIG_NAMES = ("drop", "slide", "roll", "pile")
-
-
-class Misuse(ValueError):
-    """The command was typed wrongly."""
 
 
 @dataclass(frozen=True)
@@ -61,19 +58,11 @@ def diagnose_command(asked: Asked) -> int:
 def _check(asked: Asked) -> None:
     """FileNotFoundError without a bench folder; FileExistsError where `out` holds something that must not be replaced."""
     bench, out = asked.bench, asked.out
-    if not bench.is_dir():
-        raise FileNotFoundError(f"{bench}: {'is not a folder' if bench.exists() else 'no such folder'}")
     if wrong := [rig for rig in asked.rigs if rig not in RIG_NAMES]:
         raise Misuse(f"--rig {wrong[0]}: no such rig; there are {', '.join(RIG_NAMES)}")
     if asked.rng < 0:
         raise Misuse(f"--rng {asked.rng}: a whole number from 0 up")
-    if out.exists() and not out.is_dir():
-        raise FileExistsError(f"{out}: is a file; --out names a folder")
-    if out.resolve() == bench.resolve() or bench.resolve() in out.resolve().parents:
-        raise Misuse(f"--out {out}: lies within the bench folder, whose recordings it would be taken for; choose another")
-    there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
-    if there - OURS:
-        raise FileExistsError(f"{out}: holds {sorted(there - OURS)[0]}, which no diagnosis wrote; choose another --out")
+    there = check_folders(bench, out, OURS, "diagnosis")
     if "diagnosis.json" in there and not asked.overwrite:
         raise FileExistsError(f"{out}: holds a diagnosis already; choose another --out, or say --overwrite")
 
@@ -102,17 +91,7 @@ def _reported(found, out: Path) -> bool:
     """Write the report; a fault of ours in drawing it must not cost the verdict, and is told in one line."""
     from calibrate.report.diagnosis import write_report
 
-    try:
-        write_report(found, out)
-    except OSError:
-        raise  # a full disk, no permission: said as such
-    except Exception as error:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(place.filename).name}:{place.lineno}"
-        kept = f"the verdict is in {out / 'diagnosis.json'}"
-        _say(f"report.html could not be drawn, a fault of benchtwin, please report it: {error!r} in {where}; {kept}", FAILED)
-        return False
-    return True
+    return reported(lambda: write_report(found, out), f"the verdict is in {out / 'diagnosis.json'}", "diagnose")
 
 
 def _show(found, asked: Asked, drawn: bool) -> None:

@@ -107,7 +107,7 @@ def _held_out(base: Fit, reduced: tuple[Reduced, ...], column: int) -> HeldOut |
         others = stacked(reduced[:r] + reduced[r + 1 :])
         sse += [float(((mine.b - mine.a @ ridge(*others, sd)[0]) ** 2).sum()) for sd in (without, with_term)]
         rows += len(mine.b)
-    return HeldOut(float(np.sqrt(sse[1] / sse[0])), float((sse[0] - sse[1]) / max(sse[0] - min(rows, sse[1]), 1e-9)))
+    return HeldOut.of(*sse, rows)
 
 
 def _prior(base: Fit, reduced: tuple[Reduced, ...], column: int) -> np.ndarray:

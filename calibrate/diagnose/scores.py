@@ -87,11 +87,18 @@ def single_estimates(fit: Fit, name: str) -> tuple[np.ndarray, np.ndarray]:
 class HeldOut:
     """What the effects do for recordings that were left out when they were fitted.
 
-    rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals; removed_fraction: (SSE_base − SSE_fit)/(SSE_base − SSE_noise).
+    rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals; removed_fraction: (SSE_base − SSE_fit)/(SSE_base − SSE_noise), NaN
+    where the baseline misses nothing beyond noise: there is nothing of which a share could be removed.
     """
 
     rmse_ratio: float
     removed_fraction: float
+
+    @classmethod
+    def of(cls, sse_base: float, sse_fit: float, sse_noise: float) -> "HeldOut":
+        """From the three sums of squares of whitened residuals."""
+        missed = sse_base - sse_noise
+        return cls(float(np.sqrt(sse_fit / sse_base)), float((sse_base - sse_fit) / missed) if missed > 0 else float("nan"))
 
 
 def held_out(fit: Fit, base: Fit, effects: tuple[str, ...]) -> HeldOut | None:
@@ -114,4 +121,4 @@ def held_out(fit: Fit, base: Fit, effects: tuple[str, ...]) -> HeldOut | None:
         a, b = stacked(fit.reduced)
         fall, count = fall_of_chi2(np.hstack([a, np.vstack([r.smooth for r in fit.reduced])]), lambda x: x, b)
         sse_noise = float((b @ b - fall) * len(b) / max(len(b) - count, 1))
-    return HeldOut(float(np.sqrt(sse_fit / sse_base)), float((sse_base - sse_fit) / max(sse_base - sse_noise, 1e-9)))
+    return HeldOut.of(sse_base, sse_fit, sse_noise)

@@ -129,6 +129,8 @@ def _held_out(f: Finding) -> str:
     h = f.held_out
     if h is None:
         return "" if f.verdict == "none" else "one recording only: nothing could be held out"
+    if not math.isfinite(h.removed_fraction):
+        return f"each recording predicted from the others: the baseline misses nothing beyond noise (× {h.rmse_ratio:.3f})"
     removed = 100 * min(h.removed_fraction, 1.0)
     return (
         f"each recording predicted from the others: {removed:.0f} % of what the baseline misses is removed "

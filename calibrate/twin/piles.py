@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vision.batch import find_all
+from calibrate.twin.tracks import entries_of
 from vision.evidence.photo import read_photo
 from vision.measurement import MeasurementError
 from vision.pile.repose import PileOptions, Repose, measure_repose
@@ -44,10 +44,7 @@ class SeenPile:
 
 def read_piles(folder: Path) -> list[SeenPile]:
     """Every photo of a pile under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
-    entries = find_all([Path(folder)])
-    return [_seen(entry) for entry in entries if isinstance(entry, MeasurementError) or entry.rig == "pile"]
+    return [_seen(entry) for entry in entries_of(folder, "pile")]
 
 
 def _seen(entry: Recording | MeasurementError) -> SeenPile:

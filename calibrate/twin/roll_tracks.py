@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vision.batch import find_all, observe
-from vision.evidence.tables import read_readings, read_track
+from calibrate.twin.tracks import entries_of, track_of
+from vision.evidence.tables import read_readings
 from vision.measurement import MeasurementError
-from vision.motion.track import Track, track_from_table
+from vision.motion.track import Track
 from vision.recording import Recording
 
 LEAST_ROWS = 30
@@ -38,10 +38,7 @@ class SeenRoll:
 
 def read_rolls(folder: Path) -> list[SeenRoll]:
     """Every roll under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
-    entries = find_all([Path(folder)])
-    return [_seen(entry) for entry in entries if isinstance(entry, MeasurementError) or entry.rig == "roll"]
+    return [_seen(entry) for entry in entries_of(folder, "roll")]
 
 
 def _seen(entry: Recording | MeasurementError) -> SeenRoll:
@@ -51,7 +48,7 @@ def _seen(entry: Recording | MeasurementError) -> SeenRoll:
     try:
         if entry.evidence == "readings.csv":
             return _readings(entry)
-        return roll_of(_track(entry), entry)
+        return roll_of(track_of(entry), entry)
     except MeasurementError as error:
         return SeenRoll(entry.id, entry.session or "", none, none, none, None, describe(entry), trouble=str(error))
 
@@ -62,16 +59,6 @@ def _readings(recording: Recording) -> SeenRoll:
         raise MeasurementError(f"{recording.files[0]}: no column run_out_mm")
     values = table.rows["run_out_mm"].dropna().to_numpy(float)
     return SeenRoll(recording.id, recording.session or "", none, none, none, None, describe(recording), values, table.notes)
-
-
-def _track(recording: Recording) -> Track:
-    if recording.evidence == "track.csv":
-        table = read_track(recording.files[0])
-        return track_from_table(table.rows, recording.camera, table.notes)
-    rows = observe(recording).track
-    if rows is None:
-        raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
-    return track_from_table(rows, recording.camera)
 
 
 def roll_of(track: Track, recording: Recording) -> SeenRoll:

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.twin.tracks import _track
-from vision.batch import find_all
+from calibrate.twin.tracks import entries_of, track_of
 from vision.evidence.tables import read_readings
 from vision.measurement import MeasurementError
 from vision.motion.track import Track
@@ -40,10 +39,7 @@ class SeenSlide:
 
 def read_slides(folder: Path) -> list[SeenSlide]:
     """Every slide under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
-    entries = find_all([Path(folder)])
-    return [_seen(entry) for entry in entries if isinstance(entry, MeasurementError) or entry.rig == "slide"]
+    return [_seen(entry) for entry in entries_of(folder, "slide")]
 
 
 def _seen(entry: Recording | MeasurementError) -> SeenSlide:
@@ -52,7 +48,7 @@ def _seen(entry: Recording | MeasurementError) -> SeenSlide:
     try:
         if entry.evidence == "readings.csv":
             return readings_of(entry)
-        return slide_of(_track(entry), entry)
+        return slide_of(track_of(entry), entry)
     except MeasurementError as error:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
 

@@ -71,29 +71,27 @@ class SeenTrack:
 
 def read_drops(folder: Path) -> list[SeenTrack]:
     """Every drop under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
+    return [_seen(entry) for entry in entries_of(folder, "drop")]
+
+
+def entries_of(folder: Path, rig: str) -> list[Recording | MeasurementError]:
+    """Recordings of one rig under `folder`, and what could not be read at all. FileNotFoundError without a folder."""
     if not Path(folder).exists():
         raise FileNotFoundError(f"{folder}: no such file or folder")
     entries = find_all([Path(folder)])
-    return [_seen(entry) for entry in entries if isinstance(entry, MeasurementError) or entry.rig == "drop"]
+    return [entry for entry in entries if isinstance(entry, MeasurementError) or entry.rig == rig]
 
 
 def _seen(entry: Recording | MeasurementError) -> SeenTrack:
     if isinstance(entry, MeasurementError):
         return _nothing(entry.recording, "", {}, str(entry))
     try:
-        return heard_of(entry) if entry.evidence == "impacts.csv" else drop_of(_track(entry), entry)
+        return heard_of(entry) if entry.evidence == "impacts.csv" else drop_of(track_of(entry), entry)
     except MeasurementError as error:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
 
 
-def _heard(recording: Recording) -> SeenTrack:
-    """A microphone's record: no rows, the times of the impacts."""
-    table = read_impacts(recording.files[0])
-    empty = _nothing(recording.id, recording.session or "", describe(recording), "")
-    return replace(empty, contacts_s=table.rows["t_s"].to_numpy(dtype=float), notes=tuple(table.notes))
-
-
-def _track(recording: Recording) -> Track:
+def track_of(recording: Recording) -> Track:
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
         return track_from_table(table.rows, recording.camera, table.notes)

@@ -150,7 +150,7 @@ def held_out_rise(found: Fit, base: Fit) -> HeldOut | None:
         sse_base += float(((its.b - its.a @ theta_base) ** 2).sum())
         fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
         sse_noise += float((mine.b**2).sum()) - fall + count
-    return HeldOut(float(np.sqrt(sse_fit / sse_base)), float((sse_base - sse_fit) / max(sse_base - sse_noise, 1e-9)))
+    return HeldOut.of(sse_base, sse_fit, sse_noise)
 
 
 def as_stated(rise: float, sd: float, seed: Seed) -> bool:

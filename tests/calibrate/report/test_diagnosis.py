@@ -5,12 +5,12 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from pages import Tags, own
 
 from calibrate.diagnose.bench import Diagnosis
 from calibrate.diagnose.finding import Curve, Finding, Parameter
@@ -58,29 +58,6 @@ def page() -> str:
     return render(
         diagnosis(drop=finding(), roll=finding("roll", verdict="class", names=("slope", "drag"), parameters={}, left_out={}))
     )
-
-
-def own(page: str) -> str:
-    """The page without plotly's own code."""
-    return re.sub(r"<script>/\*\*.*?</script>", "", page, count=1, flags=re.DOTALL)
-
-
-class Tags(HTMLParser):
-    VOID = ("meta", "link", "br", "img")
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.ids, self.loads = [], [], []
-
-    def handle_starttag(self, tag, attrs):
-        told = dict(attrs)
-        self.ids += [told["id"]] if "id" in told else []
-        self.loads += [told[k] for k in ("src", "href") if k in told and not told[k].startswith(("#", "data:"))]
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
 
 
 def test_every_element_is_closed_and_nothing_is_loaded(page):

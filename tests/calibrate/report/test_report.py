@@ -3,10 +3,10 @@
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from pages import Tags, own
 
 from calibrate.procedure import calibrate_tables
 from calibrate.report import render
@@ -23,29 +23,6 @@ def paper():
 @pytest.fixture(scope="module")
 def page(paper):
     return render(paper)
-
-
-def own(page: str) -> str:
-    """The page without plotly's own code."""
-    return re.sub(r"<script>/\*\*.*?</script>", "", page, count=1, flags=re.DOTALL)
-
-
-class Tags(HTMLParser):
-    VOID = ("meta", "link", "br", "img")
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.ids, self.loads = [], [], []
-
-    def handle_starttag(self, tag, attrs):
-        told = dict(attrs)
-        self.ids += [told["id"]] if "id" in told else []
-        self.loads += [told[k] for k in ("src", "href") if k in told and not told[k].startswith("#")]
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
 
 
 def test_every_element_is_closed_and_nothing_is_loaded(page):
