@@ -3,26 +3,31 @@
 import numpy as np
 
 from vision.measurement import MeasurementError
-from vision.pile.boundary import edge
+from vision.pile.boundary import Ground, Silhouette, edge
 from vision.pile.heap import BaseLine, level_line
 from vision.pile.level import plate_edge
 from vision.pile.line import EDGE_FLOOR_PX, fit_line
 from vision.recording import Camera
 
+Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
 BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
 
 
-def find_base_line(cut, ground, silhouette, surface, options, camera, roi) -> BaseLine:
+def find_base_line(
+    cut: np.ndarray, ground: Ground, silhouette: Silhouette, surface: np.ndarray, baseline: Segment | None, camera: Camera,
+    roi: tuple[int, int, int, int],
+) -> BaseLine:  # fmt: skip
     """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
     edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
-    if options.baseline is not None:
-        x1, y1, x2, y2 = options.baseline
+    if baseline is not None:
+        x1, y1, x2, y2 = baseline
         if x1 == x2 or not -cut.shape[0] < (y1 + y2) / 2 - roi[1] < 2 * cut.shape[0]:
             raise MeasurementError(f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture")
         slope = (y2 - y1) / (x2 - x1)
         return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
-    if (plate := _line_through(surface, ground.factor, share=0.08 * surface.size)) is not None:
+    plate = _line_through(surface, ground.factor, share=0.08 * surface.size)
+    if plate is not None and not _gaps_below(surface, *plate[:2]):
         return BaseLine(*plate, "plate")
     if (line := plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)) is not None:
         return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
@@ -31,10 +36,10 @@ def find_base_line(cut, ground, silhouette, surface, options, camera, roi) -> Ba
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
         foot = edge(cut, ground, lower, silhouette.threshold, upward=True)
         enough = 0.4 * np.isfinite(foot).sum()
-        if (line := _line_through(foot, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*line, "foot")
-        if (line := _line_through((surface + foot) / 2, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*line, "mirror")
+        if (lowest := _line_through(foot, ground.factor, share=enough, below=1.0)) is not None:
+            return BaseLine(*lowest, "foot")
+        if (middle := _line_through((surface + foot) / 2, ground.factor, share=enough, below=1.0)) is not None:
+            return BaseLine(*middle, "mirror")
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
@@ -60,6 +65,15 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
     if line.bent > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
         return None  # a slope running out, not a plate
     return line.intercept, line.slope, line.slope_sd
+
+
+def _gaps_below(surface: np.ndarray, intercept: float, slope: float) -> bool:
+    """Whether more than 1 % of the columns along a line lie deeper than it by a twentieth of the crest's height: then it
+    runs over the tops of seeds that cover the plate, not over the plate."""
+    depth = surface - intercept - slope * np.arange(surface.size)
+    along = np.flatnonzero(np.abs(depth) <= 3.0)
+    within = depth[along[0] : along[-1] + 1]
+    return float(np.mean(within > max(4.0, -0.05 * np.nanmin(depth)))) > 0.01
 
 
 def scaled(base: BaseLine, factor: float) -> BaseLine:

@@ -73,7 +73,8 @@ def silhouettes(ground: Ground) -> list[Silhouette]:
 
 def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
     """Otsu's threshold, then Otsu's below it, and so on while what is split stands clear of the ground's own noise."""
-    values, found = np.minimum(distance.ravel()[::3], np.percentile(distance[::4, ::4], 99.8)), []
+    values = np.minimum(distance.ravel()[::3], np.percentile(distance[::4, ::4], 99.8))
+    found: list[float] = []
     for _ in range(most):
         threshold, _ = binarise(values)
         below = values[values <= threshold]
@@ -94,7 +95,7 @@ def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
     if count > 1:
         area = stats[1:, cv2.CC_STAT_AREA]
         kept = 1 + np.flatnonzero(area >= 0.15 * area.max())
-        solid = solid & np.isin(labels, kept)
+        solid = np.where(np.isin(labels, kept), solid, 0)
     some = solid.any(axis=0)
     top = np.where(some, solid.argmax(axis=0), -1)
     bottom = np.where(some, solid.shape[0] - 1 - solid[::-1].argmax(axis=0), -1)

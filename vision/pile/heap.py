@@ -5,6 +5,7 @@ A profile is the row y_px (down) of the surface in each column x; heights are me
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
@@ -23,7 +24,8 @@ class BaseLine:
     slope_sd: float
     source: str  # "plate" | "edge" | "foot" | "mirror" | "given" | "toe"
 
-    def at(self, x):
+    def at(self, x: Any) -> Any:
+        """y_px at x, a number or an array."""
         return self.intercept + self.slope * np.asarray(x, dtype=float)
 
 

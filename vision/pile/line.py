@@ -12,6 +12,7 @@ the grains; few grains give a small K and, through Student's t, a wider interval
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import t as student
@@ -42,7 +43,8 @@ class Line:
     slope_high: float
     bent: float
 
-    def at(self, x):
+    def at(self, x: Any) -> Any:
+        """y at x, a number or an array."""
         return self.intercept + self.slope * np.asarray(x)
 
     @property

@@ -89,7 +89,7 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
 def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: PileOptions, roi) -> Repose | str:
     """Measure one candidate silhouette; the reason in words when it holds no measurable pile."""
     surface = edge(cut, ground, silhouette.top, silhouette.threshold)
-    base = find_base_line(cut, ground, silhouette, surface, options, camera, roi)
+    base = find_base_line(cut, ground, silhouette, surface, options.baseline, camera, roi)
     small = _shrink_profile(surface, ground)
     factor = ground.factor
     heap = find_heap(small, scaled(base, factor), options.window)
@@ -138,7 +138,8 @@ def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, fact
         elif not problem.startswith("a wall"):
             quantities.append(failed(name, "deg", problem or "the surface is too rough or too short for a line"))
     crest_x = (heap.crest + 0.5) * factor - 0.5
-    toes = tuple((f.toe + 0.5) * factor - 0.5 if f.side in by_side else None for f in heap.flanks)
+    left, right = ((f.toe + 0.5) * factor - 0.5 if f.side in by_side else None for f in heap.flanks)
+    toes = (left, right)
     quantities.append(_height_over_radius(heap, base, slopes, toes, crest_x, factor, doubts))
     quantities.append(centroid_angle(surface, base, heap, factor, tuple(doubts)))
     x0, y0 = roi[:2]

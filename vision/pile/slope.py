@@ -22,7 +22,10 @@ class Slope:
     doubts: tuple[str, ...] = ()
 
 
-def fit_slope(surface, base: BaseLine, heap: Heap, flank: Flank, factor, window, horizontal, horizontal_sd) -> Slope | None:
+def fit_slope(
+    surface: np.ndarray, base: BaseLine, heap: Heap, flank: Flank, factor: float, window: tuple[float, float],
+    horizontal: float, horizontal_sd: float,
+) -> Slope | None:  # fmt: skip
     """The line through the flank's surface between the window's heights."""
     x = np.arange(surface.size)
     height = (base.at(x) - surface) / factor

@@ -278,3 +278,15 @@ def test_a_surface_too_rough_for_its_length_is_doubted():
     found = [value(measure_repose(draw(seed=i, grain_px=40, size=(900, 600), pile_height=220, angle_deg=33))) for i in range(6)]
     assert all(q.quality == DOUBTFUL or q.sd <= 1.0 for q in found)
     assert any(q.quality == DOUBTFUL for q in found)
+
+
+def test_the_tops_of_seeds_that_cover_the_plate_are_not_taken_for_it():
+    """A layer 50 px high all over the plate but for one gap: the line along its tops would be the base otherwise."""
+    x = np.arange(1600)
+    layer = ((x >= 50) & (x < 1400)) | ((x >= 1480) & (x < 1550))
+    top = np.where(layer, 450, np.where((x >= 50) & (x < 1550), 500, 600))
+    heap = np.where((x >= 50) & (x < 900), 250 + 200 * (x - 50) / 850, 600)
+    picture = np.where(np.arange(600)[:, None] >= np.minimum(top, heap), 60, 230).astype(np.uint8)
+    found = measure_repose(picture)
+    assert found.base.source != "plate"
+    assert found.base.at(800) == pytest.approx(499.5, abs=1.0)
