@@ -3,7 +3,7 @@
 import shutil
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -125,7 +125,9 @@ def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
     return unique
 
 
-def measure(paths, options: PileOptions | None = None, trim: bool = False) -> Iterator[Observation]:
+def measure(
+    paths: str | Path | Sequence[str | Path], options: PileOptions | None = None, trim: bool = False
+) -> Iterator[Observation]:
     """Observations of all recordings under `paths` (one path or several), one after the other.
 
     What cannot be measured is an Observation whose one quantity has failed and says why.
@@ -166,7 +168,7 @@ class Results:
     overlays/, tracks/.
     """
 
-    def __init__(self, out: Path, inputs: list[Path] = (), overwrite: bool = False):
+    def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
         self.out = Path(out)
         if self.out.exists() and not self.out.is_dir():
             raise MeasurementError(f"{self.out}: is a file; --out names a folder")

@@ -18,7 +18,9 @@ MEASURED, NOTHING, MISUSED = 0, 1, 2
 _ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
 
 
-def measure_command(paths, out, window, roi, baseline, trim, seeds, overwrite, quiet) -> int:
+def measure_command(
+    paths: list[Path], out: Path, window: str, roi: str, baseline: str, trim: bool, seeds: bool, overwrite: bool, quiet: bool
+) -> int:
     """Measure everything under `paths` into the folder `out`; returns the exit code."""
     try:
         options = PileOptions(_window(window), _roi(roi), _baseline(baseline))
@@ -119,8 +121,8 @@ def _numbers(text: str, option: str, counts: tuple[int, ...]) -> list[float]:
 def _window(text: str) -> tuple[float, float]:
     parts = re.fullmatch(r"\s*([\d.]+)\s*%?\s*[-–,:]\s*([\d.]+)\s*%?\s*", text)
     try:
-        low, high = float(parts[1]) / 100, float(parts[2]) / 100
-    except (TypeError, ValueError):
+        low, high = (float(part) / 100 for part in parts.groups()) if parts else (0.0, 0.0)
+    except ValueError:
         low, high = 0.0, 0.0
     if not 0 <= low < high <= 1 or high - low < 0.1:
         raise MeasurementError(f"--window {text}: expected two heights in %, at least 10 apart, such as 20-80")
@@ -128,13 +130,17 @@ def _window(text: str) -> tuple[float, float]:
 
 
 def _roi(text: str) -> tuple[int, int, int, int] | None:
-    return tuple(int(n) for n in _numbers(text, "--roi", (4,))) if text else None
+    if not text:
+        return None
+    x, y, width, height = (int(n) for n in _numbers(text, "--roi", (4,)))
+    return x, y, width, height
 
 
 def _baseline(text: str) -> tuple[float, float, float, float] | None:
     if not text:
         return None
     numbers = _numbers(text, "--baseline", (1, 4))
-    if len(numbers) == 4 and abs(numbers[2] - numbers[0]) < 10 * abs(numbers[3] - numbers[1]):
+    x1, y1, x2, y2 = numbers if len(numbers) == 4 else (0.0, numbers[0], 1000.0, numbers[0])
+    if abs(x2 - x1) < 10 * abs(y2 - y1):
         raise MeasurementError(f"--baseline {text}: the two points must lie side by side (X1,Y1,X2,Y2)")
-    return tuple(numbers) if len(numbers) == 4 else (0.0, numbers[0], 1000.0, numbers[0])
+    return x1, y1, x2, y2

@@ -1,5 +1,6 @@
 """What every measurement comes down to: quantities with a standard deviation, and how far each is to be trusted."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -62,6 +63,6 @@ def failed(name: str, unit: str, reason: str) -> Quantity:
     return Quantity(name, float("nan"), float("nan"), unit, FAILED, reason)
 
 
-def worst(quantities) -> str:
+def worst(quantities: Iterable[Quantity]) -> str:
     """The lowest quality among `quantities`; failed when there are none."""
     return max((q.quality for q in quantities), key=_RANK.__getitem__, default=FAILED)

@@ -7,6 +7,7 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import tomli_w
 
@@ -48,7 +49,7 @@ class Recording:
         folder = self.path if self.path.is_dir() else self.path.parent
         return folder / "recording.toml"
 
-    def need(self, key: str, why: str):
+    def need(self, key: str, why: str) -> Any:
         """The value of `key` ("section.key"); MeasurementError naming file and key when it is unknown."""
         section, name = key.split(".")
         value = getattr(getattr(self, section), name)

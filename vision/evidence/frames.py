@@ -131,11 +131,11 @@ class Video(FrameSource):
             raise MeasurementError(f"{file}: the file is empty (0 bytes)")
         with _opened(file) as container:
             stream = container.streams.video[0]
-            duration = float(stream.duration * stream.time_base) if stream.duration else 0.0
+            duration = float(stream.duration * stream.time_base) if stream.duration and stream.time_base else 0.0
             self._own_fps = float(stream.average_rate) if stream.average_rate else None
             expected = stream.frames or round(duration * (self._own_fps or 0))
         super().__init__(path=file, count=expected, fps=fps or self._own_fps)
-        self._stated = fps is not None
+        self._stated_fps = fps
 
     def iterate(self) -> Iterator[Frame]:
         yield from self._decode(every=1)
@@ -183,7 +183,7 @@ class Video(FrameSource):
                     break
                 own = frame.time if frame.time is not None else index / (self._own_fps or np.nan)
                 start = own if start is None else start
-                time = index / self.fps if self._stated else own - start
+                time = index / self._stated_fps if self._stated_fps else own - start
                 if time <= last:
                     self.note(f"frame {index} skipped: its time stamp {own:.4f} s does not increase")
                 elif index >= first and (index - first) % every == 0:

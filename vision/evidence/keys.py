@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from vision.measurement import MeasurementError
 
@@ -18,11 +19,12 @@ _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 _NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 _Finite = Annotated[float, Field(allow_inf_nan=False)]
 _Pixels = Annotated[int, Field(ge=8, le=16384)]
-
-
-def _several(item, count: int):
-    """`count` values in a row; TOML has lists only, so a list is taken for a tuple."""
-    return Annotated[tuple[(item,) * count], Field(strict=False)]
+_List = Field(strict=False)  # TOML has lists only: one is taken for a tuple
+_SizeRange = Annotated[tuple[_SeedSize, _SeedSize], _List]
+_TwoLengths = Annotated[tuple[_Length, _Length], _List]
+_ThreeLengths = Annotated[tuple[_Length, _Length, _Length], _List]
+_Vector = Annotated[tuple[_Finite, _Finite, _Finite], _List]
+_FourNumbers = Annotated[tuple[_Finite, _Finite, _Finite, _Finite], _List]
 
 
 class _Section(BaseModel):
@@ -35,9 +37,9 @@ class Seed(_Section):
     thickness_mm: _SeedSize | None = None
     mass_g: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
     density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
-    length_range_mm: _several(_SeedSize, 2) | None = None  # least and greatest of about 100 seeds
-    width_range_mm: _several(_SeedSize, 2) | None = None
-    thickness_range_mm: _several(_SeedSize, 2) | None = None
+    length_range_mm: _SizeRange | None = None  # least and greatest of about 100 seeds
+    width_range_mm: _SizeRange | None = None
+    thickness_range_mm: _SizeRange | None = None
     count: Annotated[int, Field(ge=1)] | None = None
 
 
@@ -51,7 +53,7 @@ class Camera(_Section):
     # Where a twin's camera stands; measuring needs none of these.
     width_px: _Pixels | None = None
     height_px: _Pixels | None = None
-    target_mm: _several(_Finite, 3) | None = None  # the point of the rig that is seen at the picture's centre
+    target_mm: _Vector | None = None  # the point of the rig that is seen at the picture's centre
     distance_mm: _Length | None = None
     distortion: Annotated[float, Field(ge=-0.1, le=0.1)] | None = None
 
@@ -75,19 +77,20 @@ class Air(_Section):
 
 class Drop(_Section):
     height_mm: _Length | None = None
-    plate_mm: _several(_Length, 2) | None = None
+    plate_mm: _TwoLengths | None = None
     bounces: Annotated[int, Field(ge=1, le=100)] | None = None
-    orientation: Literal["flat", "any"] | _several(_Finite, 4) | None = None
+    orientation: Literal["flat", "any"] | _FourNumbers | None = None
     tip_sd_deg: _NotNegative | None = None
-    spin_rad_s: _several(_Finite, 3) | None = None
+    spin_rad_s: _Vector | None = None
     spin_sd_rad_s: _NotNegative | None = None
     hold_s: _NotNegative | None = None
+    tilt_deg: Annotated[float, Field(gt=-15, lt=15)] | None = None  # of the plate, falling towards +x
 
 
 class Slide(_Section):
     tilt_rate_deg_s: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
     travel_mm: _Length | None = None
-    plate_mm: _several(_Length, 2) | None = None
+    plate_mm: _TwoLengths | None = None
     start_mm: _Length | None = None  # from the hinge
     start_deg: Annotated[float, Field(ge=0, lt=80)] | None = None
 
@@ -96,20 +99,20 @@ class Roll(_Section):
     incline_deg: Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)] | None = None
     incline_length_mm: _Length | None = None
     direction: Literal["+x", "-x"] | None = None
-    plate_mm: _several(_Length, 2) | None = None
+    plate_mm: _TwoLengths | None = None
     orientation: Literal["across", "any"] | None = None
     axis_sd_deg: _NotNegative | None = None
     slope_deg: Annotated[float, Field(gt=-5, lt=5)] | None = None
 
 
 class Pile(_Section):
-    box_mm: _several(_Length, 3) | None = None
-    gate_mm: _several(_Length, 2) | None = None
-    cylinder_mm: _several(_Length, 2) | None = None  # inside diameter and height: a lifting cylinder in the box's place
-    plate_mm: _several(_Length, 2) | None = None
+    box_mm: _ThreeLengths | None = None
+    gate_mm: _TwoLengths | None = None
+    cylinder_mm: _TwoLengths | None = None  # inside diameter and height: a lifting cylinder in the box's place
+    plate_mm: _TwoLengths | None = None
     fill_height_mm: _Length | None = None
     gate_speed_mm_s: _Positive | None = None
-    baseline_px: _several(_Finite, 4) | None = None  # the plate's line in the photo: x1, y1, x2, y2, y down
+    baseline_px: _FourNumbers | None = None  # the plate's line in the photo: x1, y1, x2, y2, y down
     photo_s: _Positive | None = None  # after the gate began to move; absent: when all seeds lie still
     side_walls_in_view: bool | None = None
     slab: bool | None = None
@@ -159,7 +162,7 @@ def validate(content: dict, path: Path) -> Keys:
         raise MeasurementError("\n".join(_explain(e, path) for e in error.errors()[:10])) from error
 
 
-def _explain(error: dict, path: Path) -> str:
+def _explain(error: ErrorDetails, path: Path) -> str:
     """One pydantic complaint in a bench worker's words: file, field, what it should hold."""
     *section, key = [str(part) for part in error["loc"] if not isinstance(part, int)] or [""]
     place = f"[{section[0]}] {key}" if section else key

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageOps, UnidentifiedImageError
+from PIL.ImageFile import ImageFile
+from PIL.PngImagePlugin import PngImageFile
+from PIL.TiffImagePlugin import TiffImageFile
 
 from vision.measurement import MeasurementError
 
@@ -39,14 +42,15 @@ def read_photo(path: Path) -> np.ndarray:
 
 
 def _decode(path: Path) -> np.ndarray:
-    with Image.open(path) as image:
-        if image.width * image.height > MAX_PIXELS:
+    with Image.open(path) as file:
+        if file.width * file.height > MAX_PIXELS:
             raise MeasurementError(
-                f"{path}: {image.width} × {image.height} pixels is more than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
+                f"{path}: {file.width} × {file.height} pixels is more than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
             )
-        if image.mode == "RGB" and image.format in ("PNG", "TIFF") and _bits_per_channel(image) == 16:
+        if file.mode == "RGB" and _bits_per_channel(file) == 16:
             return _decode_deep(path)
-        image.load()
+        file.load()
+        image: Image.Image = file
         if image.getexif().get(0x0112, 1) != 1:
             image = ImageOps.exif_transpose(image)
         if image.mode == "I" or image.mode.startswith("I;16"):
@@ -60,12 +64,12 @@ def _decode(path: Path) -> np.ndarray:
         return np.asarray(image)
 
 
-def _bits_per_channel(image: Image.Image) -> int:
+def _bits_per_channel(image: ImageFile) -> int:
     """Pillow hands 16-bit colour out as 8 bits; the file's own header tells the truth."""
-    if image.format == "TIFF":
+    if isinstance(image, TiffImageFile):
         bits = image.tag_v2.get(258, (8,))
         return int(bits[0] if isinstance(bits, tuple) else bits)
-    return 16 if image.tile and "16" in str(image.tile[0][-1]) else 8
+    return 16 if isinstance(image, PngImageFile) and image.tile and "16" in str(image.tile[0][-1]) else 8
 
 
 def _on_white(image: Image.Image) -> Image.Image:

@@ -5,9 +5,11 @@ The noise of successive frames is AR(1): cov(n_i, n_j) = σ² ρ^|i−j|, i and 
 unlike the residuals' plain autocorrelation is not pulled towards zero by the fit.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
@@ -60,7 +62,10 @@ def estimate_rho(design: np.ndarray, data: np.ndarray, lag: np.ndarray) -> float
     return float(found.x) if loss(found.x) < loss(0.0) else 0.0
 
 
-def fit(design: np.ndarray, data: np.ndarray, lag: np.ndarray, *, weight=None, rho: float | None = None, prior=None) -> Fit:
+def fit(
+    design: np.ndarray, data: np.ndarray, lag: np.ndarray, *, weight: np.ndarray | None = None, rho: float | None = None,
+    prior: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+) -> Fit:  # fmt: skip
     """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise.
 
     weight (n,): 1 / relative sd of each row. prior: (rows (m, p), values (m,), sds (m,)) of what is known beforehand.
@@ -93,7 +98,7 @@ def mean(values: np.ndarray, frame: np.ndarray) -> tuple[float, float]:
     return float(found.params[0]), float(np.sqrt(found.cov[0, 0]))
 
 
-def propagate(function, params: np.ndarray, cov: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def propagate(function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, cov: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`function(params)` (m,) and its covariance (m, m) to first order, by central differences of 1e-4 sd."""
     value = np.asarray(function(params), dtype=float)
     steps = 1e-3 * np.sqrt(np.maximum(np.diag(cov), 0)) + 1e-12 * np.abs(params) + 1e-300

@@ -58,7 +58,7 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
         here = labels[top : top + high, left : left + wide] == k
         candidates.append((float(size[top : top + high, left : left + wide][here].sum()), left, top, wide, high, here))
     candidates.sort(key=lambda c: -c[0])
-    found = []
+    found: list[Silhouette | None] = []
     for strength, left, top, wide, high, here in candidates[:MOST]:
         if found and strength < 0.02 * candidates[0][0]:
             break
@@ -74,7 +74,7 @@ def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> 
     x1, y1 = min(int((left + wide) * f) + pad, width), min(int((top + high) * f) + pad, height)
     image = scene.grey(pixels[y0:y1, x0:x1])
     ground = gain * scene.background[y0:y1, x0:x1]
-    rough = np.zeros(image.shape, np.uint8)
+    rough: np.ndarray = np.zeros(image.shape, np.uint8)
     cells = cv2.resize(here.astype(np.uint8), (wide * f, high * f), interpolation=cv2.INTER_NEAREST)
     oy, ox = int(top * f) - y0, int(left * f) - x0
     rough[oy : oy + high * f, ox : ox + wide * f] = cells[: rough.shape[0] - oy, : rough.shape[1] - ox]

@@ -55,9 +55,10 @@ def follow_lines(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int
         for k, line in enumerate(current):
             if line is None:
                 continue
-            if signs[k] is None:
-                signs[k] = _sign(image, line)
-            better = _refine(image, line, signs[k])
+            sign = signs[k]
+            if sign is None:
+                sign = signs[k] = _sign(image, line)
+            better = _refine(image, line, sign)
             if better is not None:
                 found[k][frame.index] = current[k] = better
     best = None

@@ -8,6 +8,7 @@ Both float within their sd, so that a parabola's own curvature refines the scale
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -56,18 +57,19 @@ class Flights:
     def gamma(self) -> float:
         return float(self.params[-2])
 
-    def apex_time(self, flight: int, params=None) -> float:
+    def apex_time(self, flight: int, params: np.ndarray | None = None) -> float:
         p = self.params if params is None else params
         return self.middle[flight] + p[2 * flight + 1] / p[-2]
 
-    def height(self, flight: int, time, params=None):
+    def height(self, flight: int, time: Any, params: np.ndarray | None = None) -> Any:
+        """Height at `time`, a number or an array."""
         p = self.params if params is None else params
         tau = time - self.middle[flight]
         parabola = p[2 * flight] + p[2 * flight + 1] * tau - p[-2] * tau**2 / 2
         return parabola + drag_shift(time - self.apex_time(flight, p), p[-2], self.drag)[0]
 
-    def speed(self, flight: int, time, params=None):
-        """dh/dt, upwards."""
+    def speed(self, flight: int, time: Any, params: np.ndarray | None = None) -> Any:
+        """dh/dt, upwards, at `time`, a number or an array."""
         p = self.params if params is None else params
         late = time - self.apex_time(flight, p)
         return p[2 * flight + 1] - p[-2] * (time - self.middle[flight]) + drag_shift(late, p[-2], self.drag)[1]
@@ -78,12 +80,12 @@ class Flights:
         meets = [self.meeting(k) for k in range(last)]
         return meets if not meets else [*meets, 2 * self.apex_time(last) - meets[-1]]
 
-    def fall(self, params=None) -> float:
+    def fall(self, params: np.ndarray | None = None) -> float:
         """From the first flight's apex to the height of its impact."""
         p = self.params if params is None else params
         return float(self.height(0, self.apex_time(0, p), p) - self.height(0, self.meeting(0, p), p))
 
-    def meeting(self, flight: int, params=None) -> float:
+    def meeting(self, flight: int, params: np.ndarray | None = None) -> float:
         """When flight `flight` ends and the next begins: where the two parabolas meet (linear: γ is common), then drag."""
         p = self.params if params is None else params
         shift = self.middle[flight + 1] - self.middle[flight]
@@ -96,7 +98,7 @@ class Flights:
         return float(time)
 
 
-def drag_shift(late, gamma: float, drag: float):
+def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
     """Height and speed that quadratic drag adds to a parabola, `late` after (before: negative) its apex.
 
     a = −k v |v| along v = −γ t, integrated twice with the undisturbed v:  ± k γ² t⁴/12 and k γ² |t|³/3.
@@ -273,7 +275,9 @@ def _solve(design, target, lag, weight, gravity: Gravity, quick: bool, flights: 
     return fit(design, target, lag, weight=weight, rho=rho, prior=prior), free
 
 
-def lateral(flights: Flights, time, frame, across, sd, plumb_sd: float) -> tuple[np.ndarray, np.ndarray]:
+def lateral(
+    flights: Flights, time: np.ndarray, frame: np.ndarray, across: np.ndarray, sd: np.ndarray, plumb_sd: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Straight lines c + u τ per flight, with one sideways acceleration that a plumb line off by `plumb_sd` (rad) would show.
 
     Returns params (c₀ u₀ c₁ u₁ … a) and their covariance.

@@ -272,7 +272,8 @@ def _orientation(shapes: list[Silhouette], frame: np.ndarray, odd: np.ndarray) -
     sd = np.array([s.angle_sd_deg for s in shapes])
     seen = (sd < ANGLE_SD_DEG) & ~odd
     angle = np.full(len(shapes), np.nan)
-    spin, history = 0.0, []
+    spin = 0.0
+    history: list[float] = []
     last = None
     for i in np.flatnonzero(seen):
         if last is None:

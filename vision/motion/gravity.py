@@ -28,10 +28,15 @@ def drag_per_metre(recording: Recording, speed: float) -> float | None:
     if air.density_kg_m3 == 0:
         return 0.0
     sizes = [s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s]
-    if not sizes or not (seed.mass_g or seed.density_kg_m3):
+    if not sizes:
         return None
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000
-    mass = seed.mass_g / 1000 if seed.mass_g else seed.density_kg_m3 * math.pi / 6 * diameter**3
+    if seed.mass_g:
+        mass = seed.mass_g / 1000
+    elif seed.density_kg_m3:
+        mass = seed.density_kg_m3 * math.pi / 6 * diameter**3
+    else:
+        return None
     if air.viscosity_pa_s > 0:
         reynolds = max(air.density_kg_m3 * speed * diameter / air.viscosity_pa_s, 1e-3)
         coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687) if reynolds < 1000 else 0.44

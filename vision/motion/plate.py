@@ -1,5 +1,6 @@
 """Straight things in the picture that a seed moves along: the tilting plate of a slide, the two legs of a roll."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,7 +50,9 @@ class Path:
         return places
 
 
-def follow_slide(source: FrameSource, recording: Recording, progress=None) -> tuple[Followed, Plate]:
+def follow_slide(
+    source: FrameSource, recording: Recording, progress: Callable[[float], None] | None = None
+) -> tuple[Followed, Plate]:
     """The block's travel along the tilting plate [px] with the plate's angle, both from the picture.
 
     The plate's edge is followed through the film; its lines turn about one point, which gives the plate a frame of its own,
@@ -77,8 +80,8 @@ def follow_slide(source: FrameSource, recording: Recording, progress=None) -> tu
     rows = strip.height - 1 - track.y
     strip_places = np.column_stack([track.x, rows, np.ones(len(track))])
     places = np.array([strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)])
-    ends = [lines[min(lines)], lines[max(lines)]]
-    segments = [(tuple(line.at(line.extent[0])), tuple(line.at(line.extent[1]))) for line in ends]
+    shown = [lines[min(lines)], lines[max(lines)]]
+    segments = [(tuple(line.at(line.extent[0])), tuple(line.at(line.extent[1]))) for line in shown]
     return replace(followed, track=track), Plate(last, (places[:, 0], places[:, 1]), segments)
 
 
@@ -120,8 +123,8 @@ def roll_path(track: Track, size: float, recording: Recording) -> Path:
         )
         way = directions[0] * np.sign(directions[0][0])
         along = (sign * track.x - centre[0]) * way[0] + (track.y - centre[1]) * way[1]
-        notes = ("the picture shows one straight leg only: the junction is not seen",)
-        return Path(replace(track, x=along, y=np.zeros(len(track))), None, [], notes)
+        note = "the picture shows one straight leg only: the junction is not seen"
+        return Path(replace(track, x=along, y=np.zeros(len(track))), None, [], (note,))
     at, height, slope1, slope2, sd = knee
     turn = abs(np.arctan(slope1) - np.arctan(slope2))
     legs = [np.array([1, slope1]) / np.hypot(1, slope1), np.array([1, slope2]) / np.hypot(1, slope2)]

@@ -214,7 +214,7 @@ def _turning_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int
 
     def misfit(turn: float) -> float:
         both = whiten(np.column_stack([columns(turn), place]), lag, rho)
-        return float(np.linalg.qr(both, mode="r")[-1, -1] ** 2)
+        return float(np.asarray(np.linalg.qr(both, mode="r"))[-1, -1] ** 2)
 
     for _ in range(2):  # the second time under the noise's own correlation
         grid = np.linspace(t[2], t[-3], 200)

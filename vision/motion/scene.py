@@ -5,6 +5,7 @@ fills only few of the samples and does not become background.
 """
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -38,7 +39,8 @@ class Scene:
 
     @property
     def shape(self) -> tuple[int, int]:
-        return self.background.shape
+        height, width = self.background.shape
+        return height, width
 
     def grey(self, pixels: np.ndarray) -> np.ndarray:
         return grey(pixels, self.weights)
@@ -61,7 +63,7 @@ def grey(pixels: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
     return cv2.transform(pixels.astype(np.float32), weights.reshape(1, 3).astype(np.float32)).reshape(pixels.shape[:2])
 
 
-def learn_scene(source: FrameSource, still=None) -> Scene:
+def learn_scene(source: FrameSource, still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None) -> Scene:
     """Background, noise and colour weights from frames sampled over the whole recording.
 
     still(pictures) → pictures whose median is the background; without it, those spaced evenly in motion.
@@ -99,8 +101,8 @@ def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
     height, width = frames[0].shape[:2]
     size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
     small = [cv2.resize(grey(f, None), size, interpolation=cv2.INTER_AREA) for f in frames]
-    small = [s / max(float(np.median(s)), 1e-6) for s in small]
-    change = np.array([np.abs(b - a) for a, b in itertools.pairwise(small)])
+    even = [s / max(float(np.median(s)), 1e-6) for s in small]
+    change = np.array([np.abs(b - a) for a, b in itertools.pairwise(even)])
     # In a picture without noise the median is 0, and a thing that shades itself as it turns would pass for one that moves.
     level = max(8 * float(np.median(change)) + 0.01, SHADING * float(change.max()))
     return (change > level).mean(axis=(1, 2))
@@ -112,7 +114,7 @@ def _median(frames: list[np.ndarray]) -> np.ndarray:
     usual = float(np.median(level))
     gain = [usual / v if v > 0 else 1.0 for v in level]
     steady = max(gain) / min(gain) < 1.003
-    out = np.empty(frames[0].shape, dtype=np.float32)
+    out: np.ndarray = np.empty(frames[0].shape, dtype=np.float32)
     for top in range(0, out.shape[0], 64):
         band = np.stack([f[top : top + 64] for f in frames])
         if not steady:

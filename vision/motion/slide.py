@@ -177,8 +177,7 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
     def misfit(onset: float, rho: float) -> float:
         design, known = _design(onset, time, tilt, turning, stop, physical)
         both = whiten(np.column_stack([design, x - known]), lag, rho)
-        triangle = np.linalg.qr(both, mode="r")
-        return float(triangle[-1, -1] ** 2)
+        return float(np.asarray(np.linalg.qr(both, mode="r"))[-1, -1] ** 2)
 
     rho = onset = 0.0
     for turn in range(2):

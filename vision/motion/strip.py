@@ -73,7 +73,7 @@ class PlateFrames(FrameSource):
         rows = _row_levels(strip)
         if self._usual is None:
             self._usual = rows
-        white = np.iinfo(strip.dtype).max
+        white = np.iinfo(frame.pixels.dtype).max
         steady = np.clip(np.round(strip + (self._usual - rows)[:, None]), 0, white).astype(strip.dtype)
         return replace(frame, pixels=steady)
 

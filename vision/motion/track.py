@@ -1,9 +1,11 @@
 """A track: where one seed was, frame by frame, each place with its standard deviation."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from vision.recording import Camera
 
@@ -55,10 +57,13 @@ class Track:
         """Without the outliers."""
         return self if not self.outlier.any() else self.take(~self.outlier)
 
-    def take(self, rows) -> "Track":
+    def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
-        optional = {name: None if getattr(self, name) is None else getattr(self, name)[rows] for name in _OPTIONAL}
-        return replace(self, **{name: getattr(self, name)[rows] for name in _ALWAYS}, **optional)
+
+        def some(column: Any) -> Any:
+            return None if column is None else column[rows]
+
+        return replace(self, **{name: some(getattr(self, name)) for name in (*_ALWAYS, *_OPTIONAL)})
 
     def marked(self, outlier: np.ndarray, note: str = "") -> "Track":
         """The same track with more rows marked as outliers."""
@@ -80,14 +85,17 @@ _ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
 _OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
 
 
-def make_track(t_s, x, y, *, unit: str = "mm", frame=None, sd=np.nan, **more) -> Track:
+def make_track(
+    t_s: ArrayLike | None, x: ArrayLike, y: ArrayLike, *, unit: str = "mm", frame: ArrayLike | None = None,
+    sd: ArrayLike = np.nan, **more: Any,
+) -> Track:  # fmt: skip
     """A track from plain arrays; frame numbers default to 0, 1, 2, …"""
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     n = len(x)
-    frame = np.arange(n) if frame is None else np.asarray(frame)
-    t_s = np.full(n, np.nan) if t_s is None else np.asarray(t_s, dtype=float)
-    sd = np.broadcast_to(np.asarray(sd, dtype=float), (n,)).copy()
+    numbers = np.arange(n) if frame is None else np.asarray(frame)
+    times = np.full(n, np.nan) if t_s is None else np.asarray(t_s, dtype=float)
     more.setdefault("outlier", np.zeros(n, dtype=bool))
-    return Track(frame, t_s, np.asarray(x, dtype=float), np.asarray(y, dtype=float), sd, unit, **more)
+    return Track(numbers, times, x, y, np.broadcast_to(np.asarray(sd, dtype=float), (n,)).copy(), unit, **more)
 
 
 def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] = ()) -> Track:
@@ -99,9 +107,9 @@ def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] 
     if unit == "px" and camera.mm_per_px:
         x, y, sd, unit = x * camera.mm_per_px, y * camera.mm_per_px, sd * camera.mm_per_px, "mm"
     time, frame = column["t_s"], column["frame"]
-    if frame is None:
+    if frame is None and time is not None:
         frame = _frame_numbers(time, camera.fps)
-    elif time is None and camera.fps:
+    elif frame is not None and time is None and camera.fps:
         time = (frame - frame[0]) / camera.fps
     outlier = rows["outlier"].fillna(0).to_numpy(float) != 0 if "outlier" in rows else np.zeros(len(rows), dtype=bool)
     return make_track(

@@ -7,6 +7,7 @@ LONGEST_PX, SHORTEST_PX = 1600, 800
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 ASCII = {"°": " deg", "±": "+/-", "–": "-", "−": "-", "×": "x", "√": "sqrt", "≤": "<=", "μ": "mu", "²": "2"}
 GREEN, RED, BLUE, YELLOW, WHITE = (0, 200, 60), (235, 50, 40), (60, 150, 255), (255, 210, 0), (255, 255, 255)
+Colour = tuple[int, int, int]  # red, green, blue
 
 
 class Canvas:
@@ -24,15 +25,17 @@ class Canvas:
     def _at(self, x, y) -> tuple[int, int]:
         return round(((x + 0.5) * self.scale - 0.5) * 16), round(((y + 0.5) * self.scale - 0.5) * 16)
 
-    def line(self, x1, y1, x2, y2, colour, width: float = 2.0) -> None:
+    def line(self, x1: float, y1: float, x2: float, y2: float, colour: Colour, width: float = 2.0) -> None:
         cv2.line(self.pixels, self._at(x1, y1), self._at(x2, y2), colour, max(1, round(width * self.unit)), cv2.LINE_AA, 4)
 
-    def dashed(self, x1, y1, x2, y2, colour, width: float = 1.5, dashes: int = 40) -> None:
+    def dashed(
+        self, x1: float, y1: float, x2: float, y2: float, colour: Colour, width: float = 1.5, dashes: int = 40
+    ) -> None:
         at = np.linspace(0, 1, 2 * dashes)
         for a, b in zip(at[::2], at[1::2]):
             self.line(x1 + a * (x2 - x1), y1 + a * (y2 - y1), x1 + b * (x2 - x1), y1 + b * (y2 - y1), colour, width)
 
-    def curve(self, x, y, colour, width: float = 1.5) -> None:
+    def curve(self, x: np.ndarray, y: np.ndarray, colour: Colour, width: float = 1.5) -> None:
         """A polyline; NaNs interrupt it."""
         keep = np.isfinite(x) & np.isfinite(y)
         points = np.stack([(np.asarray(x) + 0.5) * self.scale - 0.5, (np.asarray(y) + 0.5) * self.scale - 0.5], axis=1)
@@ -42,20 +45,20 @@ class Canvas:
                 path = np.rint(points[piece] * 16).astype(np.int32)
                 cv2.polylines(self.pixels, [path], False, colour, max(1, round(width * self.unit)), cv2.LINE_AA, 4)
 
-    def cross(self, x, y, colour, size: float = 5.0, width: float = 1.5) -> None:
+    def cross(self, x: float, y: float, colour: Colour, size: float = 5.0, width: float = 1.5) -> None:
         r = size * self.unit / self.scale
         self.line(x - r, y, x + r, y, colour, width)
         self.line(x, y - r, x, y + r, colour, width)
 
-    def polygon(self, points: np.ndarray, colour, width: float = 1.5) -> None:
+    def polygon(self, points: np.ndarray, colour: Colour, width: float = 1.5) -> None:
         """A closed outline through points (n, 2)."""
         path = np.rint(((np.asarray(points, float) + 0.5) * self.scale - 0.5) * 16).astype(np.int32)
         cv2.polylines(self.pixels, [path], True, colour, max(1, round(width * self.unit)), cv2.LINE_AA, 4)
 
-    def ring(self, x, y, colour, radius: float = 6.0, width: float = 2.0) -> None:
+    def ring(self, x: float, y: float, colour: Colour, radius: float = 6.0, width: float = 2.0) -> None:
         cv2.circle(self.pixels, self._at(x, y), round(radius * self.unit * 16), colour, round(width * self.unit), cv2.LINE_AA, 4)
 
-    def tag(self, text: str, x, y, colour, size: float = 0.45) -> None:
+    def tag(self, text: str, x: float, y: float, colour: Colour, size: float = 0.45) -> None:
         """Text centred at x, y, with a dark rim so that it can be read on any ground."""
         size *= self.unit
         (wide, high), _ = cv2.getTextSize(text, FONT, size, 1)
@@ -63,7 +66,7 @@ class Canvas:
         for ink, thick in (((0, 0, 0), 3.0), (colour, 1.0)):
             cv2.putText(self.pixels, plain(text), at, FONT, size, ink, max(1, round(thick * self.unit)), cv2.LINE_AA)
 
-    def legend(self, lines: list[tuple[str, tuple[int, int, int]]]) -> None:
+    def legend(self, lines: list[tuple[str, Colour]]) -> None:
         """Text on a dark strip below the picture, so that nothing found is hidden; long lines are wrapped."""
         size, thick = 0.5 * self.unit, max(1, round(self.unit))
         room = max(20, int(self.pixels.shape[1] / (9.5 * self.unit)))

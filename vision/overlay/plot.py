@@ -1,7 +1,10 @@
 """y against x as a picture, for tracks and times that come without one: points, fitted curves, marks. OpenCV only."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vision.overlay.canvas import FONT, plain
 
@@ -9,7 +12,11 @@ CURVE, MARK, POINT, BAD = (220, 120, 0), (255, 0, 255), (90, 140, 200), (255, 0,
 INK, GRID = (40, 40, 40), (225, 225, 225)
 
 
-def plot(x, y, outlier, *, labels: tuple[str, str], curves=(), marks=(), caption: str = "", size=(1200, 700)) -> np.ndarray:
+def plot(
+    x: ArrayLike, y: ArrayLike, outlier: ArrayLike, *, labels: tuple[str, str],
+    curves: Sequence[tuple[ArrayLike, ArrayLike]] = (), marks: Sequence[tuple[float, float]] = (), caption: str = "",
+    size: tuple[int, int] = (1200, 700),
+) -> np.ndarray:  # fmt: skip
     """y against x as a picture: points, fitted curves (x, y), marked points."""
     wide, high = size
     left, right, top, bottom = 90, 20, 46, 60

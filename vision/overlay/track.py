@@ -1,6 +1,9 @@
 """What was followed, drawn in its own picture: crosses on the seed, fitted flights, impacts, the plate."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vision.overlay.canvas import WHITE, Canvas
 
@@ -8,12 +11,16 @@ CROSS, BAD, CURVE, MARK, LINE = (0, 200, 255), (255, 60, 60), (255, 220, 0), (25
 MOST_CROSSES = 160
 
 
-def on_picture(pixels: np.ndarray, x, y, outlier, *, curves=(), marks=(), lines=(), caption: str = "") -> np.ndarray:
+def on_picture(
+    pixels: np.ndarray, x: np.ndarray, y: np.ndarray, outlier: np.ndarray, *,
+    curves: Sequence[tuple[ArrayLike, ArrayLike]] = (), marks: Sequence[tuple[float, float]] = (),
+    lines: Sequence[tuple[Sequence[float], Sequence[float]]] = (), caption: str = "",
+) -> np.ndarray:  # fmt: skip
     """uint8 RGB. x, y: columns and rows [px] of the seed; curves: (columns, rows) polylines; marks: (column, row) points;
     lines: ((column, row), (column, row)) segments."""
     canvas = Canvas(pixels)
-    for start, end in lines:
-        canvas.line(*start, *end, LINE, 1.0)
+    for (x1, y1), (x2, y2) in lines:
+        canvas.line(x1, y1, x2, y2, LINE, 1.0)
     for columns, rows in curves:
         canvas.curve(np.asarray(columns), np.asarray(rows), CURVE, 1.0)
     for i in _spread(np.asarray(x), np.asarray(y)):

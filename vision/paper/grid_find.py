@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import fft
 
 WINDOW_PX = 64
@@ -22,11 +23,11 @@ class Level:
     def factor(self) -> float:
         return float(np.sqrt(self.fx * self.fy))
 
-    def full(self, x, y):
+    def full(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Full-resolution coordinates of this level's pixel coordinates."""
         return (np.asarray(x) + 0.5) * self.fx - 0.5, (np.asarray(y) + 0.5) * self.fy - 0.5
 
-    def own(self, x, y):
+    def own(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """This level's pixel coordinates of full-resolution coordinates."""
         return (np.asarray(x) + 0.5) / self.fx - 0.5, (np.asarray(y) + 0.5) / self.fy - 0.5
 
@@ -49,7 +50,7 @@ def pyramid(image: np.ndarray) -> list[Level]:
     step from paper to table would outshine every line.
     """
     height, width = image.shape
-    levels = []
+    levels: list[Level] = []
     while min(image.shape) >= min(WINDOW_PX, min(height, width)) and len(levels) < 7:
         dark = -np.log(image + np.float32(0.02))
         dark -= cv2.GaussianBlur(dark, (0, 0), WINDOW_PX / 8)
@@ -91,10 +92,11 @@ def _level_seeds(index: int, level: Level) -> list[Seed]:
                 best.append(_pair(power[i], ringed[i], mean[i], start + i))
     best = sorted((b for b in best if b[0] > 5), key=lambda b: -b[0])[:3]
     half = (size - 1) / 2
-    return [
-        Seed(index, tuple(float(c) for c in level.full(places[i][1] + half, places[i][0] + half)), u, v, score)
-        for score, i, u, v in best
-    ]
+    found = []
+    for score, i, u, v in best:
+        x, y = level.full(places[i][1] + half, places[i][0] + half)
+        found.append(Seed(index, (float(x), float(y)), u, v, score))
+    return found
 
 
 def _pair(power: np.ndarray, ringed: np.ndarray, mean: float, window: int):
@@ -104,7 +106,7 @@ def _pair(power: np.ndarray, ringed: np.ndarray, mean: float, window: int):
     rest = ringed.copy()
     for _ in range(4):  # the strongest wave may be half of no pair (stripes, a harmonic): try the next ones too
         iy, ix = np.unravel_index(int(np.argmax(rest)), power.shape)
-        first = _peak(power, iy, ix)
+        first = _peak(power, int(iy), int(ix))
         turned = np.array([-first[1], first[0]])
         if turned[0] < 0:
             turned = -turned

@@ -35,7 +35,7 @@ def cut_windows(level: Level, size: int, step: float, around: tuple[float, float
     size = max(4, min(size, height, width))
     low, high = (0.0, 0.0), (width - size, height - size)
     if around:
-        cx, cy = level.own(around[0], around[1])
+        cx, cy = map(float, level.own(around[0], around[1]))
         reach = around[2] / level.factor
         low = (max(0.0, cx - reach - size / 2), max(0.0, cy - reach - size / 2))
         high = (min(high[0], cx + reach - size / 2), min(high[1], cy + reach - size / 2))

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 # What is assumed of a camera before the paper is seen; decides only where the paper covers little of the picture.
 PERSPECTIVE_SD = 0.05  # relative change of scale from the picture's centre to its corner (a phone leaning by some 3.5°)
@@ -22,13 +23,13 @@ class GridMap:
     radius: float
     p: np.ndarray
 
-    def uv(self, x, y) -> tuple[np.ndarray, np.ndarray]:
+    def uv(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Paper coordinates [grid lines] of picture points [px]."""
         X, Y, _ = self._undistorted(x, y)
         w = np.maximum(1 + self.p[6] * X + self.p[7] * Y, 0.05)
         return (self.p[0] * X + self.p[1] * Y + self.p[2]) / w, (self.p[3] * X + self.p[4] * Y + self.p[5]) / w
 
-    def jacobian(self, x, y) -> np.ndarray:
+    def jacobian(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
         """∂(u, v)/∂(x, y) [grid lines per px], shape (..., 2, 2), by central differences over one pixel."""
         x, y = np.asarray(x, float), np.asarray(y, float)
         across = [np.subtract(a, b) for a, b in zip(self.uv(x + 0.5, y), self.uv(x - 0.5, y))]
@@ -48,7 +49,7 @@ class GridMap:
         p[3:6] += dv * np.array([p[6], p[7], 1.0])
         return replace(self, p=p)
 
-    def derivatives(self, x, y) -> tuple[np.ndarray, np.ndarray]:
+    def derivatives(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """∂u/∂p and ∂v/∂p, each (n, 9)."""
         X, Y, rho2 = self._undistorted(x, y)
         w = np.maximum(1 + self.p[6] * X + self.p[7] * Y, 0.05)
@@ -81,7 +82,10 @@ def from_waves(shape: tuple[int, int], at: tuple[float, float], wave_u: np.ndarr
     return GridMap(centre, radius, p)
 
 
-def fit_map(start: GridMap, x, y, u, v, weight_u, weight_v, sd: float, *, flat: bool = False) -> tuple[GridMap, np.ndarray]:
+def fit_map(
+    start: GridMap, x: np.ndarray, y: np.ndarray, u: np.ndarray, v: np.ndarray, weight_u: np.ndarray, weight_v: np.ndarray,
+    sd: float, *, flat: bool = False,
+) -> tuple[GridMap, np.ndarray]:  # fmt: skip
     """Gauss–Newton from `start` to the paper coordinates `u`, `v` measured at `x`, `y`; returns the map and its covariance.
 
     `sd` [lines] is the error of a measurement of weight 1; the assumptions on the camera (above) enter as prior knowledge.

@@ -69,7 +69,9 @@ def find_pitch(fit: Fit, levels: list[Level], rng: np.random.Generator) -> Pitch
     return None
 
 
-def line_strengths(fit: Fit, grid: GridMap, levels: list[Level], pitch_px: float, family: int, rng) -> Strengths:
+def line_strengths(
+    fit: Fit, grid: GridMap, levels: list[Level], pitch_px: float, family: int, rng: np.random.Generator
+) -> Strengths:
     """Fold the darkness over ten lines and fit ten bells (one width) on a slowly changing ground.
 
     Samples are drawn where the fit saw the grid, from the level at which a line's distance is 6 to 12 px if there is one.
@@ -101,14 +103,12 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
         return nothing
     waves = [np.ones_like(place), *(f(2 * np.pi * k * place / 10) for k in (1, 2) for f in (np.cos, np.sin))]
     ground = np.stack(waves if known.all() else waves[:1], -1)
-    best = None
+    fits = []
     for width in (0.06, 0.09, 0.13, 0.18, 0.24, 0.32, 0.42):
         design = np.concatenate([np.exp(-0.5 * (near[:, seen] / width) ** 2), ground], 1)[known] / noise[known, None]
         answer, *_ = np.linalg.lstsq(design, mean[known] / noise[known], rcond=1e-9)
-        misfit = float(((design @ answer - mean[known] / noise[known]) ** 2).sum())
-        if best is None or misfit < best[0]:
-            best = (misfit, design, answer)
-    misfit, design, answer = best
+        fits.append((float(((design @ answer - mean[known] / noise[known]) ** 2).sum()), design, answer))
+    misfit, design, answer = min(fits, key=lambda f: f[0])
     unit = max(1.0, misfit / max(1, known.sum() - design.shape[1]))
     spread = np.sqrt(np.diag(np.linalg.pinv(design.T @ design)) * unit)
     value, sd = nothing.value.copy(), nothing.sd.copy()

@@ -1,9 +1,11 @@
 """Graph paper in the picture → millimetres per pixel, everywhere in it, with an honest standard deviation."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from vision.paper.grid_find import Level, find_seeds, pyramid
@@ -47,7 +49,7 @@ class Scale:
     quality: str = GOOD
     reason: str = ""
 
-    def at(self, x_px, y_px):
+    def at(self, x_px: ArrayLike, y_px: ArrayLike) -> Any:
         """mm per px at places of the picture: scalar or array like x_px, y_px."""
         return _mean_scale(self.grid, x_px, y_px)
 
@@ -55,7 +57,7 @@ class Scale:
         """One standard deviation of `at` [mm per px], the paper's own error included."""
         return float(self.at(x_px, y_px) * np.hypot(_relative_sd(self.grid, self.covariance, x_px, y_px), self.paper_sd))
 
-    def to_mm(self, x_px, y_px) -> tuple[np.ndarray, np.ndarray]:
+    def to_mm(self, x_px: ArrayLike, y_px: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Places on the paper [mm] of picture points [px]: perspective and lens distortion taken out."""
         return self.grid.uv(x_px, y_px)
 
@@ -74,15 +76,16 @@ def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD, seed: int = 0) 
     rng = np.random.default_rng(seed)
     equal: list[tuple[Fit, Pitch]] = []
     for candidate in find_seeds(levels)[:CANDIDATES]:
-        grid = start_map(levels, candidate, grey.shape)
-        fit = grid and _follow(levels, grid, candidate.at)
-        pitch = fit and find_pitch(fit, levels, rng)
-        if pitch and pitch.mm is None:
-            equal.append((fit, pitch))
-            if len(equal) == 3:  # what three places say need not be asked of a fourth
-                break
-        elif pitch:
-            return _finish(fit, pitch, levels, paper_sd)
+        grid = start_map(levels, candidate, (grey.shape[0], grey.shape[1]))
+        fit = None if grid is None else _follow(levels, grid, candidate.at)
+        pitch = None if fit is None else find_pitch(fit, levels, rng)
+        if fit is None or pitch is None:
+            continue
+        if pitch.mm is not None:
+            return _finish(fit, pitch, pitch.mm, levels, paper_sd)
+        equal.append((fit, pitch))
+        if len(equal) == 3:  # what three places say need not be asked of a fourth
+            break
     if equal:
         raise MeasurementError(_equal_lines(*equal[0]))
     raise MeasurementError(
@@ -117,14 +120,14 @@ def _follow(levels: list[Level], grid: GridMap, start: tuple[float, float]) -> F
     return grow(grid, cut_windows(level, size, step), start, 2.5 * step * level.factor)
 
 
-def _finish(fit: Fit, pitch: Pitch, levels: list[Level], paper_sd: float) -> Scale:
+def _finish(fit: Fit, pitch: Pitch, line_mm: float, levels: list[Level], paper_sd: float) -> Scale:
     middle = (float(fit.windows.x.mean()), float(fit.windows.y.mean()))
     finest = fit.grid.times(1 / pitch.ratio)
     finest = finest.moved(-pitch.shift[0], -pitch.shift[1])
     again = _follow(levels, finest, middle) or replace(fit, grid=finest)
     grid, covariance = _honest(again)
-    grid, region = grid.times(pitch.mm), _hull(again)
-    covariance = covariance * np.outer(*[np.where(np.arange(9) < 6, pitch.mm, 1)] * 2)
+    grid, region = grid.times(line_mm), _hull(again)
+    covariance = covariance * np.outer(*[np.where(np.arange(9) < 6, line_mm, 1)] * 2)
     centre, middle = grid.centre, tuple(region.mean(0))
     height, width = 2 * centre[1] + 1, 2 * centre[0] + 1
     corners = _mean_scale(grid, *np.array([[0, 0], [width, 0], [0, height], [width, height], centre], float).T)
@@ -139,7 +142,7 @@ def _finish(fit: Fit, pitch: Pitch, levels: list[Level], paper_sd: float) -> Sca
         variation=float(np.ptp(corners) / values[0]),
         region=region,
         lines=len(again.windows.x),
-        line_mm=pitch.mm,
+        line_mm=line_mm,
         grid=grid,
         covariance=covariance,
         paper_sd=paper_sd,
@@ -165,9 +168,9 @@ def _honest(fit: Fit) -> tuple[GridMap, np.ndarray]:
     together = float((sums**2 / count).mean() / max(sd**2, 1e-12)) if len(count) > 3 else 2.0
     # Windows beside the paper's edge or a thing that covers it err most; drawn strips ask for this much more where few are whole.
     sd = max(sd, 1e-3) * np.sqrt(max(1.0, together)) * (1 + min(60 / n, 1))
-    measured = np.stack(fit.grid.uv(w.x, w.y)) + fit.residual.T
-    weight = 1 / np.maximum(1, np.abs(fit.residual.T) / (2 * sd))
-    return fit_map(fit.grid, w.x, w.y, *measured, *weight, sd)
+    u, v = np.stack(fit.grid.uv(w.x, w.y)) + fit.residual.T
+    weight_u, weight_v = 1 / np.maximum(1, np.abs(fit.residual.T) / (2 * sd))
+    return fit_map(fit.grid, w.x, w.y, u, v, weight_u, weight_v, sd)
 
 
 def _mean_scale(grid: GridMap, x, y):

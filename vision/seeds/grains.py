@@ -144,8 +144,8 @@ def measure_seeds(
         raise MeasurementError(f"mm_per_px = {scale} is not a scale")
     paper = paper or (scale if isinstance(scale, Scale) else None)
     region = _paper_region(paper, image.shape[:2])
-    ground_lines = paper is not None and region is None  # seeds on graph paper: its lines are below 0.4 mm wide
-    relief = relieve(image, region, int(np.ceil(0.5 / paper.mm_per_px)) if ground_lines else 0)
+    # Seeds on graph paper: its lines are below 0.4 mm wide.
+    relief = relieve(image, region, int(np.ceil(0.5 / paper.mm_per_px)) if paper is not None and region is None else 0)
     relative_sd = UNKNOWN_SCALE_SD if mm_per_px_sd is None or not isinstance(scale, int | float) else mm_per_px_sd / scale
     grains = [g for g in _things(relief, scale, relative_sd, region) if g is not None]
     if not any(g.quality != FAILED for g in grains):
@@ -277,7 +277,7 @@ def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | N
     if region.mean() > 0.5:
         return None
     size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
-    return cv2.dilate(region, np.ones((1, size), np.uint8)) | cv2.dilate(region, np.ones((size, 1), np.uint8)) > 0
+    return np.maximum(cv2.dilate(region, np.ones((1, size), np.uint8)), cv2.dilate(region, np.ones((size, 1), np.uint8))) > 0
 
 
 def _reading_order(grains: list[Grain]):

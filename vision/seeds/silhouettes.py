@@ -42,13 +42,18 @@ def relieve(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
     small = cv2.resize(image, small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
-    best, others = _best_channel(small, small_allowed), ()
+    best = _best_channel(small, small_allowed)
+    others: tuple[np.ndarray, ...] = ()
     for _ in range(2):  # a white label beside brown seeds takes the upper level: without it, look again
-        large = best and _large_things(best, small, small_allowed)
-        again = large is not None and _best_channel(small, small_allowed & ~large[0])
-        if not again or again[0] < LEAST_CONTRAST:
+        large = None if best is None else _large_things(best, small, small_allowed)
+        if large is None:
             break
-        best, others, small_allowed = again, (*others, *(o * step + step // 2 for o in large[1])), small_allowed & ~large[0]
+        mask, outlines = large
+        again = _best_channel(small, small_allowed & ~mask)
+        if again is None or again[0] < LEAST_CONTRAST:
+            break
+        best, small_allowed = again, small_allowed & ~mask
+        others += tuple(o * step + step // 2 for o in outlines)
     if best is None or best[0] < LEAST_CONTRAST:
         raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
     if others:
@@ -168,7 +173,7 @@ def body(relief: Relief, outline: np.ndarray, level: float = 0.4) -> tuple[np.nd
     x, y, w, h = cv2.boundingRect(outline)
     inside = cv2.drawContours(np.zeros((h, w), np.uint8), [outline - (x, y)], -1, 1, -1)
     height = relief.height[y : y + h, x : x + w]
-    shape = inside & (height > level)
+    shape = np.where(height > level, inside, 0)
     contours, tree = cv2.findContours(shape, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     for contour, links in zip(contours, tree[0] if tree is not None else ()):
         if links[3] >= 0:

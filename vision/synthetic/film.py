@@ -3,15 +3,18 @@
 The seed is an ellipse drawn with exact sub-pixel coverage (sampled SUB × SUB times a pixel), lit from one side.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 from PIL import Image
 
 from vision.recording import Recording, write_recording
+from vision.synthetic.motion import Motion
 
 SUB = 8  # samples a pixel along each axis; the centroid of an ellipse of 20 px is then right to 0.002 px
 
@@ -44,12 +47,14 @@ class Look:
     origin_px: tuple[float, float] = (320.0, 440.0)  # picture column and row of x = 0, y = 0 mm
 
 
-def to_picture(look: Look, x_mm, y_mm):
+def to_picture(look: Look, x_mm: ArrayLike, y_mm: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Picture column and row of a place in mm (y up)."""
     return look.origin_px[0] + np.asarray(x_mm) / look.mm_per_px, look.origin_px[1] - np.asarray(y_mm) / look.mm_per_px
 
 
-def film(motion, look: Look, rng: np.random.Generator, *, fps: float, times=None, start_s=0.0) -> Iterator[np.ndarray]:
+def film(
+    motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, times: ArrayLike | None = None, start_s: float = 0.0
+) -> Iterator[np.ndarray]:
     """The frames of `motion`, one at a time: uint8 or uint16, grey or RGB."""
     times = np.arange(start_s, motion.end_s, 1 / fps) if times is None else np.asarray(times)
     scene = draw_scene(look, rng)
@@ -80,16 +85,16 @@ def draw_scene(look: Look, rng: np.random.Generator) -> np.ndarray:
     return np.clip(cv2.GaussianBlur(scene, (0, 0), 0.6), 2, 250)
 
 
-def draw_frame(motion, look: Look, rng: np.random.Generator, scene: np.ndarray, time: float, share: float) -> np.ndarray:
+def draw_frame(motion: Motion, look: Look, rng: np.random.Generator, scene: np.ndarray, time: float, share: float) -> np.ndarray:
     """One frame at `time`; `share` of the film has gone by (light drift)."""
     image = scene.copy()
     moments = time + look.exposure_s * (np.arange(12) / 12 - 11 / 24) if look.exposure_s else np.array([time])
     x, y, angle = motion.path(moments)
     columns, rows = to_picture(look, x, y)
-    release = getattr(motion, "truth", {}).get("release_s", 0.02)
+    release = motion.truth.get("release_s", 0.02)
     _props(image, look, columns, rows, time - release, motion)
     if look.shadow:
-        _lay(image, look, columns + 14, rows + 5, angle, lambda c, s: (image_of(s) - look.shadow, c))
+        _lay(image, look, columns + 14, rows + 5, angle, lambda c, s: (s - look.shadow, c))
     if look.mirror and look.plate_row is not None:
         below = 2 * look.plate_row - rows
         _lay(
@@ -101,9 +106,6 @@ def draw_frame(motion, look: Look, rng: np.random.Generator, scene: np.ndarray, 
         image = image + look.noise * rng.standard_normal(image.shape, dtype=np.float32)
     return _digitise(image, look, rng)
 
-
-def image_of(patch):
-    return patch
 
 
 def _props(image, look: Look, columns, rows, since: float, motion) -> None:
@@ -130,8 +132,8 @@ def _lay(image, look: Look, columns, rows, angles, paint, clip_above=None) -> No
     y0, y1 = int(np.floor(rows.min() - pad)), int(np.ceil(rows.max() + pad)) + 1
     fine_x = np.arange((x1 - x0) * SUB) / SUB + x0 - 0.5 + 0.5 / SUB
     fine_y = np.arange((y1 - y0) * SUB) / SUB + y0 - 0.5 + 0.5 / SUB
-    coverage = np.zeros((y1 - y0, x1 - x0))
-    light = np.zeros_like(coverage)
+    coverage: np.ndarray = np.zeros((y1 - y0, x1 - x0))
+    light: np.ndarray = np.zeros_like(coverage)
     for cx, cy, angle in zip(columns, rows, angles):
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
         du, dv = fine_x[None, :] - cx, cy - fine_y[:, None]
@@ -167,7 +169,7 @@ def _digitise(image: np.ndarray, look: Look, rng: np.random.Generator) -> np.nda
     return np.stack([grey, np.clip(grey * 0.92, 0, 255).astype(np.uint8), np.clip(grey * 0.6, 0, 255).astype(np.uint8)], axis=2)
 
 
-def write_frames(recording: Recording, frames, *, suffix=".png") -> Recording:
+def write_frames(recording: Recording, frames: Iterable[np.ndarray], *, suffix: str = ".png") -> Recording:
     """Write recording.toml and numbered frames; returns the recording with its files."""
     folder = recording.path / "frames"
     folder.mkdir(parents=True, exist_ok=True)
@@ -181,8 +183,9 @@ def write_frames(recording: Recording, frames, *, suffix=".png") -> Recording:
 
 
 def write_video(
-    recording: Recording, frames, *, fps: float = 30.0, times=None, codec="libx264", name="video.mp4", quality="18"
-) -> Recording:
+    recording: Recording, frames: Iterable[np.ndarray], *, fps: float = 30.0, times: Sequence[float] | np.ndarray | None = None,
+    codec: str = "libx264", name: str = "video.mp4", quality: str = "18",
+) -> Recording:  # fmt: skip
     """Write recording.toml and a video (H.264 by default); `times` [s] gives uneven time stamps, as phones have them."""
     from fractions import Fraction
 
@@ -194,7 +197,7 @@ def write_video(
         stream = None
         for n, frame in enumerate(frames):
             if stream is None:
-                stream = container.add_stream(codec, rate=Fraction(fps).limit_denominator(1000))
+                stream = cast(av.VideoStream, container.add_stream(codec, rate=Fraction(fps).limit_denominator(1000)))
                 stream.width, stream.height, stream.pix_fmt = frame.shape[1], frame.shape[0], "yuv420p"
                 stream.codec_context.time_base = Fraction(1, 90000)
                 if codec == "libx264":
@@ -204,7 +207,7 @@ def write_video(
             picture.pts = round((times[n] if times is not None else n / fps) * 90000)
             for packet in stream.encode(picture):
                 container.mux(packet)
-        for packet in stream.encode(None):
+        for packet in stream.encode(None) if stream else ():
             container.mux(packet)
     recording = replace(recording, evidence="video", files=(file,))
     write_recording(recording)

@@ -5,7 +5,9 @@ integrated step by step where there is drag, the slide's double integral is summ
 """
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -22,15 +24,16 @@ class Motion:
     tilt(t) → the plate's angle in degrees (slide), or None.
     """
 
-    path: object
+    path: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
     end_s: float
     truth: dict = field(default_factory=dict)
-    tilt: object = None
+    tilt: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 def draw_drop(
-    *, height_mm=310.0, restitution=0.5, lateral_m_s=0.0, spin_rad_s=0.0, kicks=(), rest_s=0.02, end_s=None,
-    drag_per_m=0.0, max_bounces=12, radius_mm=3.4, gravity=G,
+    *, height_mm: float = 310.0, restitution: float | Sequence[float] = 0.5, lateral_m_s: float = 0.0, spin_rad_s: float = 0.0,
+    kicks: Sequence[tuple[float, float]] = (), rest_s: float = 0.02, end_s: float | None = None, drag_per_m: float = 0.0,
+    max_bounces: int = 12, radius_mm: float = 3.4, gravity: float = G,
 ) -> Motion:  # fmt: skip
     """A seed let go at `height_mm` (lowest point to plate) that bounces with `restitution` (one number, or one a bounce).
 
@@ -39,12 +42,13 @@ def draw_drop(
     pieces = []  # (start, y0, vy, x0, vx, angle0, spin)
     t, vx, spin, x, angle = rest_s, lateral_m_s, spin_rad_s, 0.0, 0.0
     y, vy, low = (radius_mm + height_mm) / 1000, 0.0, radius_mm / 1000
-    bounces = []
+    each = [restitution] if isinstance(restitution, float | int) else restitution
+    bounces: list[dict[str, float]] = []
     for n in range(max_bounces + 1):
         flight, before, times, heights = _flight(y, vy, low, drag_per_m, gravity)
         pieces.append((t, flight, times, heights, x, vx, angle, spin))
         t, x, angle = t + flight, x + vx * flight, angle + spin * flight
-        e = restitution if np.isscalar(restitution) else restitution[min(n, len(restitution) - 1)]
+        e = each[min(n, len(each) - 1)]
         kick = kicks[n] if n < len(kicks) else (0.0, 0.0)
         y, vy = low, e * before
         bounces.append({"t_s": t, "before": before, "after": vy, "lateral_before": vx, "spin_before": spin})
@@ -60,7 +64,7 @@ def draw_drop(
     }  # fmt: skip
     rest = (x, low, angle)
 
-    def path(time):
+    def path(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         time = np.asarray(time, dtype=float)
         px, py, pa = np.zeros_like(time), np.full_like(time, 1000 * (radius_mm + height_mm) / 1000), np.zeros_like(time)
         for start, flight, times, heights, x0, u, a0, w in pieces:
@@ -82,27 +86,28 @@ def _flight(y: float, vy: float, low: float, drag: float, gravity: float, dt: fl
         last = (vy + end) / gravity
         times = np.linspace(0, last, max(int(last / dt), 2))
         return last, end, times, y + vy * times - gravity * times**2 / 2
-    times, heights, speed = [0.0], [y], vy
+    at, height, speed = [0.0], [y], vy
 
-    def pull(v):
+    def pull(v: float) -> float:
         return -gravity - drag * v * abs(v)
 
     while True:
         a = pull(speed)
-        new = heights[-1] + speed * dt + a * dt**2 / 2
+        new = height[-1] + speed * dt + a * dt**2 / 2
         if new < low and speed + a * dt < 0:
-            down = math.sqrt(speed**2 - 2 * a * (heights[-1] - low))
-            last = (heights[-1] - low) * 2 / (down - speed)
+            down = math.sqrt(speed**2 - 2 * a * (height[-1] - low))
+            last = (height[-1] - low) * 2 / (down - speed)
             end = -(speed + a * last)
-            return times[-1] + last, end, np.array([*times, times[-1] + last]), np.array([*heights, low])
+            return at[-1] + last, end, np.array([*at, at[-1] + last]), np.array([*height, low])
         middle = speed + a * dt / 2
         speed += (a + pull(middle + a * dt / 2)) / 2 * dt
-        times.append(times[-1] + dt)
-        heights.append(new)
+        at.append(at[-1] + dt)
+        height.append(new)
 
 
 def draw_slide(
-    *, static=0.35, kinetic=0.28, tilt_rate_deg_s=2.0, start_deg=14.0, travel_mm=80.0, wait_s=0.0, slope_sign=1.0,
+    *, static: float = 0.35, kinetic: float = 0.28, tilt_rate_deg_s: float = 2.0, start_deg: float = 14.0,
+    travel_mm: float = 80.0, wait_s: float = 0.0, slope_sign: float = 1.0,
 ) -> Motion:  # fmt: skip
     """A block on a plate that tilts at a constant rate from `start_deg`; it lets go at atan(static).
 
@@ -111,7 +116,7 @@ def draw_slide(
     onset = math.degrees(math.atan(static))
     begin = wait_s + (onset - start_deg) / tilt_rate_deg_s
 
-    def tilt(time):
+    def tilt(time: np.ndarray) -> np.ndarray:
         return start_deg + tilt_rate_deg_s * np.maximum(np.asarray(time, dtype=float) - wait_s, 0.0)
 
     fine = np.arange(0, 60.0, 2e-4)
@@ -123,7 +128,7 @@ def draw_slide(
     place = 1000 * np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2) * 2e-4])
     end = float(np.interp(travel_mm, place, fine)) if place[-1] > travel_mm else fine[-1]
 
-    def path(time):
+    def path(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         time = np.asarray(time, dtype=float)
         x = np.interp(np.clip(time - begin, 0, end), fine, place)
         return slope_sign * x, np.zeros_like(x), np.zeros_like(x)
@@ -133,8 +138,8 @@ def draw_slide(
 
 
 def draw_roll(
-    *, rolling=0.012, incline_deg=15.0, incline_mm=10.0, rest_s=0.1, end_rest_s=0.3, corner_loss=0.0, rock_mm=0.0,
-    rock_hz=6.0, direction=1.0,
+    *, rolling: float = 0.012, incline_deg: float = 15.0, incline_mm: float = 10.0, rest_s: float = 0.1, end_rest_s: float = 0.3,
+    corner_loss: float = 0.0, rock_mm: float = 0.0, rock_hz: float = 6.0, direction: float = 1.0,
 ) -> Motion:  # fmt: skip
     """A seed that rolls down `incline_mm` of a plate at `incline_deg`, then along the level until it stops.
 
@@ -151,7 +156,7 @@ def draw_roll(
     stop = speed / slow
     run = 1000 * speed**2 / (2 * slow)
 
-    def path(time):
+    def path(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         s = np.asarray(time, dtype=float) - rest_s
         first = 1000 * down * np.clip(s, 0, reach) ** 2 / 2
         late = np.clip(s - reach, 0, stop)
@@ -172,13 +177,13 @@ def draw_roll(
 
 
 def film_track(
-    motion: Motion, rng: np.random.Generator, *, fps=5200.0, noise_mm=0.025, ar=0.0, until_s=None, tilt_noise_deg=0.0,
-    angle_noise_deg=None, start_s=0.0,
+    motion: Motion, rng: np.random.Generator, *, fps: float = 5200.0, noise_mm: float = 0.025, ar: float = 0.0,
+    until_s: float | None = None, tilt_noise_deg: float = 0.0, angle_noise_deg: float | None = None, start_s: float = 0.0,
 ) -> Track:  # fmt: skip
     """The motion as a tracker would bring it home: at `fps`, with noise of sd `noise_mm`, AR(1) with ρ = `ar`."""
     time = np.arange(start_s, motion.end_s if until_s is None else until_s, 1 / fps)
     x, y, angle = motion.path(time)
-    extra = {}
+    extra: dict[str, Any] = {}
     if motion.tilt is not None:
         extra["tilt_deg"] = motion.tilt(time) + tilt_noise_deg * rng.standard_normal(len(time))
     if angle_noise_deg is not None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Paper:
     bits: int = 8
 
 
-def paper_mm(paper: Paper, shape: tuple[int, int], x, y) -> tuple[np.ndarray, np.ndarray]:
+def paper_mm(paper: Paper, shape: tuple[int, int], x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """The place on the paper [mm] that picture point x, y [px] shows: the truth that a reading is held against."""
     height, width = shape
     diagonal = float(np.hypot(width, height))

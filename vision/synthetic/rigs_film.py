@@ -11,19 +11,23 @@ from vision.synthetic.motion import Motion
 FINE = 4  # polygons are drawn this much larger and averaged down
 
 
-def film_slide(motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, start_s=0.0, plate_mm=200.0, thick_mm=8.0,
-               block_mm=(20.0, 6.0), pivot_px=(60.0, 400.0), plate_grey=175.0, beans=False, from_above_deg=0.0, fades=0.0,
-               ) -> Iterator[np.ndarray]:  # fmt: skip
+def film_slide(
+    motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, start_s: float = 0.0, plate_mm: float = 200.0,
+    thick_mm: float = 8.0, block_mm: tuple[float, float] = (20.0, 6.0), pivot_px: tuple[float, float] = (60.0, 400.0),
+    plate_grey: float = 175.0, beans: bool = False, from_above_deg: float = 0.0, fades: float = 0.0,
+) -> Iterator[np.ndarray]:  # fmt: skip
     """A plate hinged at `pivot_px` that tilts upwards to the right; the block slides down it, towards the hinge.
 
     beans: the block shows two of its seeds side by side, ellipses that touch, not a box. from_above_deg: the camera looks
     down on the level plate by so much, and sees its upper face (100 mm deep) until it has tilted that far. fades: the share
     of its brightness that the block loses per radian of tilt.
     """
+    if motion.tilt is None:
+        raise ValueError("a slide's motion says how its plate tilts")
     scene = draw_scene(look, rng)
     pivot, scale = np.array(pivot_px), 1 / look.mm_per_px
     for time in np.arange(start_s, motion.end_s, 1 / fps):
-        tilt = np.radians(float(motion.tilt(time)))
+        tilt = np.radians(float(motion.tilt(np.array([time]))[0]))
         along, up = np.array([np.cos(tilt), -np.sin(tilt)]), np.array([-np.sin(tilt), -np.cos(tilt)])
         travel = float(motion.path(np.array([time]))[0][0])
         image = scene.copy()
@@ -48,7 +52,7 @@ def _block(length: float, height: float, beans: bool) -> list[np.ndarray]:
 
 
 def film_roll(
-    motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, start_s=0.0, incline_deg=15.0
+    motion: Motion, look: Look, rng: np.random.Generator, *, fps: float, start_s: float = 0.0, incline_deg: float = 15.0
 ) -> Iterator[np.ndarray]:
     """A seed that rolls down to the right and on along the level; `look.origin_px` is the plate's junction.
 
