@@ -3,6 +3,7 @@
 import os
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -73,7 +74,7 @@ class Context:
         self.platform.make_current()
         return " · ".join(self.gl.glGetString(s).decode() for s in (self.gl.GL_RENDERER, self.gl.GL_VERSION))
 
-    def draw(self, scene, width: int, height: int) -> Array:
+    def draw(self, scene: Any, width: int, height: int) -> Array:
         """The scene's RGBA, uint8 (height, width, 4), alpha = how much of the pixel is covered, colour times alpha."""
         self.platform.make_current()
         self.renderer.viewport_width, self.renderer.viewport_height = width, height
@@ -99,7 +100,7 @@ class Context:
             self.platform._egl_context = self.platform._egl_display = None
 
 
-def _renderer(pyrender, GL):
+def _renderer(pyrender: Any, GL: Any) -> Any:
     class ColourRenderer(pyrender.Renderer):
         """pyrender's renderer without the depth picture, which cost more than the drawing."""
 

@@ -112,11 +112,11 @@ def _moments(stage: Stage, frame: int) -> Array:
 
 def _box(stage: Stage, frame: int, moments: Array, moving: Array) -> Box | None:
     """The part of the picture that what moves touches during a frame's exposure."""
-    camera, boxes = stage.camera, []
+    camera, seen = stage.camera, []
     for later in moments[[0, -1]]:
         stage.place(frame, later)
-        boxes.append(stage.boxes()[moving])
-    boxes = np.vstack(boxes)
+        seen.append(stage.boxes()[moving])
+    boxes = np.vstack(seen)
     boxes = boxes[np.isfinite(boxes).all(axis=1)]
     if not boxes.size:
         return None
@@ -130,11 +130,12 @@ def _box(stage: Stage, frame: int, moments: Array, moving: Array) -> Box | None:
 
 def _expose(stage: Stage, look: Look, frame: int, moments: Array, box: Box, fine: int) -> Array:
     """The mean of the sub-frames' pictures: float32 (rows, columns, channels) [levels]."""
-    total = None
-    for later in moments:
+    stage.place(frame, moments[0])
+    total = _develop(stage, look, box, fine)
+    for later in moments[1:]:
         stage.place(frame, later)
         image = _develop(stage, look, box, fine)
-        total = image if total is None else cv2.add(total, image, dst=total).reshape(image.shape)
+        total = cv2.add(total, image, dst=total).reshape(image.shape)
     return total / np.float32(len(moments)) if len(moments) > 1 else total
 
 
@@ -170,9 +171,9 @@ def _bent(stage: Stage, box: Box, fine: int) -> Array:
     x0, y0, x1, y1 = box
     grid = np.meshgrid(np.arange(x0 - 1, x1 + 1, dtype=np.float32), np.arange(y0 - 1, y1 + 1, dtype=np.float32))
     centre = stage.camera.centre_px.astype(np.float32)
-    source = (undistort(stage.camera, np.stack(grid, axis=-1) - centre) + centre).astype(np.float32)
+    coarse = (undistort(stage.camera, np.stack(grid, axis=-1) - centre) + centre).astype(np.float32)
     # Worked out a pixel, interpolated to the samples; the rim of one pixel keeps the interpolation off the ends.
-    source = cv2.resize(source, None, fx=fine, fy=fine, interpolation=cv2.INTER_LINEAR)[fine:-fine, fine:-fine]
+    source = cv2.resize(coarse, None, fx=fine, fy=fine, interpolation=cv2.INTER_LINEAR)[fine:-fine, fine:-fine]
     low = np.floor(source.min(axis=(0, 1))).astype(int) - 1
     high = np.ceil(source.max(axis=(0, 1))).astype(int) + 2
     straight = stage.draw((*low, *high), fine)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from sim.picture.camera import Camera
@@ -47,7 +48,7 @@ class Look:
                 raise ValueError(f"{name} = {getattr(self, name):g}: must be 0 to {high}")
 
 
-def levels(look: Look, colour) -> Array:
+def levels(look: Look, colour: ArrayLike) -> Array:
     """A colour as the sensor has it: (3,), or three equal values when it sees grey."""
     colour = np.asarray(colour, dtype=float)
     return np.full(3, colour @ [0.299, 0.587, 0.114]) if look.grey else colour

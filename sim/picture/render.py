@@ -1,6 +1,7 @@
 """The stage: seeds and parts as instances of a few meshes, drawn off-screen. With context.py the only user of pyrender."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +20,8 @@ Array = np.ndarray
 class _Form:
     """Instances of one mesh. who: their numbers among the motion's seeds, then parts; radius_m: how far it reaches."""
 
-    primitive: object
-    node: object
+    primitive: Any  # pyrender's
+    node: Any
     who: Array
     radius_m: float
 
@@ -41,7 +42,7 @@ class Stage:
         self.colours = np.vstack(
             [looks.seed_colours(look, motion.seeds), *[looks.part_colour(look, p.finish)[None] for p in motion.parts]]
         ) / 255.0  # fmt: skip
-        self.context = Context()
+        self.context, self._open = Context(), True
         try:
             self._furnish(look, of)
         except BaseException:
@@ -56,9 +57,9 @@ class Stage:
 
     def close(self) -> None:
         """Free the OpenGL context; a second call does nothing."""
-        if self.context is not None:
+        if self._open:
+            self._open = False
             self.context.close()
-            self.context = None
 
     def _furnish(self, look: looks.Look, of: str) -> None:
         pyrender = self.context.pyrender
@@ -68,7 +69,7 @@ class Stage:
         self.sky = looks.SKY @ np.array([right, -down, -away])
         towards = np.array(look.light) @ np.array([right, -down, -away]) / np.linalg.norm(look.light)
         self.scene.add(pyrender.DirectionalLight(np.ones(3), intensity=1.0 - look.ambient), pose=_facing(towards))
-        self.forms = []
+        self.forms: list[_Form] = []
         for shape, seed in enumerate(self.motion.shapes):
             who = np.flatnonzero(self.motion.shape_of == shape)
             if who.size:

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypedDict
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sim.engine.state import State
-from sim.engine.walls import Slide, Wall
+from sim.engine.walls import Slide, Vector, Wall
 from sim.engine.world import Placed, Scattered, World
 from sim.laws import LAWS, Chosen
 from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact, Material
@@ -55,15 +57,19 @@ class Bench:
 
     def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
         """`count` seeds of the lot, of at most DIFFERENT sizes: seeds of one size are one object."""
-        how = {"density_kg_m3": self.seed.density_kg_m3, "arrangement": self.arrangement, "mass_of": self.mass_of}
+        how: dict[str, Any] = {
+            "spheres": self.spheres, "density_kg_m3": self.seed.density_kg_m3, "arrangement": self.arrangement,
+            "mass_of": self.mass_of,
+        }  # fmt: skip
         if isinstance(self.sizes, Sizes):
-            lot = self.sizes.sample_batch(rng, min(count, DIFFERENT), self.spheres, **how)
+            lot = self.sizes.sample_batch(rng, min(count, DIFFERENT), **how)
             return [lot[k % len(lot)] for k in range(count)]
-        return [Seed.from_dimensions(*self.sizes, self.spheres, **how)] * count
+        return [Seed.from_dimensions(*self.sizes, **how)] * count
 
     def world(
-        self, seeds: Placed | Scattered, walls: Sequence[Wall], *, domain=None, contacts: Sequence[Contact] = (), **options
-    ) -> World:
+        self, seeds: Placed | Scattered, walls: Sequence[Wall], *, domain: tuple[Vector, Vector] | None = None,
+        contacts: Sequence[Contact] = (), **options: Any,
+    ) -> World:  # fmt: skip
         """Seeds and walls under this bench's gravity, air, contacts and laws.
 
         Where no wall moves, the first is given a law by which it stands: the step loop is compiled (half a minute) for a set of
@@ -82,6 +88,16 @@ class Bench:
 
 def no_watch(stage: str, share: float) -> None:
     """Nobody looks on."""
+
+
+class Columns(TypedDict):
+    """The moving columns of a `Motion`."""
+
+    t_s: np.ndarray
+    positions_m: np.ndarray
+    orientations: np.ndarray
+    velocities_m_s: np.ndarray
+    spins_rad_s: np.ndarray
 
 
 class Frames:
@@ -108,10 +124,10 @@ class Frames:
             column[which] = value
         self.rows.append(tuple(row))
 
-    def columns(self) -> dict[str, np.ndarray]:
-        """The moving columns of a `Motion`."""
-        names = ("positions_m", "orientations", "velocities_m_s", "spins_rad_s")
-        return {"t_s": np.array(self.t_s)} | {n: np.stack(v) for n, v in zip(names, zip(*self.rows, strict=True), strict=True)}
+    def columns(self) -> Columns:
+        """All that was kept."""
+        x, q, v, w = (np.stack(column) for column in zip(*self.rows, strict=True))
+        return Columns(t_s=np.array(self.t_s), positions_m=x, orientations=q, velocities_m_s=v, spins_rad_s=w)
 
 
 def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -121,13 +137,13 @@ def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     return v + w * twice + np.cross(u, twice)
 
 
-def product(p: Sequence[float], q: Sequence[float]) -> np.ndarray:
+def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
     """Quaternion of the turn q followed by the turn p."""
     a, b = np.asarray(p, float), np.asarray(q, float)
     return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])])
 
 
-def about(axis: Sequence[float], angle_rad: float) -> np.ndarray:
+def about(axis: ArrayLike, angle_rad: float) -> np.ndarray:
     """Quaternion of a right-handed turn about a unit axis."""
     return np.concatenate([[np.cos(angle_rad / 2)], np.sin(angle_rad / 2) * np.asarray(axis, float)])
 
@@ -138,6 +154,6 @@ def any_turn(rng: np.random.Generator) -> np.ndarray:
     return q / np.linalg.norm(q)
 
 
-def reach(seed: Seed, q: np.ndarray, direction: Sequence[float]) -> float:
+def reach(seed: Seed, q: np.ndarray, direction: ArrayLike) -> float:
     """How far [m] the turned seed's balls reach from its centre of mass along a unit direction."""
     return float(np.max(turned(q, seed.centres_m) @ np.asarray(direction, float) + seed.radii_m))

@@ -9,6 +9,7 @@ from sim.engine.filling import scatter
 from sim.engine.observe import Settled, kinetic_per_seed
 from sim.engine.state import State
 from sim.engine.step import init, run
+from sim.engine.walls import Vector
 from sim.engine.world import Placed, Scattered, World
 from sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, reach
 from sim.seed import Seed
@@ -41,8 +42,10 @@ def count_for(bench: Bench, rng: np.random.Generator, volume_m3: float) -> list[
     return bench.draw(rng, count)
 
 
-def rain(bench: Bench, rng: np.random.Generator, seeds: list[Seed], low, high, make: Callable[[Placed], World], level_m: float, *,
-         threads: int, watch: Watch) -> Filled:  # fmt: skip
+def rain(
+    bench: Bench, rng: np.random.Generator, seeds: list[Seed], low: Vector, high: Vector, make: Callable[[Placed], World],
+    level_m: float, *, threads: int, watch: Watch,
+) -> Filled:  # fmt: skip
     """Let seeds fall between corners `low` and `high` (the vessel's inside, [m]), wait until they lie still, and take away those
     that stand out above `level_m`. make: the vessel, its walls going up to `chute_height`, with given seeds in it."""
     shapes = tuple(dict.fromkeys(seeds))
@@ -57,7 +60,7 @@ def rain(bench: Bench, rng: np.random.Generator, seeds: list[Seed], low, high, m
     return Filled(shapes, shape_of[keep], state.positions[keep], state.orientations[keep])
 
 
-def chute_height(seeds: list[Seed], low, high) -> float:
+def chute_height(seeds: list[Seed], low: Vector, high: Vector) -> float:
     """Height [m] of the column in which that many seeds hang without touching."""
     pitch = 2.0 * max(seed.bounding_radius_m for seed in seeds) * 1.03
     a_layer = max(int((high[0] - low[0]) / pitch), 1) * max(int((high[1] - low[1]) / pitch), 1)

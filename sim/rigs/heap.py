@@ -1,6 +1,6 @@
 """The way of every heap: a vessel is filled, part of it is lifted, the seeds flow, come to rest and are looked at."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from sim.engine.observe import Settled
 from sim.engine.state import State
 from sim.engine.step import Every, init, run
-from sim.engine.walls import Wall
+from sim.engine.walls import Vector, Wall
 from sim.engine.world import Placed, World
 from sim.laws import LAWS, Chosen
 from sim.material import Contact
@@ -31,8 +31,8 @@ class Vessel:
     narrowest way out. parts: what the camera sees at the end. wall_m: where the wall stands (x) that the heap leans on, None: it
     has two slopes."""
 
-    low: Sequence[float]
-    high: Sequence[float]
+    low: Vector
+    high: Vector
     volume_m3: float
     fill_height_m: float
     lift_m_s: float

@@ -21,7 +21,9 @@ def prism(name: str, outline: Sequence[tuple[float, float]], front_m: float, bac
     front, back = (np.column_stack([flat[:, 0], np.full(n, y), flat[:, 1]]) for y in (front_m, back_m))
     polygons = [front, back[::-1]]
     polygons += [np.array([front[(k + 1) % n], front[k], back[k], back[(k + 1) % n]]) for k in range(n)]
-    vertices, faces, normals = [], [], []
+    vertices: list[np.ndarray] = []
+    faces: list[tuple[int, int, int]] = []
+    normals: list[np.ndarray] = []
     for polygon in polygons:  # faces share no vertices: edges stay sharp
         start = len(vertices)
         normal = np.cross(polygon[1] - polygon[0], polygon[2] - polygon[0])

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.engine.walls import Rectangle, Slide
+from sim.engine.walls import Rectangle, Slide, Wall
 from sim.laws import Chosen
 from sim.material import Contact, Material
 from sim.motion import Motion
@@ -74,7 +74,7 @@ def vessel(rig: Pile, bench: Bench) -> Vessel:
     )  # fmt: skip
 
 
-def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Rectangle]:
+def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
     """Bottom plate, box without floor, gate."""
     x, width, z = rig.box_m
     high, y = max(tall, z), width / 2
@@ -82,7 +82,7 @@ def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Rectangle
     side, along = (GLASS, rig.plate_m[0]) if rig.slab else (bench.wall, x)
     gap = 0.0 if rig.slab else (width - rig.gate_m[0]) / 2
     up = (0.0, 0.0, high)
-    made = [
+    made: list[Wall] = [
         Rectangle("plate", bench.wall, (0, -deep, 0), (rig.plate_m[0], 0, 0), (0, 2 * deep, 0)),
         Rectangle("back", bench.wall, (0, -y, 0), (0, width, 0), up),
         Rectangle("near side", side, (0, -y, 0), (along, 0, 0), up),

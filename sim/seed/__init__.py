@@ -64,7 +64,7 @@ class Seed:
             raise ValueError(f"mass_of = {mass_of!r}: must be 'union' or 'ellipsoid'")
         if arrangement not in ARRANGEMENTS:
             raise ValueError(f"arrangement = {arrangement!r}: must be one of {', '.join(ARRANGEMENTS)}")
-        centres, radii = ARRANGEMENTS[arrangement](*sizes, spheres)
+        centres, radii = ARRANGEMENTS[arrangement](length_m, width_m, thickness_m, spheres)
         seed = replace(cls.from_spheres(centres, radii, density_kg_m3), dimensions_m=sizes)
         if mass_of == "union":
             return seed

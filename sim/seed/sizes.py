@@ -99,8 +99,12 @@ class Sizes:
         if arrangement not in ARRANGEMENTS:
             raise ValueError(f"arrangement = {arrangement!r}: must be one of {', '.join(ARRANGEMENTS)}")
         margin = PLANAR_MARGIN if arrangement == "planar" else 1.0
-        options = {"density_kg_m3": density_kg_m3, "arrangement": arrangement, "mass_of": mass_of}
-        return [Seed.from_dimensions(*row, spheres, **options) for row in self.sample(rng, n, margin=margin)]
+        return [
+            Seed.from_dimensions(
+                length, width, thickness, spheres, density_kg_m3=density_kg_m3, arrangement=arrangement, mass_of=mass_of
+            )
+            for length, width, thickness in self.sample(rng, n, margin=margin)
+        ]
 
 
 # Callipers on 100 seeds (soybean calibration paper, "Test materials"). It gives ranges and means only: the scatter is
