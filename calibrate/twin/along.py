@@ -56,15 +56,8 @@ def like(rig: str, description: dict, **changes) -> Recording:
 def gone(recording: Recording, parameters: Parameters, number: int) -> Path1D:
     """The twin's run; the same number, the same seed and placing."""
     motion, _ = run(recording, parameters, rng=np.random.default_rng([5, number]))
-    way = motion.series["travel_mm"] if recording.rig == "slide" else centre_way(motion)
-    return Path1D(motion.t_s, way, motion)
-
-
-def centre_way(motion: Motion) -> np.ndarray:
-    """Way [mm] of the seed's centre in the picture's plane, which is what a camera follows: in the corner the place of touch
-    leaps, the centre does not."""
-    places = 1e3 * motion.positions_m[:, 0][:, [0, 2]]
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
+    way = motion.series["travel_mm"]
+    return Path1D(motion.t_s, way - way[0], motion)
 
 
 def filmed(recording: Recording, parameters: Parameters, number: int, out: Path, watch: Callable[[str], None]) -> Path1D:

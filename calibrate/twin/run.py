@@ -22,7 +22,7 @@ Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 HEAPS = ("pile",)
 WEIGHED = ("filled_mass_g", "retained_mass_g")
-MODEL = 1  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
+MODEL = 2  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
 
 
 def simulate(

@@ -15,7 +15,6 @@ from sim.seed import Seed
 
 PLATE_THICKNESS_M = 5e-3
 RAMP_BEYOND_M = 0.02  # the incline goes on above the place of release
-CORNER_M = 3e-3
 REST_S = 0.15
 REST_WAY = 0.01  # of the seed's diameter: what a resting seed may move in REST_S
 LONGEST_S = 30.0
@@ -65,8 +64,8 @@ def run_roll(rig: Roll, bench: Bench, rng: np.random.Generator, *, fps: float = 
     frames, over = Frames(1, fps), Rest(rig, seed, ahead, watch)
     run(world, init(world, rng), LONGEST_S, [Every(1 / fps, frames), Every(REST_S, over)])
     columns = frames.columns()
-    foot, smooth = _foot(columns["positions_m"][:, 0], normal, down, ahead)
-    series = {"travel_mm": 1e3 * (rig.incline_length_m + smooth)}
+    foot, leap = _foot(columns["positions_m"][:, 0], normal, down, ahead)
+    series = {"travel_mm": 1e3 * (rig.incline_length_m + foot + leap)}
     truth = {"run_out_mm": 1e3 * float(foot[-1])} if over.rested else {}
     return Motion(shapes=(seed,), shape_of=np.zeros(1, int), parts=_parts(rig, sign), truth=truth, series=series, **columns)
 
@@ -82,17 +81,18 @@ def _orientation(rig: Roll, rng: np.random.Generator, beta: float) -> np.ndarray
 
 
 def _foot(x: np.ndarray, normal: np.ndarray, down: np.ndarray, ahead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Way [m] past the junction of the point that touches (frames,), negative on the incline; and the same without its leap.
+    """Way [m] past the junction of the point that touches (frames,), negative on the incline; and what makes it the centre's.
 
-    In the corner a ball touches both plates, and the place of touch leaps by 2c, c = r tan(β/2). A track without that leap has it
-    spread over CORNER_M before and behind.
+    In the corner a ball touches both plates: the place of touch leaps by 2 r tan(β/2), and its centre, which a camera follows,
+    does not. With that added on the incline the way has no leap, and the junction stays where it is.
     """
     up = np.array([-ahead[2], 0.0, ahead[0]]) * np.sign(ahead[0])
     on_level = x @ up <= x @ normal
     foot = np.where(on_level, x @ ahead, x @ down)
-    c = max(float(x[-1] @ up), 0.0) * np.tan(np.arccos(np.clip(down @ ahead, -1, 1)) / 2)
-    before, behind = np.clip(1 + (foot + c) / CORNER_M, 0, 1), np.clip(1 - (foot - c) / CORNER_M, 0, 1)
-    return foot, foot + c * np.where(on_level, -behind, before)
+    if not on_level.any():
+        return foot, np.zeros(len(foot))
+    radius = float(x[np.argmax(on_level)] @ up)
+    return foot, np.where(on_level, 0.0, 2 * radius * np.tan(np.arccos(np.clip(down @ ahead, -1, 1)) / 2))
 
 
 class Rest:
