@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 G_M_S2 = 9.80665
-STEP_S = 2e-4
+STEP_S, FINEST_STEP_S = 2e-4, 1e-9
 # rows of `block`
 STATIC, KINETIC, FALLING, STRIBECK_SPEED, VISCOUS, PULL, SHAKE, SHAKE_HZ, ADDED, WORN, HINGE = range(11)
 
@@ -98,9 +98,10 @@ def roll(times, length, incline, seed):
     out, speed = np.zeros(times.size), np.zeros(times.size)
     slips = seed[SLIPS] > 0.0
     for k in range(times.size):
-        steps = max(1, math.ceil((times[k] - now) / STEP_S))
-        h = (times[k] - now) / steps
-        for _ in range(steps):
+        while now < times[k]:
+            h = min(STEP_S, times[k] - now)
+            if x < 0.0 < x + 2 * h * v:  # a step ends where the incline does
+                h = min(h, max(-x / v, FINEST_STEP_S))
             before = x
             if slips:  # the foot slides: friction drives the turning, v − ωr is the slip
                 tilt = incline if x < 0 else -seed[LEVEL]
@@ -120,6 +121,6 @@ def roll(times, length, incline, seed):
                     way = 0.0 if abs(push) <= resisted(x, 0.0, incline, seed) else math.copysign(1.0, push)
             if before < 0.0 <= x:
                 v *= 1 - seed[LOST]
-        now = times[k]
+            now = now + h if h < times[k] - now else times[k]
         out[k], speed[k] = x + length, v
     return out, speed

@@ -5,7 +5,7 @@ initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost shar
 lowest centre in a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -105,7 +105,9 @@ def reach_mm(scene: Scene) -> float:
     return scene.way_mm * (np.sin(beta) - scene.mu * np.cos(beta)) / scene.mu
 
 
-def travel(scene: Scene, run: Run, sizes: dict[str, float], *, mu_factor=1.0, incline_more=0.0, level_more=0.0):
+def travel(
+    scene: Scene, run: Run, sizes: dict[str, float], *, mu_factor: float = 1.0, incline_more: float = 0.0, level_more: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at the end."""
     incline = np.radians(scene.incline_deg + scene.incline_off_deg + incline_more)
     longest = 4 * np.sqrt(2 * (scene.way_mm + reach_mm(scene)) * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
@@ -122,30 +124,33 @@ def travel(scene: Scene, run: Run, sizes: dict[str, float], *, mu_factor=1.0, in
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
     """SNR of `name` in the world of all `sizes`."""
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
-    like = _same_reach(scene, sizes, without)
+    unit = scene.noise.sd / RUN_SD
     for run in scene.runs:
         t, x, v = travel(scene, run, sizes)
         n = len(t)
+        like = _same_reach(scene, run, x[-1], without)
+        later = replace(run, start_off_mm=run.start_off_mm + 0.01)
         other = _padded(travel(scene, run, without, mu_factor=like)[1], n)
         mu = (_padded(travel(scene, run, sizes, mu_factor=1.002)[1], n) - x) / 0.002
+        start = (_padded(travel(scene, later, sizes)[1], n) - x) / 0.01
         incline = (_padded(travel(scene, run, sizes, incline_more=0.01)[1], n) - x) / 0.01
         level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
-        own, shared = np.column_stack([np.ones(n), v, mu, 1 - x / x.max()]), np.column_stack([mu, incline, level, x])
-        recordings.append(Visible((Channel(x - other, own, shared),), np.array([np.inf, np.inf, RUN_SD, START_SD_MM])))
+        own, shared = np.column_stack([np.ones(n), v, mu, start]), np.column_stack([np.zeros(n), incline, level, x])
+        # its friction is the pair's within RUN_SD: that it was moved to run as far is paid for by one more row
+        paid = Channel(np.array([(like - 1) * unit]), np.array([[0.0, 0.0, -unit, 0.0]]), np.array([[unit, 0.0, 0.0, 0.0]]))
+        recordings.append(Visible((Channel(x - other, own, shared), paid), np.array([np.inf, np.inf, np.inf, START_SD_MM])))
     return track_snr(recordings, np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd]), scene.noise)
 
 
-def _same_reach(scene: Scene, sizes: dict[str, float], without: dict[str, float]) -> float:
-    """Factor of rolling friction with which the seeds without an effect run, on average, as far as those with it."""
+def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]) -> float:
+    """Factor of rolling friction with which the run without an effect goes as far as with it: each run by itself, because a
+    stop at another place is no longer linear in friction."""
 
-    def reach(effects: dict[str, float], factor: float) -> float:
-        return float(np.mean([travel(scene, run, effects, mu_factor=factor)[1][-1] for run in scene.runs]))
+    def beyond(factor: float) -> float:
+        return travel(scene, run, without, mu_factor=factor)[1][-1] - wanted_mm
 
-    wanted = reach(sizes, 1.0)
     low, high = 0.6, 1.8
-    if not reach(without, high) < wanted < reach(without, low):
-        return 1.0
-    return brentq(lambda factor: reach(without, factor) - wanted, low, high, xtol=1e-5)
+    return brentq(beyond, low, high, xtol=1e-5) if beyond(low) > 0 > beyond(high) else 1.0
 
 
 def _padded(x: np.ndarray, n: int) -> np.ndarray:

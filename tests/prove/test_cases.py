@@ -8,6 +8,7 @@ import pytest
 from prove.baselines.drops import bounces, read_drops
 from prove.baselines.methods import METHODS, diagnose
 from prove.cases.folder import write_bench
+from prove.cases.roll import travel
 from prove.cases.truth import Wish
 from prove.effects import EFFECTS, OUTSIDE
 from prove.make import RIGS, make
@@ -54,6 +55,15 @@ def test_without_the_second_direction_a_slope_cannot_be_seen():
         scene = RIGS["roll"].draw(Wish(("slope",), separated), np.random.default_rng(4))
         seen.append(RIGS["roll"].visibility(scene, {"slope": 0.1}, "slope"))
     assert seen[1] < 0.2 * seen[0]
+
+
+def test_the_corner_is_met_exactly_so_that_an_snr_may_ask_for_slopes():
+    """A hundredth of a millimetre more on the incline: L + S goes on in proportion to S."""
+    scene = RIGS["roll"].draw(Wish(("slope",), True), np.random.default_rng(4))
+    run = scene.runs[0]
+    way = scene.way_mm + run.start_off_mm
+    end, later = (travel(scene, replace(run, start_off_mm=run.start_off_mm + m), {})[1][-1] for m in (0.0, 0.01))
+    assert (later - end) / 0.01 == pytest.approx(end / way, rel=0.02)
 
 
 def test_the_same_seed_makes_the_same_case():
