@@ -1,4 +1,4 @@
-"""Drop: one seed let go above a level plate, and its bounces."""
+"""Drop: one seed let go above a plate, and its bounces."""
 
 from dataclasses import dataclass, field
 
@@ -10,19 +10,21 @@ from sim.engine.walls import Rectangle
 from sim.engine.world import Placed, World
 from sim.motion import Motion
 from sim.rigs.bench import GRAVITY_M_S2, Bench, Frames, Watch, about, any_turn, no_watch, product, reach
-from sim.rigs.parts import slab
+from sim.rigs.parts import prism
 from sim.seed import Seed
 
 PLATE_THICKNESS_M = 5e-3
 ONE_IMPACT_S = 0.02  # touches closer than this (one end of a seed, then the other) are one impact
 LONGEST_S = 5.0
+MOST_TILT_DEG = 15.0
 
 
 @dataclass(frozen=True)
 class Drop:
     """height_m: release to plate, of the seed's lowest point. plate_m: its length (x) and width (y). bounces: flights after the
     first impact that are waited for. spin_rad_s (3,): at the release, None: drawn, each component normal with spin_sd_rad_s.
-    hold_s: how long the seed is seen held before the release.
+    hold_s: how long the seed is seen held before the release. tilt_deg: how far the plate falls towards +x (0: level), about the
+    place right below the release; a fault of the bench, not of the seed.
     orientation: "flat", as tweezers hold it: the long axis level in any direction, tipped by an angle that is normal with
     tip_sd_deg, and turned about itself by any angle; "any", every orientation as likely; or a unit quaternion (w, x, y, z).
     It decides the rebound: a seed that lands on an end goes on spinning instead of rising.
@@ -36,12 +38,15 @@ class Drop:
     spin_rad_s: tuple[float, float, float] | None = None
     spin_sd_rad_s: float = 0.0
     hold_s: float = 0.01
+    tilt_deg: float = 0.0
 
     def __post_init__(self) -> None:
         if self.bounces < 1:
             raise ValueError(f"bounces = {self.bounces}: at least 1 flight after the first impact is needed")
         if not self.height_m > 0 or not min(self.plate_m) > 0 or not self.hold_s >= 0 or not self.spin_sd_rad_s >= 0:
             raise ValueError(f"height, plate, hold and spin must be positive lengths, times and speeds, not {self}")
+        if not abs(self.tilt_deg) < MOST_TILT_DEG:
+            raise ValueError(f"tilt_deg = {self.tilt_deg:g}: must lie between -{MOST_TILT_DEG:g} and {MOST_TILT_DEG:g}")
         if isinstance(self.orientation, str) and self.orientation not in ("flat", "any"):
             raise ValueError(f"orientation = {self.orientation!r}: 'flat', 'any' or four numbers (w, x, y, z)")
 
@@ -52,13 +57,16 @@ def run_drop(rig: Drop, bench: Bench, rng: np.random.Generator, *, fps: float = 
     q = _orientation(rig, rng)
     spin = rng.normal(0.0, rig.spin_sd_rad_s, 3) if rig.spin_rad_s is None else np.asarray(rig.spin_rad_s, float)
     x, y = np.array(rig.plate_m) / 2
-    start = np.array([0.0, 0.0, rig.height_m + reach(seed, q, (0, 0, -1))])
-    plate = Rectangle("plate", bench.wall, (-x, -y, 0.0), (2 * x, 0, 0), (0, 2 * y, 0))
+    tilt = np.radians(rig.tilt_deg)
+    along, normal = np.array([np.cos(tilt), 0.0, -np.sin(tilt)]), np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    start = np.array([0.0, 0.0, rig.height_m + reach(seed, q, tuple(-normal)) / normal[2]])
+    plate = Rectangle("plate", bench.wall, tuple(-x * along - (0.0, y, 0.0)), tuple(2 * x * along), (0, 2 * y, 0))
     world = bench.world(Placed((seed,), bench.grain, start[None], q[None], spins=spin[None]), [plate])
-    frames, over = Frames(1, fps), Impacts(rig.bounces + 1, rig.plate_m, watch)
+    frames, over = Frames(1, fps), Impacts(rig.bounces + 1, rig.plate_m, watch, float(np.tan(tilt)))
     run(world, init(world, rng), LONGEST_S, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
     columns = _held(frames.columns(), round(rig.hold_s * fps), 1 / fps)
-    parts = (slab("plate", (-x, -y, -PLATE_THICKNESS_M), (x, y, 0.0)),)
+    top, below = x * along[[0, 2]], -PLATE_THICKNESS_M * normal[[0, 2]]
+    parts = (prism("plate", [below - top, below + top, top, -top], -y, y),)
     motion = Motion(shapes=(seed,), shape_of=np.zeros(1, int), parts=parts, **columns)
     motion.truth.update(_truth(motion, seed, rig, over, round(rig.hold_s * fps) / fps))
     return motion
@@ -81,6 +89,7 @@ class Impacts:
     most: int
     plate_m: tuple[float, float]
     watch: Watch
+    slope: float = 0.0  # of the plate, falling towards +x
     times_s: list[list[float]] = field(default_factory=list)  # [before its first touch, after its last] of each impact
     _push: float = 0.0
     _last: float = 0.0
@@ -96,7 +105,7 @@ class Impacts:
                 self.watch("falling and bouncing", min(len(self.times_s) / self.most, 1.0))
         self._push, self._last = push, state.time_s
         x, y, z = state.positions[0]
-        gone = abs(x) > self.plate_m[0] or abs(y) > self.plate_m[1] or z < -0.02
+        gone = abs(x) > self.plate_m[0] or abs(y) > self.plate_m[1] or z + self.slope * x < -0.02
         longest = touching and state.time_s - self.times_s[-1][0] > 10 * ONE_IMPACT_S  # it rolls or lies
         return gone or longest or (len(self.times_s) >= self.most and not touching)
 

@@ -93,3 +93,17 @@ def test_a_seed_beside_the_plate_ends_the_run():
 def test_descriptions_that_make_no_sense_are_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong)).split("_")[0]):
         Drop(**wrong)
+
+
+def test_a_plate_that_falls_to_the_right_kicks_to_the_right():
+    """Without friction the speed along the plate stays and that across it is reversed by e: Δv_x = (1 + e) v cos α sin α."""
+    tilt = np.radians(2.0)
+    ball = replace(SMOOTH, sizes=(0.007, 0.007, 0.007), spheres=1)
+    motion = run_drop(Drop(orientation=LEVEL, tilt_deg=2.0), ball, rng())
+    v, falls = motion.velocities_m_s[:, 0], motion.velocities_m_s[:, 0, 2] < 0
+    after = int(np.flatnonzero(falls[:-1] & ~falls[1:])[0]) + 2
+    speed = np.sqrt(2 * GRAVITY_M_S2 * 0.310)
+    assert v[after, 0] == pytest.approx(1.54 * speed * np.cos(tilt) * np.sin(tilt), rel=0.01)
+    assert motion.positions_m[0, 0, 2] == pytest.approx(0.310 + 0.0035 / np.cos(tilt), abs=1e-6)
+    with pytest.raises(ValueError, match="tilt_deg"):
+        Drop(tilt_deg=20.0)
