@@ -18,14 +18,14 @@ SINGLES = {
     "slide": ("kinetic-friction", "viscous-sliding", "adhesion", "reading-delay", "clock-offset", "plate-vibration",
               "partial-rolling", "stepped-tilt"),
     "roll": ("slope", "initial-slip", "corner-loss", "shape-barrier"),
-    "pile": ("cohesion", "gate-speed", "base-vibration", "base-tilt", "camera-roll"),
+    "pile": ("cohesion", "gate-speed", "base-vibration", "base-tilt"),  # of the tilts the one whose flanks stay upright
 }  # fmt: skip
 NEED_SEPARATION = ("film-adhesion", "impact-damage", "adhesion", "clock-offset", "slope", "cohesion")
 TWINS = {
     "drop": ("scale-error", "clock-error", "film-adhesion", "impact-damage"),
     "slide": ("stribeck",),
     "roll": ("viscous-rolling", "drag"),
-    "pile": ("wall-friction", "particle-shape"),
+    "pile": ("wall-friction", "particle-shape", "camera-roll"),  # a rolled picture is that of a heap tilted after it was poured
 }
 TOLD_APART = {
     "drop": ("film-adhesion", "impact-damage", "draught", "camera-roll"),

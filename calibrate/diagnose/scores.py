@@ -118,7 +118,26 @@ def held_out(fit: Fit, base: Fit, effects: tuple[str, ...]) -> HeldOut | None:
         fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
         sse_noise += float((mine.b**2).sum()) - fall + count
     if fit.problem.common_smooth:  # a saturated recording would leave nothing: what all have in common is what can be known
-        a, b = stacked(fit.reduced)
-        fall, count = fall_of_chi2(np.hstack([a, np.vstack([r.smooth for r in fit.reduced])]), lambda x: x, b)
-        sse_noise = float((b @ b - fall) * len(b) / max(len(b) - count, 1))
+        sse_noise = _noise_left(fit)
     return HeldOut.of(sse_base, sse_fit, sse_noise)
+
+
+def _noise_left(fit: Fit) -> float:
+    """SSE that recordings left out are expected to have under the true model, its parameters fitted to the others.
+
+    Beside what the saturated model, common to all recordings, leaves of these very recordings: s² for each of its columns, and
+    s² tr(a C aᵀ) for what the others do not fix (C: covariance of the globals from them). s² is the noise's power among the
+    directions that any model can reach, from what differs there between recordings: scatter between recordings is not as well
+    known as a recording's own noise, by which s² would be 1.
+    """
+    columns = [np.hstack([r.a, r.smooth]) for r in fit.reduced]
+    every, b = np.vstack(columns), np.concatenate([r.b for r in fit.reduced])
+    fall, count = fall_of_chi2(every, lambda x: x, b)
+    own = [fall_of_chi2(c, lambda x: x, r.b) for c, r in zip(columns, fit.reduced, strict=True)]
+    freedom = sum(rank for _, rank in own) - count
+    power = (sum(f for f, _ in own) - fall) / freedom if freedom > 0 else 1.0
+    unsure = 0.0
+    for r, mine in enumerate(fit.reduced):
+        covariance = ridge(*stacked(fit.reduced[:r] + fit.reduced[r + 1 :]), fit.prior_sd)[1]
+        unsure += float(np.einsum("ij,jk,ik->", mine.a, covariance, mine.a))
+    return float(b @ b) - fall + power * (count + unsure)

@@ -2,9 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from calibrate.diagnose.scores import HeldOut
+from calibrate.diagnose.effects.effect import Effect
+from calibrate.diagnose.linear import Reduced
+from calibrate.diagnose.problem import Problem, fit
+from calibrate.diagnose.scores import HeldOut, held_out
 
 
 def test_removed_fraction():
@@ -16,3 +20,39 @@ def test_removed_fraction():
 @pytest.mark.parametrize("noise", [100.0, 100.0000001, 130.0])
 def test_a_baseline_that_misses_nothing_has_no_share_to_remove(noise):
     assert math.isnan(HeldOut.of(100.0, 99.0, noise).removed_fraction)
+
+
+def session(rng: np.random.Generator, *, size: float, noise: float, common: bool):
+    """Six recordings of 120 rows: a nuisance, effects "true" (put in with `size`) and "other"; noise of that sd, taken for 1, and
+    in four directions that all columns share less than that, as where recordings scatter by less than was thought."""
+    effects = {n: Effect(n, "flight", "1", n, 3.0, -9.0, 9.0, "drawn") for n in ("true", "other")}
+    names = (*effects, "nuisance")
+    shapes = np.linalg.qr(rng.normal(size=(120, 8)))[0] * 10
+    quiet = np.linalg.qr(shapes)[0][:, :4]
+    made = []
+    for _ in range(6):
+        a = shapes[:, :3] * rng.uniform(0.7, 1.3, 3)
+        errors = noise * rng.normal(size=120)
+        errors -= 0.5 * quiet @ (quiet.T @ errors)
+        made.append(Reduced(a, shapes[:, 3:7], a @ [size, 0.0, 0.3] + errors))
+    reduced = tuple(made)
+    return Problem(
+        "pile", tuple("abcdef"), effects, names, {"nuisance": 1.0}, np.zeros((6, 0)),
+        lambda starts, values, extra=None: (reduced, lambda moved: np.zeros((6, 0))), 720, 0.1, None, common_smooth=common,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("common", [True, False])
+@pytest.mark.parametrize("noise", [1.0, 0.6])
+def test_the_share_is_one_for_what_is_there_and_none_for_what_is_not(common, noise):
+    """Mean over sessions, the noise as it was taken for, or less than that (then a floor of one a column is too high)."""
+    if not common and noise < 1:
+        pytest.skip("a recording's own noise is estimated from itself")
+    shares = {"true": [], "other": []}
+    for seed in range(60):
+        problem = session(np.random.default_rng([41, seed]), size=0.8, noise=noise, common=common)
+        base = fit(problem)
+        for name, found in shares.items():
+            found.append(held_out(fit(problem, free=(name,), start=base), base, (name,)).removed_fraction)
+    assert np.mean(shares["true"]) == pytest.approx(1.0, abs=0.06)
+    assert np.mean(shares["other"]) == pytest.approx(0.0, abs=0.06)
