@@ -10,9 +10,10 @@ from calibrate.twin import Parameters
 from calibrate.twin.job import RIG_NAMES, Job, assigned, described, jobs
 
 DONE, STOPPED, MISUSED = 0, 1, 2
+MOST_REPEATS = 10_000
 
 
-def simulate_command(rig: str, out: Path, numbers: dict[str, float], *, repeats: int, rng: int, settings: list[str],
+def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, repeats: int, rng: int, settings: list[str],
                      like: Path | None, rendered: bool, threads: int, quiet: bool) -> int:  # fmt: skip
     """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the exit code."""
     try:
@@ -38,8 +39,8 @@ def simulate_command(rig: str, out: Path, numbers: dict[str, float], *, repeats:
 def _jobs(rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], like: Path | None, rendered: bool) -> list[Job]:
     if rig not in RIG_NAMES:
         raise ValueError(f"{rig}: no such rig; there are {', '.join(RIG_NAMES)}")
-    if repeats < 1:
-        raise ValueError(f"--repeats {repeats}: at least 1")
+    if not 1 <= repeats <= MOST_REPEATS:
+        raise ValueError(f"--repeats {repeats}: 1 to {MOST_REPEATS:,}")
     of, description = described(like) if like else (None, {})
     if of is not None and of != ("pile" if rig == "cylinder" else rig):
         raise ValueError(f"{like} describes a {of}, not a {rig}")
@@ -49,6 +50,8 @@ def _jobs(rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], 
 
 
 def _run(todo: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
+    if out.exists() and not out.is_dir():
+        raise FileExistsError(f"{out}: is a file; --out names a folder")
     out.mkdir(parents=True, exist_ok=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:

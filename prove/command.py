@@ -14,6 +14,11 @@ from prove.run import Asked, prove, seed_of
 from prove.score import Row, table
 from prove.solve import SOLVER
 
+OURS = {  # what a proof leaves in its folder
+    "cases", "solutions", "baselines", "hashes.json", "keys.sealed", "keys.json", "submitted.json", "prove.json", "cases.csv",
+    "report.html",
+}  # fmt: skip
+
 
 def prove_command(
     out: Path, cases: int, rng: int | None, *, workers: int, limit_s: float, solver: str = SOLVER,
@@ -22,7 +27,10 @@ def prove_command(
     """Exit code 0: proved and scored, whatever the scores; 1: stopped or impossible; 2: misused."""
     console, words = Console(quiet=quiet, highlight=False), Console(stderr=True, highlight=False)
     if cases < 1 or workers < 1:
-        words.print("--cases and --workers must be at least 1")
+        words.print("benchtwin prove: --cases and --workers must be at least 1")
+        return 2
+    if out.exists() and not (out.is_dir() and {p.name for p in out.iterdir() if not p.name.startswith(".")} <= OURS):
+        words.print(f"benchtwin prove: {out}: holds what no proof wrote, or is a file; choose another --out")
         return 2
     seed = secrets.randbits(32) if rng is None else rng
     try:
@@ -32,13 +40,13 @@ def prove_command(
         tables = compare(out, judged, workers, seed)
         write_all(out, judged, rows, tables, seed)
     except SealError as error:
-        words.print(str(error))
+        words.print(f"benchtwin prove: {error}")
         return 1
     except OSError as error:
-        words.print(f"{error.filename or out}: {error.strerror or error}")
+        words.print(f"benchtwin prove: {error.filename or out}: {error.strerror or error}")
         return 1
     except KeyboardInterrupt:
-        words.print("Stopped. The same command with the same --rng goes on from here.")
+        words.print("benchtwin prove: stopped. The same command with the same --rng goes on from here.")
         return 1
     console.print(_printed("All rigs", [r for r in rows if r.rig == "all"]))
     console.print(f"Rig by rig, with figures and baselines: {out / 'report.html'}")

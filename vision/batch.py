@@ -1,5 +1,6 @@
 """Measure any mix of photos, folders, recordings and bench folders: one Observation each, then the files a user looks at."""
 
+import itertools
 import shutil
 import tempfile
 import traceback
@@ -18,6 +19,7 @@ from vision.recording import Recording, find_recordings
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
+LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 OWN = ("measurements.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
 MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
     "pile": ("repose_angle", "deg"),
@@ -169,7 +171,7 @@ class Results:
     """
 
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
-        self.out = Path(out)
+        self.out, self.overwrite = Path(out), overwrite
         if self.out.exists() and not self.out.is_dir():
             raise MeasurementError(f"{self.out}: is a file; --out names a folder")
         there = sorted(p.name for p in self.out.iterdir()) if self.out.is_dir() else []
@@ -182,12 +184,14 @@ class Results:
                 raise MeasurementError(f"{self.out}: holds {path}, which is to be measured; choose another --out")
         self.out.parent.mkdir(parents=True, exist_ok=True)
         self.part = Path(tempfile.mkdtemp(prefix=f".{self.out.name}-", dir=self.out.parent))
+        self.stems: set[str] = set()
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
 
     def add(self, observation: Observation) -> None:
-        stem = _file_name(observation.recording)
+        stem = _file_name(observation.recording, self.stems)
+        self.stems.add(stem.lower())
         overlay = ""
         for i, (name, picture) in enumerate(observation.pictures.items()):
             file = Path("overlays") / (f"{stem}.png" if i == 0 else f"{stem}-{name}.png")
@@ -208,17 +212,16 @@ class Results:
     def finish(self) -> pd.DataFrame:
         """Write the tables and put the folder in place; returns the measurements."""
         table = pd.DataFrame(self.rows, columns=COLUMNS)
-        table.to_csv(self.part / "measurements.csv", index=False, float_format="%.6g")
-        for name, tables in self.tables.items():
-            if tables:
-                pd.concat(tables, ignore_index=True).to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g")
+        written = {"measurements": table, **{name: pd.concat(t, ignore_index=True) for name, t in self.tables.items() if t}}
         if self.notes:
-            pd.DataFrame(self.notes, columns=["recording", "note"]).to_csv(self.part / "notes.csv", index=False)
+            written["notes"] = pd.DataFrame(self.notes, columns=["recording", "note"])
+        for name, rows in written.items():  # a folder's name need not be text that UTF-8 can say
+            rows.to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g", errors="backslashreplace")
         self.part.chmod(0o755)
         if self.out.is_dir():
-            for name in OWN:
+            for name in OWN if self.overwrite else ():
                 _remove(self.out / name)
-            self.out.rmdir()  # fails, and loses nothing, if something else has come into it meanwhile
+            self.out.rmdir()  # fails, and loses nothing, if something has come into it meanwhile
         self.part.replace(self.out)
         return table
 
@@ -233,9 +236,11 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _file_name(name: str) -> str:
-    """An id as a file name: no folders, nothing a file system minds."""
-    return "".join(c if c.isalnum() or c in "-_. " else "_" for c in name).strip(". ") or "recording"
+def _file_name(name: str, taken: set[str]) -> str:
+    """An id as a file name: no folders, nothing a file system minds, none of those `taken` (in small letters)."""
+    stem = "".join(c if c.isalnum() or c in "-_. " else "_" for c in name)[:LONGEST_NAME].strip(". ") or "recording"
+    numbered = (f"{stem}-{n}" for n in itertools.count(2))
+    return stem if stem.lower() not in taken else next(other for other in numbered if other.lower() not in taken)
 
 
 def measured_anything(table: pd.DataFrame) -> bool:

@@ -112,7 +112,7 @@ def _numbers(text: str, option: str, counts: tuple[int, ...]) -> list[float]:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) not in counts:
+    if len(numbers) not in counts or not all(abs(n) < 1e6 for n in numbers):
         wanted = " or ".join(str(c) for c in counts)
         raise MeasurementError(f"{option} {text}: expected {wanted} numbers with commas between")
     return numbers

@@ -5,6 +5,7 @@
     my-bench/drop-01/frames/…         exactly one kind of evidence, looked for in the order of EVIDENCE
 """
 
+import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -86,12 +87,18 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
     )
 
 
-def find_recordings(path: Path) -> list[Recording | MeasurementError]:
+def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording | MeasurementError]:
     """Every recording under `path`: a photo, a folder of photos, a recording, a bench folder.
 
     A recording that cannot be read stands in the list as its error, so that the rest of the batch is still measured.
+    met: folders looked into already, by another link; they are not looked into again.
     """
     path = Path(path)
+    met = set() if met is None else met
+    if path.is_dir():
+        if path.resolve() in met:
+            return []
+        met.add(path.resolve())
     if path.is_file() or not path.is_dir() or _is_recording(path):
         return [_attempt(read_recording, path)]
     if path.name == "frames" and not (path / "recording.toml").is_file():
@@ -103,11 +110,12 @@ def find_recordings(path: Path) -> list[Recording | MeasurementError]:
         except MeasurementError as error:
             error.recording = path.resolve().name
             return [error]
-    folders = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and _is_candidate(p))
+    inside, closed = _folders(path)
+    folders = [p for p in inside if _is_candidate(p)]
     found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_photo_folder, p) for p in folders]
     photos = [_attempt(_bare_file, p) for p in _photos(path)]
-    deeper = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and _is_bench(p))
-    found += [find_recordings(p) for p in deeper if p not in folders]
+    found += [find_recordings(p, met) for p in inside if p not in folders and _is_bench(p, {path.resolve()})]
+    found += [_attempt(_refuse, p) for p in closed]
     flat = [r for entry in (*found, *photos) for r in (entry if isinstance(entry, list) else [entry])]
     if not flat:
         nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no track.csv)")
@@ -150,6 +158,17 @@ def _attempt(read, *args):
     return trouble
 
 
+def _folders(path: Path) -> tuple[list[Path], list[Path]]:
+    """Folders in a folder, hidden ones left out: those that can be looked into, and those that may not."""
+    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith("."))
+    may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
+    return [p for p in inside if may[p]], [p for p in inside if not may[p]]
+
+
+def _refuse(folder: Path) -> Recording:
+    raise MeasurementError(f"{folder}: no permission to look into this folder")
+
+
 def _photos(folder: Path) -> list[Path]:
     return _files_ending(folder, PHOTO_SUFFIXES)
 
@@ -171,11 +190,14 @@ def _is_candidate(folder: Path) -> bool:
     return _is_recording(folder) or bool(_photos(folder))
 
 
-def _is_bench(folder: Path) -> bool:
-    """A folder with recordings, not results, in it."""
-    if (folder / "measurements.csv").is_file():
+def _is_bench(folder: Path, met: set[Path]) -> bool:
+    """A folder with recordings, not results, in it; links back to what was `met` are not followed."""
+    if (folder / "measurements.csv").is_file() or folder.resolve() in met:
         return False
-    return (folder / "bench.toml").is_file() or any(p.is_dir() and (_is_recording(p) or _is_bench(p)) for p in folder.iterdir())
+    met.add(folder.resolve())
+    if (folder / "bench.toml").is_file():
+        return True
+    return any(_is_recording(p) or _is_bench(p, met) for p in _folders(folder)[0])
 
 
 def _photo_folder(folder: Path) -> list[Recording]:

@@ -6,6 +6,10 @@ the other: R_1 and R_2 act on one sphere each, R* = R_1 R_2 / (R_1 + R_2) on bot
 """
 
 import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from calibrate.export.result import Solid
 
 GIVEN = {"edem": "own", "type_a": "effective", "type_c": "effective"}  # a result's convention → its length
 ARM = {
@@ -29,7 +33,7 @@ def rolling_friction(mu_r: float, convention: str, length: str, *, on_wall: bool
     return mu_r * ARM[GIVEN[convention], on_wall] / ARM[length, on_wall]
 
 
-def effective_moduli(one, other) -> tuple[float, float]:
+def effective_moduli(one: "Solid", other: "Solid") -> tuple[float, float]:
     """E* and G* [Pa] of a contact: 1/E* = Σ (1 − ν²)/E, 1/G* = Σ (2 − ν)/G; one, other: `Solid`.
 
     Source: Johnson (1985), Contact Mechanics, sections 4.2 and 7.2.

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-import math
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -97,7 +97,7 @@ def read_result(folder: Path) -> Calibrated:
     raw = file.read_bytes()
     try:
         content = json.loads(raw)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: not readable as JSON: {error}") from error
     # The hash says which result a card came from after both have been copied elsewhere.
     return calibrated_from(content, str(file), f"{file} (sha256 {hashlib.sha256(raw).hexdigest()[:12]})")
@@ -145,7 +145,7 @@ def _solid(content: Any, who: str, file: str) -> Solid:
 def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
     from calibrate.twin.clump import weighed
 
-    sizes = tuple(
+    length, width, thickness = (
         _number(content, f"seed_shape.{key}", file, "a length in mm") for key in ("length_mm", "width_mm", "thickness_mm")
     )
     holds = "the seed's balls, a list of [x, y, z, r] in mm"
@@ -154,10 +154,10 @@ def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
     if not whole or not all(_is_number(v) for row in rows for v in row):
         raise ValueError(f"{file}: seed_shape.spheres: must be {holds}")
     try:
-        balls, mass, inertia = weighed([[1e-3 * v for v in row] for row in rows], density_kg_m3)
+        balls, mass, (ix, iy, iz) = weighed([[1e-3 * v for v in row] for row in rows], density_kg_m3)
     except ValueError as error:
         raise ValueError(f"{file}: seed_shape.spheres: {error}") from error
-    return Shape(sizes, tuple(tuple(ball) for ball in balls), mass, tuple(inertia))
+    return Shape((length, width, thickness), tuple((x, y, z, r) for x, y, z, r in balls), mass, (ix, iy, iz))
 
 
 def _take(content: Any, path: str, file: str, holds: str) -> Any:
@@ -178,4 +178,4 @@ def _number(content: Any, path: str, file: str, holds: str) -> float:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vision.evidence.photo import read_photo
+from vision.evidence.photo import MAX_PIXELS, read_photo
 from vision.measurement import MeasurementError
 from vision.recording import Recording
 
@@ -131,6 +131,9 @@ class Video(FrameSource):
             raise MeasurementError(f"{file}: the file is empty (0 bytes)")
         with _opened(file) as container:
             stream = container.streams.video[0]
+            if stream.width * stream.height > MAX_PIXELS:
+                size = f"{stream.width} × {stream.height} pixels a frame"
+                raise MeasurementError(f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down")
             duration = float(stream.duration * stream.time_base) if stream.duration and stream.time_base else 0.0
             self._own_fps = float(stream.average_rate) if stream.average_rate else None
             expected = stream.frames or round(duration * (self._own_fps or 0))
@@ -166,7 +169,7 @@ class Video(FrameSource):
     def _decode(self, every: int, skip: str | None = None, first: int = 0, stop: int | None = None) -> Iterator[Frame]:
         import av
 
-        index, start, last, plain = 0, None, -np.inf, None
+        index, start, last, plain, size = 0, None, -np.inf, None, None
         with _opened(self.path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "AUTO"
@@ -186,6 +189,8 @@ class Video(FrameSource):
                 time = index / self._stated_fps if self._stated_fps else own - start
                 if time <= last:
                     self.note(f"frame {index} skipped: its time stamp {own:.4f} s does not increase")
+                elif (frame.width, frame.height) != (size := size or (frame.width, frame.height)):
+                    self.note(f"frame {index} skipped: its size {frame.width} × {frame.height} is not that of the others")
                 elif index >= first and (index - first) % every == 0:
                     plain = _colourless(frame) if plain is None else plain
                     yield Frame(index, time, _upright(_pixels(frame, plain), frame.rotation))
@@ -218,7 +223,7 @@ def _opened(file: Path):
 
     av.logging.set_level(None)
     try:
-        container = av.open(str(file))
+        container = av.open(str(file), metadata_errors="replace")
     except (av.error.FFmpegError, OSError) as error:
         raise MeasurementError(f"{file}: not a video that can be read ({error.strerror})") from error
     if not container.streams.video:

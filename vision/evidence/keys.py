@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import reprlib
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
@@ -10,6 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from vision.measurement import MeasurementError
+
+MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
 _SeedSize = Annotated[float, Field(gt=0.05, lt=200, allow_inf_nan=False)]
@@ -137,8 +140,13 @@ class Keys(_Section):
 
 
 def read_toml(path: Path) -> dict:
+    """The keys in a recording.toml or bench.toml. MeasurementError, naming the file and the field, for anything else."""
+    if (size := path.stat().st_size) > MOST_BYTES:
+        raise MeasurementError(f"{path}: {size:,} bytes; a file of keys has {MOST_BYTES:,} at most")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except RecursionError as error:
+        raise MeasurementError(f"{path}: not valid TOML: brackets within brackets, too deep") from error
     except tomllib.TOMLDecodeError as error:
         raise MeasurementError(f"{path}: not valid TOML: {error}") from error
     except UnicodeDecodeError as error:
@@ -164,7 +172,7 @@ def validate(content: dict, path: Path) -> Keys:
 
 def _explain(error: ErrorDetails, path: Path) -> str:
     """One pydantic complaint in a bench worker's words: file, field, what it should hold."""
-    *section, key = [str(part) for part in error["loc"] if not isinstance(part, int)] or [""]
+    *section, key = [part for part in error["loc"] if isinstance(part, str)][:2] or [""]  # then which of several kinds it is not
     place = f"[{section[0]}] {key}" if section else key
     if error["type"] == "extra_forbidden":
         owner = Keys.model_fields[section[0]].annotation if section else Keys
@@ -176,4 +184,5 @@ def _explain(error: ErrorDetails, path: Path) -> str:
     given = error.get("input")
     if isinstance(given, float | int) and not isinstance(given, bool) and key.endswith("_mm") and math.isfinite(given):
         return f"{path}: {place} = {given} means {given / 1000:g} m: {error['msg'].lower()}; is it in millimetres?"
-    return f"{path}: {place} = {given!r}: {error['msg'][0].lower()}{error['msg'][1:]}"
+    said = error["msg"].replace("tuple", "list")
+    return f"{path}: {place} = {reprlib.repr(given)}: {said[0].lower()}{said[1:]}"

@@ -1,7 +1,9 @@
 """Read one picture from a file: complete, upright, 8 or 16 bits, grey or RGB. Anything less is a clear error."""
 
+import os
 import warnings
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 from PIL import Image, ImageOps, UnidentifiedImageError
@@ -13,6 +15,7 @@ from vision.measurement import MeasurementError
 
 PHOTO_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 MAX_PIXELS = 120_000_000  # a decoded 120-megapixel colour photo takes 360 MB
+os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))  # read when OpenCV is first imported
 _DIRECT = {"L", "RGB", "I;16"}
 
 
@@ -30,14 +33,15 @@ def read_photo(path: Path) -> np.ndarray:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what matters is raised
-            return _decode(path)
-    except UnidentifiedImageError:
-        return _decode_deep(path)
+            try:
+                return _decode(path)
+            except UnidentifiedImageError:
+                return _decode_deep(path) if _is_tiff(path) else _not_a_picture(path)
     except Image.DecompressionBombError as error:
         raise MeasurementError(f"{path}: the picture is larger than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down") from error
-    except (OSError, SyntaxError, ValueError, EOFError) as error:
-        if isinstance(error, MeasurementError):
-            raise
+    except (MeasurementError, MemoryError, PermissionError):
+        raise
+    except Exception as error:  # decoders raise whatever a damaged file leads them to
         raise MeasurementError(f"{path}: the picture is damaged or cut short ({error})") from error
 
 
@@ -74,7 +78,9 @@ def _bits_per_channel(image: ImageFile) -> int:
 
 def _on_white(image: Image.Image) -> Image.Image:
     rgba = image.convert("RGBA")
-    return Image.alpha_composite(Image.new("RGBA", rgba.size, "white"), rgba).convert("RGB")
+    white = Image.new("RGB", rgba.size, "white")
+    white.paste(rgba, mask=rgba.getchannel("A"))
+    return white
 
 
 def _decode_deep(path: Path) -> np.ndarray:
@@ -85,12 +91,21 @@ def _decode_deep(path: Path) -> np.ndarray:
     with _silent_opencv(cv2):
         image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
     if image is None:
-        raise MeasurementError(f"{path}: not a picture that can be read ({', '.join(s[1:] for s in PHOTO_SUFFIXES)})")
+        _not_a_picture(path)
     if image.ndim == 3:
         image = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2RGB)
     if image.dtype not in (np.uint8, np.uint16):
         raise MeasurementError(f"{path}: {image.dtype} pixels; save the picture with 8 or 16 bits a channel")
     return image
+
+
+def _is_tiff(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(4) in (b"II*\0", b"MM\0*")
+
+
+def _not_a_picture(path: Path) -> NoReturn:
+    raise MeasurementError(f"{path}: not a picture that can be read ({', '.join(s[1:] for s in PHOTO_SUFFIXES)})")
 
 
 class _silent_opencv:

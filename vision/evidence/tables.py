@@ -1,6 +1,8 @@
 """The CSV evidence that people and microphones write: track.csv, impacts.csv, readings.csv. Read strictly, told clearly."""
 
 import difflib
+import reprlib
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +22,11 @@ _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
+
+
+MOST_BYTES = 500_000_000  # ten million rows
+LONGEST_LINE = 10_000
+LARGEST = 1e10  # of any number: seconds since 1970 are fewer
 
 
 @dataclass(frozen=True)
@@ -97,12 +104,22 @@ def read_readings(path: Path) -> Table:
 
 
 def _read_csv(path: Path) -> pd.DataFrame:
-    if path.stat().st_size == 0:
+    size = path.stat().st_size
+    if size == 0:
         raise MeasurementError(f"{path}: the file is empty (0 bytes)")
+    if size > MOST_BYTES:
+        raise MeasurementError(f"{path}: {size / 1e6:.0f} MB; a table has {MOST_BYTES / 1e6:.0f} MB at most")
+    with path.open("rb") as file:
+        if any(len(line) > LONGEST_LINE for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")):
+            raise MeasurementError(f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,} characters)")
     try:
-        rows = pd.read_csv(path, skipinitialspace=True, comment="#", skip_blank_lines=True)
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError, ValueError) as error:
-        raise MeasurementError(f"{path}: not a CSV table ({str(error).splitlines()[0]})") from error
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            rows = pd.read_csv(path, skipinitialspace=True, comment="#", skip_blank_lines=True, index_col=False)
+    except pd.errors.ParserWarning as error:
+        raise MeasurementError(f"{path}: its rows hold more fields than its heading names") from error
+    except (ValueError, OverflowError) as error:  # pandas' own errors and wrong characters among them
+        raise MeasurementError(f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})") from error
     rows.columns = [str(c).strip() for c in rows.columns]
     if rows.empty:
         raise MeasurementError(f"{path}: a heading but no rows")
@@ -122,10 +139,21 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
     for column in numeric if numeric is not None else rows.columns:
         try:
             rows[column] = pd.to_numeric(rows[column]).astype(float)
-        except (ValueError, TypeError) as error:
-            bad = pd.to_numeric(rows[column], errors="coerce").isna() & rows[column].notna()
-            row = rows.index[bad][0]
-            raise MeasurementError(f"{path}: {column} = {rows[column][row]!r} in row {row + 2} is not a number") from error
+        except (ValueError, TypeError, OverflowError) as error:
+            row = next((r for r, value in rows[column].items() if not _is_number(value)), 0)
+            shown = reprlib.repr(rows[column][row])
+            raise MeasurementError(f"{path}: {column} = {shown} in row {row + 2} is not a number") from error
+        rows[column] = rows[column].where(np.isfinite(rows[column]))
+        if len(absurd := rows.index[rows[column].abs() > LARGEST]):
+            raise MeasurementError(f"{path}: {column} = {rows[column][absurd[0]]:g} in row {absurd[0] + 2} cannot be")
+
+
+def _is_number(value: object) -> bool:
+    try:
+        pd.to_numeric(pd.Series([value])).astype(float)
+    except (ValueError, TypeError, OverflowError):
+        return False
+    return True
 
 
 def _drop_incomplete(path: Path, rows: pd.DataFrame, columns: list[str]) -> tuple[pd.DataFrame, list[str]]:

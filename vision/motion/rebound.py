@@ -118,8 +118,10 @@ def _air_error(used: Track, up, flights: Flights, values, gravity: Gravity, reco
     if other is None:
         return np.zeros_like(values)
     again = fit_flights(used.time, used.frame, up, used.sd, replace(gravity, drag=other))
+    if len(again.rows) != len(flights.rows):
+        return np.zeros_like(values)
     moved = _derived(again, again.params)
-    return moved - values if moved.shape == values.shape else np.zeros_like(values)
+    return moved - values
 
 
 def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:

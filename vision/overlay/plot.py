@@ -40,14 +40,15 @@ def plot(
         cv2.line(image, (left, at), (wide - right, at), GRID, 1)
         _text(image, f"{value:.6g}", (14, at + 4))
     for i, (column, row) in enumerate(place(x, y)):
-        centre = (round(column * 16), round(row * 16))
         if 0 <= column <= wide and 0 <= row <= high:
-            cv2.circle(image, centre, 40, BAD if outlier[i] else POINT, -1, cv2.LINE_AA, 4)
+            cv2.circle(image, (round(column * 16), round(row * 16)), 40, BAD if outlier[i] else POINT, -1, cv2.LINE_AA, 4)
     for u, v in curves:
-        cv2.polylines(image, [np.round(place(u, v) * 16).astype(np.int32)], False, CURVE, 2, cv2.LINE_AA, 4)
-    for u, v in marks:
-        column, row = place(u, v)[0]
-        cv2.circle(image, (round(column * 16), round(row * 16)), 7 * 16, MARK, 2, cv2.LINE_AA, 4)
+        path = place(u, v)
+        path = path[np.isfinite(path).all(axis=1)]
+        cv2.polylines(image, [np.round(path * 16).astype(np.int32)], False, CURVE, 2, cv2.LINE_AA, 4)
+    for column, row in (place(u, v)[0] for u, v in marks):
+        if np.isfinite([column, row]).all():
+            cv2.circle(image, (round(column * 16), round(row * 16)), 7 * 16, MARK, 2, cv2.LINE_AA, 4)
     cv2.rectangle(image, (left, top), (wide - right, high - bottom), INK, 1)
     _text(image, labels[0], (wide // 2 - 40, high - 14))
     _text(image, labels[1], (14, top - 6))
@@ -64,8 +65,9 @@ def ticks(low: float, high: float) -> np.ndarray:
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:
-    low, high = float(values.min()), float(values.max())
-    pad = 0.04 * (high - low) or 1.0
+    shown = np.clip(values[np.isfinite(values)], -1e15, 1e15)  # beyond, a picture has no use for it
+    low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 0.0)
+    pad = 0.04 * (high - low) or max(1.0, 0.04 * abs(high))
     return low - pad, high + pad
 
 

@@ -1,0 +1,226 @@
+"""Spoilt files for every reader: what is not read must be refused by an error of ours that names the file.
+
+    python benchmarks/fuzz.py 10        minutes, shared among the readers
+    python benchmarks/fuzz.py 2 track.csv result.json
+
+Hypothesis spoils valid files: cells and lines exchanged for hostile ones, bytes overwritten, cut out, doubled. A fault is
+printed with the smallest file that shows it.
+"""
+
+import io
+import json
+import os
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from calibrate.export import ENGINES, cards, read_result
+from calibrate.procedure.from_tables import calibrate_tables
+from vision import measure
+from vision.evidence.photo import read_photo
+from vision.measurement import FAILED, MeasurementError
+from vision.recording import RIGS
+
+SAMPLES = Path(__file__).parent.parent / "samples"
+TOKENS = (
+    "", " ", "0", "-1", "1", "nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "1e400", "9" * 30, "9" * 400, "0x10", "1_0",
+    "true", "1+2j", "٣", "½", "abc", '"', "'", '"""', "[", "]]", "{a={}}", "{", "[1, 2]", "[1.0, 2.0, 3.0]", '"drop"', '"pile"',
+    '"+x"', "#", "\0", "\ufeff", "𝄞", "2024-01-01", "../../x", "null", '{"value": null}', "-", "=", ",", ":", "a.b.c", "[seed]",
+    "[[seed]]",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A valid file (bytes), what parts its cells, and what reads it: `read(file)` raises what a user would be shown."""
+
+    valid: bytes
+    parting: str
+    read: Callable[[Path], object]
+    others: dict[str, bytes] | None = None  # files beside it
+
+
+def told(path: Path) -> bool:
+    """Measure; whether nothing was: then refused by us, not by an accident."""
+    quantities = [quantity for observation in measure(path) for quantity in observation.quantities]
+    for quantity in quantities:
+        if "a fault of benchtwin" in quantity.reason:
+            raise AssertionError(quantity.reason)
+    return all(quantity.quality == FAILED for quantity in quantities)
+
+
+def exported(file: Path) -> None:
+    for engine in ENGINES:
+        cards(read_result(file.parent), engine)
+
+
+def track(rig: str) -> Reader:
+    folder = SAMPLES / "drawn-bench" / f"{rig}-track"
+    lines = (folder / "track.csv").read_bytes().splitlines()
+    few = b"\n".join([lines[0], *lines[1 :: max(1, len(lines) // 150)]])
+    return Reader(few, ",", lambda file: told(file.parent), {"recording.toml": (folder / "recording.toml").read_bytes()})
+
+
+def photo(suffix: str, *, deep: bool = False) -> Reader:
+    ramp = np.add.outer(np.arange(60), np.arange(80)) * (400 if deep else 1)
+    file = io.BytesIO()
+    Image.fromarray(ramp.astype(np.uint16 if deep else np.uint8)).save(file, suffix)
+    return Reader(file.getvalue(), "", read_photo)
+
+
+def readers() -> dict[str, Reader]:
+    drawn, paper = SAMPLES / "drawn-bench", SAMPLES / "soybean-paper"
+    tables = {f"tables/{f.name}": f.read_bytes() for f in (paper / "tables").iterdir()}
+    rigs = {f"{rig}/{f.name}": f.read_bytes() for rig in RIGS for f in (paper / rig).iterdir()}
+    few = {"track.csv": track("drop").valid}
+    made = {
+        "track.csv": track("drop"),
+        "track.csv of a slide": track("slide"),
+        "impacts.csv": Reader((drawn / "drop-heard/impacts.csv").read_bytes(), ",", lambda f: told(f.parent),
+                              {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
+        "readings.csv": Reader((paper / "drop/readings.csv").read_bytes(), ",", lambda f: told(f.parent),
+                               {"recording.toml": (paper / "drop/recording.toml").read_bytes()}),
+        "recording.toml": Reader((drawn / "drop-track/recording.toml").read_bytes(), "=", lambda f: told(f.parent), few),
+        "bench.toml": Reader((drawn / "bench.toml").read_bytes(), "=", lambda f: told(f.parent),
+                             {"drop/recording.toml": b'rig = "drop"\n', "drop/track.csv": few["track.csv"]}),
+        "photo.png": photo("png"),
+        "deep.png": photo("png", deep=True),
+        "photo.jpg": photo("jpeg"),
+        "photo.tif": photo("tiff"),
+        "photo.bmp": photo("bmp"),
+        "result.json": Reader(json.dumps(RESULT, indent=1).encode(), ":", exported),
+    }  # fmt: skip
+    for name in sorted(tables):
+        beside = {k: v for k, v in (tables | rigs | {"bench.toml": (paper / "bench.toml").read_bytes()}).items() if k != name}
+        parting = "=" if name.endswith("toml") else ","
+        made[name] = Reader(tables[name], parting, lambda f: calibrate_tables(f.parent.parent), beside)
+    return made
+
+
+PAIR = {f"{who}{name}": {"value": 0.3, "low": 0.2, "high": 0.4, "unit": "1"}
+        for who in ("", "seed_") for name in ("restitution", "static_friction", "rolling_friction")}  # fmt: skip
+SOLID = {"density_kg_m3": 1250.0, "shear_modulus_pa": 1e7, "poisson_ratio": 0.4}
+RESULT = {
+    "parameters": PAIR, "conventions": {"rolling": "edem"},
+    "materials": {"seed": {"name": "soybean", **SOLID}, "wall": {"name": "steel", **SOLID}},
+    "seed_shape": {"length_mm": 8.7, "width_mm": 6.8, "thickness_mm": 6.0, "spheres": [[0, 0, 0, 3.0], [2.0, 0, 0, 2.5]]},
+}  # fmt: skip
+
+
+@st.composite
+def spoilt(draw: st.DrawFn, reader: Reader) -> bytes:
+    """The valid file with one to four things done to it."""
+    content = reader.valid
+    for _ in range(draw(st.integers(1, 4))):
+        by_cells = reader.parting and draw(st.integers(0, 5))
+        content = draw(spoilt_cell(content, reader.parting)) if by_cells else draw(spoilt_bytes(content))
+    return content
+
+
+@st.composite
+def spoilt_cell(draw: st.DrawFn, content: bytes, parting: str) -> bytes:
+    """One cell, line or several lines exchanged."""
+    lines = content.decode("utf8", "surrogateescape").split("\n")
+    at = draw(st.integers(0, len(lines) - 1))
+    token = draw(st.sampled_from(TOKENS) | st.floats().map(repr) | st.text(st.characters(codec="utf8"), max_size=8))
+    what = draw(st.sampled_from(("cell", "cell", "cell", "line", "drop", "double", "swap", "rest", "column")))
+    cells = lines[at].split(parting)
+    which = draw(st.integers(0, len(cells) - 1))
+    if what == "cell":
+        lines[at] = parting.join([*cells[:which], token, *cells[which + 1 :]])
+    elif what == "column":
+        lines = [parting.join([*(c := line.split(parting))[:which], token, *c[which + 1 :]]) for line in lines]
+    elif what == "swap":
+        other = draw(st.integers(0, len(lines) - 1))
+        lines[at], lines[other] = lines[other], lines[at]
+    else:
+        later = lines[at + 1 :]
+        lines[at:] = {"line": [token, *later], "drop": later, "double": [lines[at], lines[at], *later], "rest": []}[what]
+    return "\n".join(lines).encode("utf8", "surrogateescape")
+
+
+@st.composite
+def spoilt_bytes(draw: st.DrawFn, content: bytes) -> bytes:
+    """Bytes overwritten, cut out or put in."""
+    at = draw(st.integers(0, max(len(content) - 1, 0)))
+    gone = draw(st.sampled_from((0, 1, 1, 4, 64, len(content))))
+    new = draw(st.sampled_from((b"", b"\0", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\n")) | st.binary(max_size=8))
+    return content[:at] + new + content[at + gone :]
+
+
+def refused(reader: Reader, name: str, content: bytes) -> bool:
+    """Whether it was refused, in words that name the file or its folder; any other trouble is raised."""
+    with tempfile.TemporaryDirectory(prefix="fuzz") as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        name = name.split(" of ")[0]
+        for other, there in {**(reader.others or {}), name: content}.items():
+            file = Path(folder) / other
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(there)
+        try:
+            return reader.read(Path(folder) / name) is True
+        except MeasurementError as error:
+            assert folder in str(error), f"the file is not named: {error}"
+            return True
+        except ValueError as error:
+            if type(error) is not ValueError or "calibrate" not in error_place(error):
+                raise
+            return True
+
+
+def error_place(error: BaseException) -> str:
+    """The file whose line raised it."""
+    at = error.__traceback__
+    while at is not None and at.tb_next is not None:
+        at = at.tb_next
+    return "" if at is None else at.tb_frame.f_code.co_filename
+
+
+def attack(name: str, reader: Reader, *, examples: int, rng: int) -> tuple[int, int]:
+    """How many spoilt files were tried, and how many of them refused."""
+    count = [0, 0]
+
+    @seed(rng)
+    @settings(max_examples=examples, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @given(spoilt(reader))
+    def one(content: bytes) -> None:
+        count[0] += 1
+        count[1] += refused(reader, name, content)
+
+    one()
+    return count[0], count[1]
+
+
+def main(minutes: float, names: list[str]) -> None:
+    known = readers()
+    asked = [n for n in known if not names or n in names]
+    faults = 0
+    for name in asked:
+        end, tried, no, rng = time.monotonic() + 60 * minutes / len(asked), 0, 0, int(time.time())
+        while time.monotonic() < end:
+            rng += 1
+            try:
+                done, not_read = attack(name, known[name], examples=20, rng=rng)
+            except Exception as error:
+                faults += 1
+                smallest = "\n".join(getattr(error, "__notes__", []))[:1500]
+                print(f"FAULT {name}: {error!r} in {error_place(error)}\n{smallest}", flush=True)
+                break
+            tried, no = tried + done, no + not_read
+        print(f"{name}: {tried} tried, {no} refused", flush=True)
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 10.0, sys.argv[2:])

@@ -1,0 +1,119 @@
+"""Names, folders, disks and terminals as they are elsewhere."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vision.batch import Results, _file_name
+from vision.measurement import GOOD, Observation, Quantity
+
+ROOT = Path(__file__).parent.parent.parent
+TRACK = "t_s\n0.2\n0.45\n0.6\n"
+
+
+def bench(folder: Path, name: str = "drop-01", more: str = "") -> Path:
+    (folder / name).mkdir(parents=True)
+    (folder / name / "recording.toml").write_text(f'rig = "drop"\n{more}', encoding="utf8")
+    (folder / name / "impacts.csv").write_text(TRACK)
+    return folder
+
+
+def benchtwin(*arguments, **environment) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", "benchtwin", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, cwd=ROOT, env={**os.environ, **environment}, check=False)
+
+
+def test_spaces_letters_of_all_kinds_and_a_terminal_without_them(tmp_path):
+    folder = bench(tmp_path / "Böhnchen & Co, 試 1", "Fall №1 [kurz]")
+    done = benchtwin("measure", folder, "--out", tmp_path / "Ergebnis 1", PYTHONIOENCODING="ascii")
+    assert done.returncode == 0, done.stderr
+    assert b"Fall ?1 [kurz]" in done.stdout
+    assert (tmp_path / "Ergebnis 1" / "overlays" / "Fall №1 _kurz_.png").is_file() or "№".isalnum() is False
+
+
+def test_a_folder_whose_name_is_no_text(tmp_path):
+    bench(tmp_path / os.fsdecode(b"b\xff"), os.fsdecode(b"drop-\xff"))
+    done = benchtwin("measure", tmp_path / os.fsdecode(b"b\xff"), "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert r"drop-\udcff" in (tmp_path / "out" / "measurements.csv").read_text()
+
+
+@pytest.mark.parametrize("name", ["../../evil", "/etc/evil", "..", "a" * 5000, "nul\\..\\x", "CON", "\u202eevil"])
+def test_an_id_stays_within_the_results(tmp_path, name):
+    results = Results(tmp_path / "in" / "out")
+    picture = {"p": __import__("numpy").zeros((4, 4, 3), "uint8")}
+    results.add(Observation(name, "drop", (Quantity("restitution", 0.5, 0.1, "1", GOOD),), pictures=picture))
+    results.finish()
+    (file,) = (tmp_path / "in" / "out" / "overlays").iterdir()
+    assert {p.name for p in tmp_path.iterdir()} == {"in"} and {p.name for p in (tmp_path / "in").iterdir()} == {"out"}
+    assert len(file.name.encode()) < 255
+
+
+def test_two_ids_that_look_alike_as_files_get_two_files():
+    assert _file_name("a/b", {"a_b"}) == "a_b-2"
+    assert _file_name("A_b", {"a_b", "a_b-2"}) == "A_b-3"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="limits of a process are set as on Unix")
+def test_a_disk_that_fills_up_costs_the_results_not_the_old_ones(tmp_path):
+    """A limit on the size of files stands in for a full disk: writing fails in the midst of a file."""
+    folder, out = bench(tmp_path / "bench"), tmp_path / "out"
+    out.mkdir()
+    (out / "measurements.csv").write_text("old")
+    limited = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); import benchtwin;"
+        f"sys.argv = ['benchtwin', 'measure', {str(folder)!r}, '--out', {str(out)!r}, '--overwrite', '--quiet']; benchtwin.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", limited], capture_output=True, cwd=ROOT, check=False)
+    assert done.returncode == 2 and b"cannot write to" in done.stderr and b"Traceback" not in done.stderr
+    assert (out / "measurements.csv").read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == []
+
+
+def test_two_runs_into_one_folder_leave_one_whole_result(tmp_path):
+    both = [Results(tmp_path / "out") for _ in range(2)]
+    for k, results in enumerate(both):
+        results.add(Observation(f"run-{k}", "drop", (Quantity("restitution", 0.5, 0.1, "1"),)))
+    both[0].finish()
+    with pytest.raises(OSError):
+        both[1].finish()
+    both[1].abandon()
+    assert "run-0" in (tmp_path / "out" / "measurements.csv").read_text()
+    assert {p.name for p in tmp_path.iterdir()} == {"out"}
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="nothing is closed to the superuser")
+def test_a_folder_that_may_not_be_read_is_named_and_the_rest_measured(tmp_path):
+    folder = bench(bench(tmp_path / "bench"), "drop-02")
+    (folder / "drop-02").chmod(0)
+    try:
+        done = benchtwin("measure", folder, "--out", tmp_path / "out")
+    finally:
+        (folder / "drop-02").chmod(0o700)
+    assert done.returncode == 0 and b"no permission" in done.stdout
+
+
+def test_a_fault_of_ours_is_one_line(tmp_path):
+    wrong = (
+        "import sys, benchtwin, vision.command as c\n"
+        "def broken(*_): raise KeyError('here')\n"
+        "c.measure_command = broken\n"
+        f"sys.argv = ['benchtwin', 'measure', '.', '--out', {str(tmp_path / 'o')!r}]; benchtwin.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", wrong], capture_output=True, cwd=ROOT, check=False, text=True)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "please report it: KeyError('here')" in done.stderr
+
+
+def test_the_front_door_opens_without_what_is_slow():
+    """`--help` of the command and of each verb: none of the large packages is imported for it."""
+    looks = (
+        "import sys, benchtwin\nfrom typer.testing import CliRunner\n"
+        "for verb in ('measure', 'simulate', 'calibrate', 'diagnose', 'export', 'prove'):\n"
+        "    assert CliRunner().invoke(benchtwin.app, [verb, '--help']).exit_code == 0\n"
+        "print(sorted({'numpy', 'pandas', 'scipy', 'numba', 'cv2', 'plotly', 'dask', 'vision.batch'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", looks], capture_output=True, cwd=ROOT, check=False, text=True)
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr
