@@ -83,8 +83,8 @@ def _mean(fit) -> dict:
 
 
 def _verifications(c: Calibration) -> dict:
-    fits = {**c.steel, **({"pile": c.pile} if c.pile else {})}
-    return {n: f.verification for n, f in fits.items() if f.verification is not None}
+    found = {n: f.verification for n, f in c.steel.items()} | ({"pile": c.pile.verification} if c.pile else {})
+    return {n: v for n, v in found.items() if v is not None}
 
 
 def _pile(c: Calibration) -> dict | None:

@@ -74,7 +74,8 @@ def _fit(snr: np.ndarray, found: np.ndarray) -> tuple[float, float]:
 
 def _points(middle: float, steepness: float) -> tuple[float, float]:
     """SNRs at which half and nine tenths are detected."""
-    return tuple(
+    half, most = (
         math.exp(min(middle + math.log(odds / (1 - odds)) / steepness, 50.0))
         for odds in ((p - FALSE_ALARM) / (1 - FALSE_ALARM) for p in (0.5, 0.9))
     )
+    return half, most

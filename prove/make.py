@@ -1,9 +1,11 @@
 """One case: its bench folder and its key, both from the plan's line and one seed of random numbers."""
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +24,9 @@ NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
 class Rig:
     """What a rig's file offers: draw a scene, tell an effect's SNR, make the bench; (least, most, sign) of each effect."""
 
-    draw: object
-    visibility: object
-    bench: object
+    draw: Callable[[Wish, np.random.Generator], Any]
+    visibility: Callable[[Any, dict[str, float], str], float]
+    bench: Callable[[Any, dict[str, float]], Bench]
     ranges: dict[str, tuple[float, float, int]]
 
 
@@ -85,24 +87,23 @@ def make(spec: Spec, seed: int) -> tuple[Bench, Key]:
     return RIGS[spec.rig].bench(scene, sizes), key
 
 
-def conceal(spec: Spec, seed: int) -> tuple[object, dict[str, float], Key]:
+def conceal(spec: Spec, seed: int) -> tuple[Any, dict[str, float], Key]:
     """The scene in which the wished effects come nearest to the wished SNRs, their sizes, and the key."""
-    rig, best = RIGS[spec.rig], None
+    rig, tried = RIGS[spec.rig], []
     wish = Wish(spec.effects, spec.separated, spec.rendered)
     for attempt in range(SCENES if spec.effects else 1):
         rng = np.random.default_rng([seed, spec.index, attempt])
         scene = rig.draw(wish, rng)
         sizes, snrs = sized(rig, scene, spec, rng)
         off = max((abs(math.log(max(v, 1e-3) / w)) for v, w in zip(snrs, spec.wanted_snr)), default=0.0)
-        if best is None or off < best[0]:
-            best = off, scene, sizes, snrs
+        tried.append((off, scene, sizes, snrs))
         if off < math.log(NEAR):
             break
-    _, scene, sizes, snrs = best
+    _, scene, sizes, snrs = min(tried, key=lambda one: one[0])
     return scene, sizes, _key(spec, scene, sizes, snrs)
 
 
-def sized(rig: Rig, scene, spec: Spec, rng: np.random.Generator) -> tuple[dict[str, float], list[float]]:
+def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[dict[str, float], list[float]]:
     """Sizes with which the effects have about the SNR that is wanted, as far as sizes are believable; and the SNRs they have."""
     sizes: dict[str, float] = {}
     for name, wanted in zip(spec.effects, spec.wanted_snr):

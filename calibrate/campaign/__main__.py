@@ -6,6 +6,7 @@ A result goes into the store like any other. Exit code 0: it ran; 1: it failed a
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 from calibrate.campaign.attempt import Order, attempt
 from calibrate.campaign.results import FAILED
@@ -36,7 +37,7 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def job_of(told: dict):
+def job_of(told: dict) -> Any:
     """The job of an `input` as stored."""
     from calibrate.twin import Parameters
     from calibrate.twin.job import Job

@@ -12,6 +12,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from calibrate.campaign import claims
 from calibrate.campaign.results import Measured, Outcome
@@ -52,7 +53,7 @@ class Reply:
     computed: bool = False
 
 
-def attempt(order: Order, job, key: str) -> Reply:
+def attempt(order: Order, job: Any, key: str) -> Reply:
     """Have this job's outcome, by computing it if nobody else has. key: the job's, as the campaign knows it."""
     if job.key != key:  # a result under another key would be lost, or stand for what it is not
         here = f"{socket.gethostname()}, process {os.getpid()}"

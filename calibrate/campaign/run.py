@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from uuid import uuid4
 
 from calibrate.campaign import claims
@@ -109,7 +110,7 @@ class _Run:
             self.keys[name] = job.key
             self.completed.add(self.client.submit(attempt, self.order, job, job.key, key=name, pure=False))
 
-    def reply(self, future) -> Reply:
+    def reply(self, future: Any) -> Reply:
         """What a task came back with; its worker's death or a fault on the way is the job's failure."""
         key = self.keys.pop(future.key)
         if future.status == "finished":
@@ -135,13 +136,13 @@ class _Run:
 
     def settle(self, replies: list[Reply]) -> Iterator[Outcome]:
         """Take replies in: outcomes go out, busy jobs are waited for; CampaignStopped when nothing can be stored."""
-        done = [reply for reply in replies if reply.outcome is not None]
+        done = [(reply.outcome, reply.computed) for reply in replies if reply.outcome is not None]
         self.elsewhere |= {reply.key for reply in replies if reply.busy}
-        for reply in done:
-            self.tally.add(reply.outcome, found=not reply.computed)
+        for outcome, computed in done:
+            self.tally.add(outcome, found=not computed)
         if done:
             self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
-        yield from (reply.outcome for reply in done)
+        yield from (outcome for outcome, _ in done)
         for reply in replies:
             if reply.stop:
                 raise CampaignStopped(f"{reply.stop}; what is finished is kept, and the same call goes on from there")

@@ -19,6 +19,7 @@ import uuid
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from calibrate.campaign import claims
 from calibrate.campaign.results import DONE, FAILED, UNMEASURED, Measured, Measurement, Outcome
@@ -85,7 +86,7 @@ class Store:
         except (OSError, ValueError, KeyError):
             return None
 
-    def put(self, claim: claims.Claim, job, measured: Measured, seconds: float, more: dict) -> Outcome:
+    def put(self, claim: claims.Claim, job: Any, measured: Measured, seconds: float, more: dict) -> Outcome:
         """Write measurements.json into the claim's part and move it to runs/; what was measured there meanwhile stands."""
         folder = self.part(claim) / claim.key
         folder.mkdir(parents=True, exist_ok=True)
@@ -112,7 +113,10 @@ class Store:
                 final.rename(self.part(claim) / "before")
                 folder.rename(final)
         (self.root / "failed" / f"{claim.key}.json").unlink(missing_ok=True)
-        return self.finished(claim.key)
+        outcome = self.finished(claim.key)
+        if outcome is None:
+            raise OSError(f"{final}: what was written there cannot be read")
+        return outcome
 
     def put_failure(self, claim: claims.Claim, told: dict) -> Outcome:
         """Record why a job failed (reason, rerun, lasting, …)."""

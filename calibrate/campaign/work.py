@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from calibrate.campaign.results import Measured, Measurement
 
@@ -20,7 +20,7 @@ TRACK_COLUMNS = {"t_s", "x_mm", "y_mm"}
 _compiled: set[str] = set()
 
 
-def simulate_and_measure(job, folder: Path, threads: int) -> Measured:
+def simulate_and_measure(job: Any, folder: Path, threads: int) -> Measured:
     """Run a `calibrate.twin.job.Job` into `folder` and measure what it filmed; raises what the run raises."""
     from calibrate.twin import observe
     from calibrate.twin.job import MeasurementError
@@ -54,7 +54,7 @@ def thin(folder: Path, measured: Measured, keep: str) -> None:
             photo.unlink()
 
 
-def kernels_of(job) -> str:
+def kernels_of(job: Any) -> str:
     """What decides which kernels a job needs: rig, conventions, laws. Rather too fine than too coarse."""
     parameters, described = job.input["parameters"], job.input["description"]
     air = described.get("air", {}).get("density_kg_m3") == 0

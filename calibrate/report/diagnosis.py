@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibrate.diagnose import words
+from calibrate.diagnose.bench import Diagnosis
 from calibrate.diagnose.finding import Finding
 from calibrate.report.numbers import cells
 from calibrate.report.residuals import before_and_after, points, recorded
@@ -18,7 +19,7 @@ TAGS = {"none": "nothing missing", "name": "found", "class": "not told apart", "
 MOST_CANDIDATES = 12
 
 
-def write_report(found, out: Path) -> Path:
+def write_report(found: Diagnosis, out: Path) -> Path:
     """report.html in the folder `out`; appears whole. OSError when it cannot be written."""
     file, part = out / "report.html", out / ".report.html.part"
     part.write_text(render(found), encoding="utf8")
@@ -26,7 +27,7 @@ def write_report(found, out: Path) -> Path:
     return file
 
 
-def render(found) -> str:
+def render(found: Diagnosis) -> str:
     """The whole page of a `calibrate.diagnose.bench.Diagnosis` as text."""
     from jinja2 import Environment, StrictUndefined
     from plotly.offline import get_plotlyjs
@@ -150,7 +151,7 @@ def quantities(f: Finding) -> list[tuple[str, str]]:
     gain: dict[str, float] = {}
     for c in f.curves:
         gain[c.quantity] = gain.get(c.quantity, 0.0) + float((c.left_by_baseline**2).sum() - (c.left_by_model**2).sum())
-    return [(f"{i}", q) for i, q in enumerate(sorted(gain, key=gain.get, reverse=True))]
+    return [(f"{i}", q) for i, q in enumerate(sorted(gain, key=gain.__getitem__, reverse=True))]
 
 
 def _figures(rig: str, f: Finding) -> dict[str, dict]:

@@ -1,5 +1,7 @@
 """What the figures are drawn with: colours, names in words, lines, bands, axes. Plain Plotly JSON."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 BLUE, ORANGE, GREY, GREEN, RED = "#1f5fa8", "#d9730d", "#6b7280", "#2e7d4f", "#b3261e"
@@ -34,7 +36,7 @@ def short(key: str) -> str:
     return name(key).split(",")[0]
 
 
-def line(x, y, color: str, label: str, dash: str = "solid") -> dict:
+def line(x: Iterable[float], y: Iterable[float], color: str, label: str, dash: str = "solid") -> dict:
     return {
         "type": "scatter",
         "mode": "lines",
@@ -70,7 +72,7 @@ def layout(x: str, y: str) -> dict:
     }
 
 
-def listed(values) -> list[float]:
+def listed(values: Iterable[float]) -> list[float]:
     return [float(f"{v:.6g}") for v in values]
 
 

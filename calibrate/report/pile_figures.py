@@ -10,6 +10,8 @@ from calibrate.statistics.assessment import response_grid
 
 def path(fit: PileFit) -> dict:
     """The path of steepest ascent with the bench's angle drawn in."""
+    if fit.path is None:
+        raise ValueError("this pile was calibrated without a path")
     t = fit.path.errors
     runs = {
         "type": "scatter",

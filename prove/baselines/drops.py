@@ -46,22 +46,18 @@ class Flight:
         vx, vy = self.speeds()
         size, nought = np.hypot(vx, vy), np.zeros(len(self.t))
         drag = (-G * size * vx / 4e6, -G * size * vy / 4e6)
-        pushes = [
-            drag,
-            (size / 1e3 * 10.0, nought),
-            (nought - G * np.pi / 180, nought),
-            None,
-            None,
-            (-self.spin * vy, self.spin * vx),
-        ]
+        pushes = {
+            0: drag,
+            1: (size / 1e3 * 10.0, nought),
+            2: (nought - G * np.pi / 180, nought),
+            5: (-self.spin * vy, self.spin * vx),
+        }
         middle = self.y - self.y.mean()
-        moved = {3: (nought, 0.5 * G * self.t**2), 4: (middle * self.x * 1e-3, middle**2 * 1e-3)}
+        moved = {k: (_twice(ax, self.t), _twice(ay, self.t)) for k, (ax, ay) in pushes.items()}
+        moved |= {3: (nought, 0.5 * G * self.t**2), 4: (middle * self.x * 1e-3, middle**2 * 1e-3)}
         moved[6] = (np.cos(2 * self.angle), np.sin(2 * self.angle))
-        out = []
-        for k in range(len(FLIGHT_NAMES)):
-            pair = moved.get(k) or tuple(_twice(a, self.t) for a in pushes[k])
-            out.append(np.r_[self.bare(pair[0]), self.bare(pair[1])])
-        return np.column_stack(out)
+        pairs = [moved[k] for k in range(len(FLIGHT_NAMES))]
+        return np.column_stack([np.r_[self.bare(x), self.bare(y)] for x, y in pairs])
 
 
 def _twice(values: np.ndarray, t: np.ndarray) -> np.ndarray:

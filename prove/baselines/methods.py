@@ -1,7 +1,8 @@
 """The baselines: white-noise BIC, sparse regression of derivatives, a Gaussian process for the discrepancy, everything free."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -22,7 +23,9 @@ SPARSE_M_S2 = 0.2  # a term smaller than this, root mean square, is dropped
 POINTS = 60  # of a flight: a process that needs more is noise
 
 
-def answer(alarm: bool, verdict: str, names=(), sector: str = "flight", parameters: dict | None = None) -> dict:
+def answer(
+    alarm: bool, verdict: str, names: Sequence[str] = (), sector: str = "flight", parameters: dict | None = None
+) -> dict:
     """A diagnosis of the drop in the solver's schema."""
     sectors = [{"name": sector, "explained": 1.0, "p": 0.0}]
     said = {"alarm": bool(alarm), "verdict": verdict, "names": list(names), "sectors": sectors, "held_out": {}}
@@ -45,7 +48,7 @@ def white_bic(drops: list[list[Flight]]) -> dict:
         e = found["restitution"].to_numpy()
         shapes = impact_columns(found)
         gains |= {name: _bic_gain(e - e.mean(), shapes[:, k] - shapes[:, k].mean()) for k, name in enumerate(IMPACT_NAMES)}
-    best = max(gains, key=gains.get)
+    best = max(gains, key=gains.__getitem__)
     if gains[best] < BIC_MARGIN:
         return answer(False, "none")
     return answer(True, "name", [best], sector_of(best), _parameter(best, residual, columns))
@@ -178,7 +181,7 @@ METHODS: dict[str, Callable[[list[list[Flight]]], dict]] = {
 }
 
 
-def diagnose(bench, method: str) -> dict | None:
+def diagnose(bench: Path, method: str) -> dict | None:
     """What a method says of a bench folder; None where it holds no drop tracks."""
     drops = read_drops(bench)
     return METHODS[method](drops) if drops else None

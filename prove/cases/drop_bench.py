@@ -42,7 +42,7 @@ def _recording(scene: Scene, i: int, drop: Flown) -> Made:
         told["camera"]["exposure_s"] = 1e-4
         return Made(told["id"], told, frames=film(pixels, shapes * (1e3 / scene.mm_per_px) ** 2, camera, scene.mm_per_px, rng))
     x, y = x + ORIGIN_MM[0], y + camera.centre_mm[1] + ORIGIN_MM[1]
-    table = {
+    table: dict[str, np.ndarray | float] = {
         "t_s": np.round(drop.stated_s, 7),
         "x_mm": noisy(x, scene.noise, rng).round(5),
         "y_mm": noisy(y, scene.noise, rng).round(5),

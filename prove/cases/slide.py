@@ -6,6 +6,7 @@ stamped T + offset. angle-offset: recorded less true tilt. plate-vibration: ampl
 added inertia over mass. stepped-tilt: the reading is rounded up to whole steps [deg]. worn-track: dμ/dx [1/m].
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,7 +74,7 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
     filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
     stribeck = spread(0.004, 0.01, rng) if wish.separated is False else rng.uniform(0.08, 0.16)
     return Scene(
-        runs=runs, mu=rng.uniform(0.25, 0.5), mass=np.pi / 6 * np.prod(axes) * 1e-9 * rng.uniform(1050, 1350), axes_mm=axes,
+        runs=runs, mu=rng.uniform(0.25, 0.5), mass=np.pi / 6 * math.prod(axes) * 1e-9 * rng.uniform(1050, 1350), axes_mm=axes,
         tilt_off_deg=rng.normal(0, TILT_SD_DEG), scale_off=rng.normal(0, scale_sd), scale_sd=scale_sd,
         travel_mm=round(float(rng.uniform(50, 90))), fps=float(rng.choice([120.0, 240.0, 500.0])), noise=filmed,
         shake_hz=rng.uniform(15, 40), stribeck_m_s=stribeck, readings=int(rng.integers(10, 16)) if read else 0, wish=wish,
@@ -101,7 +102,9 @@ def times(scene: Scene, run: Run) -> tuple[np.ndarray, float]:
     return np.arange(int((margin + 14) / run.rate_deg_s * scene.fps)) / scene.fps, float(start)
 
 
-def travel(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, tilt_more: float = 0.0):
+def travel(
+    scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, tilt_more: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(times, travel [mm], speed [mm/s]) up to the travel's end."""
     t, start = times(scene, run)
     args = np.radians(start + tilt_more), np.radians(run.rate_deg_s), block(scene, run, sizes, mu_more)
