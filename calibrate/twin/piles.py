@@ -23,7 +23,8 @@ class SeenPile:
     clockwise from the picture's rows; base_source: how it was found (vision.pile.base.BASES; "toe": it was not seen); crest_x;
     toes_x: where the left and the right flank end, None where that side has none (a wall, the picture's edge); description:
     sections of recording.toml as plain values, `camera.plumb_sd_deg` with what holds where nothing is stated; trouble: why there
-    is nothing, "" when there is.
+    is nothing, "" when there is; heap: the recording whose heap it is, alike for all photos of one recording (its recording.toml
+    tells of one run), "" where each photo is taken for a heap of its own.
     """
 
     recording: str
@@ -40,6 +41,7 @@ class SeenPile:
     description: dict
     notes: tuple[str, ...] = ()
     trouble: str = ""
+    heap: str = ""
 
 
 def read_piles(folder: Path) -> list[SeenPile]:
@@ -81,7 +83,7 @@ def pile_of(found: Repose, recording: Recording) -> SeenPile:
         "mm" if recording.camera.mm_per_px else "px", -scale * found.base.intercept,
         float(np.degrees(np.arctan(found.base.slope))), float(np.degrees(found.base.slope_sd)), found.base.source,
         scale * (found.crest[0] - found.roi[0]), tuple(None if toe is None else scale * toe for toe in found.toes),
-        describe(recording), (*found.notes, *doubts),
+        describe(recording), (*found.notes, *doubts), heap=str(recording.path) if recording.toml.is_file() else "",
     )  # fmt: skip
 
 

@@ -9,7 +9,8 @@ is a rolled picture of itself: camera roll is always a class.
 import numpy as np
 
 from calibrate.diagnose.effects.pile import EFFECTS, RIVALS
-from calibrate.diagnose.locate import Location
+from calibrate.diagnose.linear import chance
+from calibrate.diagnose.locate import Location, noise_doubt
 from calibrate.diagnose.name import ALPHA, LN_BF_BASELINE, LN_BF_RIVAL, SATURATED_P, Candidate, Verdict, alarm, candidate
 from calibrate.diagnose.pile.problem import differing
 from calibrate.diagnose.problem import Fit, fit
@@ -20,12 +21,15 @@ SHAPES = ("cohesion", "gate-speed", "base-vibration", "wall-friction", "particle
 WRONG_SIGN, WRONG_SIGN_FIRST = 3.0, 1.0  # sd of a further parameter, and of an effect's first, on the wrong side
 LAW_LOOSE = 0.15  # of the χ² that a shape explains may be left by its law's own form: no law of heaps is known better
 TWO_PHOTOS = "a second photo of the same kind of heap, so that something can be held out"
-CONTRASTS = {"cohesion": "seed_mm", "gate-speed": "gate_speed_mm_s", "base-vibration": "photo_s", "wall-friction": "width_mm"}
+CONTRASTS = {
+    "cohesion": {"seed_mm", "rig_mm"}, "gate-speed": {"gate_speed_mm_s"}, "base-vibration": {"photo_s"},
+    "wall-friction": {"width_mm"},
+}  # fmt: skip
 
 
 def decide(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
     """none | name | class | unknown, for a fitted baseline that has been located."""
-    p = alarm(base, location, rng)[0]
+    p = _alarm(base, location, rng)
     if p >= ALPHA:
         return Verdict("none", (), p, (), float("nan"), None)
     tilts = _tried(base, TILTS, (), rng)
@@ -44,6 +48,15 @@ def decide(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
     runner_up = min(part.ln_bayes_runner_up for part in found)
     advice = next((part.next_record for part in found if part.next_record), None)
     return Verdict(kind, tuple(n for part in found for n in part.names), p, tried, runner_up, advice)
+
+
+def _alarm(base: Fit, location: Location, rng: np.random.Generator) -> float:
+    """Global p: that of single scores and of the smooth excess, or of all that one shape does together (how its parts compare is
+    hardly known); Bonferroni."""
+    shapes = [n for n in SHAPES if n in base.problem.effects]
+    doubt = noise_doubt(base, rng)
+    together = min(chance(*explained(base, base.problem.columns_of(n)), doubt) for n in shapes)
+    return min(1.0, 1.5 * alarm(base, location, rng)[0], 3 * len(shapes) * together)
 
 
 def _unexplained(base: Fit, shape: Candidate | None, tilt: Candidate | None, shapes: list[Candidate], before: float) -> bool:
@@ -115,11 +128,16 @@ def _shape_part(base: Fit, best: Candidate | None, possible: list[Candidate], he
     close = [c for c in possible if c.ln_bayes > best.ln_bayes - LN_BF_RIVAL and c is not best]
     members = [own, *(n for c in sorted(close, key=lambda c: -c.ln_bayes) for n in c.names if n not in held and n not in RIVALS)]
     clear = best.ln_bayes - max((c.ln_bayes for c in possible if c is not best), default=0.0)
-    contrast = CONTRASTS.get(own) in differing(photos)
+    contrast = _contrasted(own, photos)
     if not close and contrast and not _lasting(best):
         return Verdict("name", (own,), 0.0, (), clear, None)
-    open_ones = [n for n in members if CONTRASTS.get(n) not in differing(photos)] or members
+    open_ones = [n for n in members if not _contrasted(n, photos)] or members
     return Verdict("class", tuple(dict.fromkeys(members)), 0.0, (), clear, _advice(photos, EFFECTS[open_ones[0]].separating))
+
+
+def _contrasted(effect: str, photos) -> bool:
+    """Whether a stated condition of its law differs between photos."""
+    return bool(CONTRASTS.get(effect, set()) & set(differing(photos)))
 
 
 def _advice(photos, separating: str) -> str:

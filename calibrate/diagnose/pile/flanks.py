@@ -7,7 +7,7 @@ crest's height. Two flanks: the top is where their lines meet. One flank: the wa
 line passes above it at the wall) starts where the line reaches the crest's height, and says nothing about its crest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -17,6 +17,7 @@ STEP, REACH = 0.0125, 1.4  # of u
 PLATEAU = 1.15  # a line that passes the wall this much above the crest belongs to a heap whose top was never moved
 WALL_JUMP = 0.12  # of the crest's height
 LEAST_ROWS = 40
+SAME_SIZE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +36,12 @@ class Flank:
 
 @dataclass(frozen=True, eq=False)
 class Photo:
-    """One photo. reference: what angles count from: "plumb" (stated), "plate" (its line in the picture) or "rows" (the picture's,
-    neither being known); plate_deg: the plate's line against a stated plumb, clockwise, NaN where either is missing; plate_sd_deg
-    of that line; plumb_sd_deg; the rest: what the recording states, NaN where it does not."""
+    """One heap in one photo, or the mean of several.
+
+    reference: what angles count from: "plumb" (stated), "plate" (its line in the picture) or "rows" (the picture's, neither being
+    known); plate_deg: the plate's line against a stated plumb, clockwise, NaN where either is missing; plate_sd_deg of that line;
+    plumb_sd_deg; the rest: what the recording states, NaN where it does not; rig_mm: size of what was emptied.
+    """
 
     recording: str
     session: str
@@ -51,26 +55,68 @@ class Photo:
     photo_s: float
     width_mm: float
     seed_mm: float
+    rig_mm: float
     notes: tuple[str, ...]
 
     @property
     def stated(self) -> tuple[float, ...]:
         """What may differ between photos and is known: photos of equal `stated` are repeats."""
-        return tuple(np.nan_to_num([self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm], nan=-1.0))
+        return tuple(np.nan_to_num([self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, self.rig_mm], nan=-1.0))
 
 
 def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
     """Photos with at least one usable flank, and why others are not (calibrate.twin.piles.SeenPile); ValueError without any."""
-    photos, refused = [], []
+    photos, refused, heaps = [], [], []
     for seen in piles:
         if seen.trouble:
             refused.append(f"{seen.recording}: {seen.trouble}")
             continue
         photo = photo_of(seen)
         (photos if photo.flanks else refused).append(photo if photo.flanks else f"{seen.recording}: {_why_none(seen)}")
+        heaps += [seen.heap or seen.recording] if photo.flanks else []
     if not photos:
         raise ValueError("no photo shows a flank from crest to toe" + "".join(f"\n  {r}" for r in refused))
-    return tuple(photos), tuple(refused)
+    return _sized(_by_heap(photos, heaps)), tuple(refused)
+
+
+def _by_heap(photos: list[Photo], heaps: list[str]) -> list[Photo]:
+    """Photos of one heap under one state are one: the same grains lie in its skin, and it was packed once."""
+    groups: dict[tuple, list[Photo]] = {}
+    for photo, heap in zip(photos, heaps, strict=True):
+        groups.setdefault((heap, photo.photo_s if np.isfinite(photo.photo_s) else None), []).append(photo)
+    return [_mean(group) for group in groups.values()]
+
+
+def _mean(photos: list[Photo]) -> Photo:
+    """The mean photo of one heap; a side that is not in all of them is left out."""
+    first = photos[0]
+    if len(photos) == 1:
+        return first
+    sides = [f.side for f in first.flanks if all(f.side in [g.side for g in p.flanks] for p in photos)]
+    flanks = tuple(_mean_flank([f for p in photos for f in p.flanks if f.side == side]) for side in sides)
+    plate = float(np.mean([p.plate_deg for p in photos]))
+    notes = tuple(dict.fromkeys(n for p in photos for n in p.notes))
+    name = first.recording.rpartition("/")[0] or first.recording
+    return replace(first, recording=name, flanks=flanks or first.flanks, plate_deg=plate, notes=notes)
+
+
+def _mean_flank(flanks: list[Flank]) -> Flank:
+    low, high = max(f.u[0] for f in flanks), min(f.u[-1] for f in flanks)
+    at = flanks[0].u[(flanks[0].u >= low - 1e-9) & (flanks[0].u <= high + 1e-9)]
+    v = np.mean([np.interp(at, f.u, f.v) for f in flanks], axis=0)
+    means = (float(np.mean([getattr(f, k) for f in flanks])) for k in ("angle_deg", "height", "length", "start"))
+    return Flank(flanks[0].side, at, v, *means)
+
+
+def _sized(photos: list[Photo]) -> tuple[Photo, ...]:
+    """Rigs within SAME_SIZE of each other get one size, so that their heaps count as repeats."""
+    sizes = np.array([p.rig_mm for p in photos])
+    if not np.isfinite(sizes).all():
+        return tuple(photos)
+    order = np.argsort(sizes)
+    group = np.zeros(len(photos), int)
+    group[order] = np.cumsum(np.diff(sizes[order], prepend=sizes[order][:1]) > SAME_SIZE * sizes[order])
+    return tuple(replace(p, rig_mm=float(np.mean(sizes[group == g]))) for p, g in zip(photos, group, strict=True))
 
 
 def _why_none(seen) -> str:
@@ -94,9 +140,16 @@ def photo_of(seen) -> Photo:
     return Photo(
         seen.recording, seen.session, seen.unit, flanks, reference, seen.base_deg - plumb if both else float("nan"),
         seen.base_sd_deg, camera.get("plumb_sd_deg", 0.5), pile.get("gate_speed_mm_s", float("nan")),
-        pile.get("photo_s", float("nan")), box[1] if box else float("nan"), seed.get("length_mm", float("nan")),
+        pile.get("photo_s", float("nan")), box[1] if box else float("nan"), seed.get("length_mm", float("nan")), _rig_mm(pile),
         (*notes, *(n for n in seen.notes if "cut by" in n)),
     )  # fmt: skip
+
+
+def _rig_mm(pile: dict) -> float:
+    """Diameter of the cylinder or length of the box that was emptied, NaN where neither is stated; with the fill height, where
+    that is stated too, the geometric mean of both."""
+    across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
+    return float(np.sqrt(across * pile["fill_height_mm"])) if "fill_height_mm" in pile else float(across)
 
 
 def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:

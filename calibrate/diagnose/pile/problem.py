@@ -9,6 +9,7 @@ plate     inclination against the stated plumb = base tilt + camera roll
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import stats
 
 from calibrate.diagnose.effects.pile import EFFECTS, LAWS, RIVALS
 from calibrate.diagnose.effects.pile.shapes import crest, toe
@@ -24,13 +25,16 @@ SIGMA_FLOOR = 0.003  # of the height: drawn surfaces are smoother than the famil
 LEVEL_SD_DEG, LOPSIDED_SD_DEG, PLATE_FLOOR_DEG = 0.2, 0.4, 0.05
 REPOSE_SD_DEG = 20.0
 LEVEL_DOUBT = 0.15  # of ln of the noise's power: packings are not Gaussian, and repeats are few
-WAVES = 6
+WAVES, SHORT = 6, 5  # orders of what nobody asked about; of shorter waves, whose power is roughness alone
+SKIN = 0.5  # seeds: beyond, the roughness of grains is not correlated
+ALIKE_P = 0.01  # below: repeats differ by more in long waves than roughness in short ones, and they alone are believed
 # What differs by itself with a stated condition, per unit of its logarithm: crest, toe [height], angle [deg]
 NATURAL = {
     "gate_speed_mm_s": (0.03, 0.03, 5.0),
     "seed_mm": (0.02, 0.03, 1.5),
     "width_mm": (0.01, 0.01, 1.0),
     "photo_s": (0.005, 0.005, 0.3),
+    "rig_mm": (0.02, 0.03, 1.5),  # as the seeds': how many seeds a heap is high
 }
 
 
@@ -54,16 +58,17 @@ def problem_of(photos: tuple[Photo, ...]) -> Problem:
     effects = {n: e for n, e in (EFFECTS | RIVALS).items() if _can_show(n, photos)}
     nuisances = _nuisances(photos)
     names = (*effects, *nuisances)
-    noise, sigma = _noise(photos)
-    packing = _packing(photos)
+    lags, one = _lags(photos)
+    noise, sigma = _noise(photos, lags, one)
+    packing = _packing(photos, lags, noise, sigma)
     model = _model(photos, names, nuisances)
-    series = tuple(_series(p, s, noise, packing["angle_deg"]) for p, s in zip(photos, sigma, strict=True))
+    series = tuple(_series(p, s, noise, packing["angle_deg"], lags) for p, s in zip(photos, sigma, strict=True))
     held = np.array([0.5, 0.5, packing["crest"], packing["toe"], packing["middle"]] * 2)
     count = len(photos)
     own = Locals(np.zeros((count, len(held))), np.full(len(held), 1e-3), held)
     known = nuisances | {"base-tilt": LEVEL_SD_DEG, "camera-roll": max(p.plumb_sd_deg for p in photos)}
     made = series_problem("pile", series, own, model.predict, effects, nuisances, known, model, turns=2)
-    return replace(made, level_sd=LEVEL_DOUBT, common_smooth=True, reduce=_once(made))
+    return replace(made, level_sd=max(LEVEL_DOUBT, noise.log_level_sd), common_smooth=True, reduce=_once(made))
 
 
 def _once(problem: Problem):
@@ -167,15 +172,14 @@ def _locals(photo: Photo) -> np.ndarray:
     out = np.zeros((sum(len(f.u) for f in photo.flanks) + len(photo.flanks) + _has_plate(photo), 10))
     row = 0
     for k, f in enumerate(photo.flanks):
-        columns = [np.ones(len(f.u)), f.u - 0.5, *(part(f.u) for part in usual.PARTS.values())]
-        out[row : row + len(f.u), 5 * k : 5 * k + 5] = np.column_stack(columns)
+        out[row : row + len(f.u), 5 * k : 5 * k + 5] = _packed(f.u)
         row += len(f.u)
     return out
 
 
-def _series(photo: Photo, sigma: float, noise: Noise, angle_sd_deg: float) -> Series:
+def _series(photo: Photo, sigma: float, noise: Noise, angle_sd_deg: float, lags: dict[int, np.ndarray]) -> Series:
     alone = np.full(len(photo.flanks) + _has_plate(photo), np.inf)
-    lag = np.concatenate([*(frame_lag(f.u / STEP) for f in photo.flanks), alone])
+    lag = np.concatenate([*(lags[id(f)] for f in photo.flanks), alone])
     angles, plate = [f.angle_deg for f in photo.flanks], [photo.plate_deg] * _has_plate(photo)
     sigmas = [np.full(len(f.u), sigma) for f in photo.flanks]
     plate_sd = [float(np.hypot(photo.plate_sd_deg, PLATE_FLOOR_DEG))] * _has_plate(photo)
@@ -200,35 +204,76 @@ def _cosines(u: np.ndarray, orders) -> np.ndarray:
     return np.cos(np.pi * at[:, None] * np.array(list(orders)))
 
 
-def _noise(photos: tuple[Photo, ...]) -> tuple[Noise, list[float]]:
-    """Roughness of the surface about a flexible curve: its correlation, common to all, and each photo's sd."""
-    designs = {id(f): _cosines(f.u, range(WAVES + 3)) for p in photos for f in p.flanks}
-    stretches = [Stretch(designs[id(f)], f.v, frame_lag(f.u / STEP)) for p in photos for f in p.flanks]
-    noise = estimate(stretches)
-    sigma = []
-    for p in photos:
-        left, freedom = 0.0, 0
-        for f in p.flanks:
-            rows = np.column_stack([designs[id(f)], f.v])
-            white = whiten(rows[:, None, :], frame_lag(f.u / STEP)[:, None], noise.rho, noise.white)[0][:, 0]
-            rest = white[:, -1] - white[:, :-1] @ np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=None)[0]
-            left, freedom = left + float(rest @ rest), freedom + len(rest) - white.shape[1] + 1
-        high = float(
-            np.exp(noise.log_level_sd / 2)
-        )  # one sd more than the roughness seems to have: angles have doubts of their own
-        sigma.append(max(high * float(np.sqrt(left / max(freedom, 1))), SIGMA_FLOOR))
-    return noise, sigma
+def _grain(photo: Photo) -> float:
+    """Seed's length over the photo's unit, NaN where either is not stated."""
+    return photo.seed_mm if photo.unit == "mm" else float("nan")
 
 
-def _packing(photos: tuple[Photo, ...]) -> dict[str, float]:
-    """Scatter of one flank's angle and of its crest, toe and bow between repeats."""
+def _lags(photos: tuple[Photo, ...]) -> tuple[dict[int, np.ndarray], float]:
+    """Rows' distances of each flank, by its id, such that roughness is correlated alike in all: in seeds where they are known;
+    and the distance of 1 in seeds, NaN where they are not."""
+    flanks = [(f, f.length / _grain(p)) for p in photos for f in p.flanks]
+    one = STEP * float(np.mean([seeds for _, seeds in flanks]))
+    return {id(f): frame_lag(f.u / STEP if np.isnan(one) else f.u * seeds / one) for f, seeds in flanks}, one
+
+
+def _noise(photos: tuple[Photo, ...], lags: dict[int, np.ndarray], one: float) -> tuple[Noise, list[float]]:
+    """Roughness of the surface: its correlation, common to all and no longer than SKIN seeds, and each photo's sd, in proportion
+    to seed over height where these are known.
+
+    Its power is asked for where missing physics lives: of waves just shorter than a flexible curve takes up, and, of longer ones,
+    what differs between repeats beside that which packings vary.
+    """
     flanks = [(p, f) for p in photos for f in p.flanks]
-    group = [(p.stated, f.side) for p, f in flanks]
-    out = {"angle_deg": usual.pooled_sd(np.array([f.angle_deg for _, f in flanks]), group, usual.PACKING_SD["angle_deg"])}
-    parts = []
-    for _, f in flanks:
-        design = np.column_stack([np.ones(len(f.u)), f.u - 0.5, *(part(f.u) for part in usual.PARTS.values())])
-        parts.append(np.linalg.lstsq(design, f.v - straight(f.u), rcond=None)[0][2:])
-    for name, values in zip(usual.PARTS, np.array(parts).T, strict=True):
-        out[name] = usual.pooled_sd(values, group, usual.PACKING_SD[name])
+    noise = estimate([Stretch(_cosines(f.u, range(WAVES + 3)), f.v, lags[id(f)]) for _, f in flanks])
+    if np.isfinite(one):
+        noise = replace(noise, rho=min(noise.rho, float(np.exp(-one / SKIN))))
+    size = np.array([_grain(p) / f.height if np.isfinite(one) else 1.0 for p, f in flanks])
+    high = range(WAVES + 3, WAVES + 3 + SHORT)
+    short = [_waves(f, lags[id(f)], noise, _cosines(f.u, range(WAVES + 3)), high) for _, f in flanks]
+    long = [_waves(f, lags[id(f)], noise, _packed(f.u), range(3, WAVES + 3)) for _, f in flanks]
+    groups: dict[tuple, list[np.ndarray]] = {}
+    for (p, f), k, z in zip(flanks, size, long, strict=True):
+        groups.setdefault((p.stated, f.side), []).append(z / k)
+    apart = [np.array(g) - np.mean(g, axis=0) for g in groups.values()]
+    repeated, freedom = sum(float((x**2).sum()) for x in apart), sum((len(x) - 1) * x.shape[1] for x in apart)
+    here = np.concatenate([z / k for k, z in zip(size, short, strict=True)])
+    power, count = (float(here @ here) + repeated) / (len(here) + freedom), len(here) + freedom
+    if freedom and stats.f.sf(repeated / freedom * len(here) / float(here @ here), freedom, len(here)) < ALIKE_P:
+        power, count = repeated / freedom, freedom
+    noise = replace(noise, log_level_sd=float(np.sqrt(2 / count)))
+    more = float(np.exp(noise.log_level_sd / 2))  # one sd more than it seems to have: angles have doubts of their own
+    each = {id(p): [] for p in photos}
+    for (p, _), k in zip(flanks, size, strict=True):
+        each[id(p)].append(k)
+    return noise, [max(more * float(np.sqrt(power)) * float(np.mean(each[id(p)])), SIGMA_FLOOR) for p in photos]
+
+
+def _waves(flank: Flank, lag: np.ndarray, noise: Noise, beside: np.ndarray, orders) -> np.ndarray:
+    """Whitened amplitudes (k,) of cosines of these orders beside the columns `beside`, of variance 1 where σ is 1."""
+    rows = np.column_stack([beside, _cosines(flank.u, orders), flank.v - straight(flank.u)])
+    white = whiten(rows[:, None, :], lag[:, None], noise.rho, noise.white)[0][:, 0]
+    return np.linalg.qr(white[:, :-1])[0][:, beside.shape[1] :].T @ white[:, -1]
+
+
+def _packed(u: np.ndarray) -> np.ndarray:
+    """What packings vary: level, slope, crest, toe and bow."""
+    return np.column_stack([np.ones(len(u)), u - 0.5, *(part(u) for part in usual.PARTS.values())])
+
+
+def _packing(photos: tuple[Photo, ...], lags: dict[int, np.ndarray], noise: Noise, sigma: list[float]) -> dict[str, float]:
+    """Scatter of one flank's angle and of its crest, toe and bow between repeats, the roughness' share of these taken off."""
+    flanks = [(p, f, sd) for p, sd in zip(photos, sigma, strict=True) for f in p.flanks]
+    group = [(p.stated, f.side) for p, f, _ in flanks]
+    angles = np.array([f.angle_deg for _, f, _ in flanks])
+    out = {"angle_deg": usual.pooled_sd(angles, np.zeros(len(angles)), group, usual.PACKING_SD["angle_deg"])}
+    parts, doubts = [], []
+    for _, f, sd in flanks:
+        rows = np.column_stack([_packed(f.u), f.v - straight(f.u)])
+        white = whiten(rows[:, None, :] / sd, lags[id(f)][:, None], noise.rho, noise.white)[0][:, 0]
+        inverse = np.linalg.inv(white[:, :-1].T @ white[:, :-1])
+        parts.append((inverse @ (white[:, :-1].T @ white[:, -1]))[2:])
+        doubts.append(np.sqrt(np.diag(inverse))[2:])
+    for name, values, errors in zip(usual.PARTS, np.array(parts).T, np.array(doubts).T, strict=True):
+        out[name] = usual.pooled_sd(values, errors, group, usual.PACKING_SD[name])
     return out

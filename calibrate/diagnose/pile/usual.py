@@ -44,11 +44,17 @@ def bumps(u: np.ndarray, seeds_high: float) -> np.ndarray:
     return np.column_stack([smooth, TAIL_SD * np.exp(-np.abs(u[:, None] - 1) / np.array(TAILS))])
 
 
-def pooled_sd(values: np.ndarray, group: list, prior_sd: float) -> float:
-    """sd of `values` (n,) about their groups' means, and `prior_sd` as PACKING_WEIGHT further repeats would give it."""
-    sums, freedom = 0.0, 0
+def pooled_sd(values: np.ndarray, errors: np.ndarray, group: list, prior_sd: float) -> float:
+    """sd of `values` (n,) about their groups' means beyond their own errors (n,), `prior_sd` being worth PACKING_WEIGHT repeats.
+
+    Values count for the less the more of their scatter is error: by the square of the scatter's share.
+    """
+    least = 0.1 * PACKING_WEIGHT * prior_sd**2
+    sums, freedom = PACKING_WEIGHT * prior_sd**2, PACKING_WEIGHT
     for key in dict.fromkeys(group):
-        own = values[[g == key for g in group]]
-        sums += float(((own - own.mean()) ** 2).sum())
-        freedom += len(own) - 1
-    return float(np.sqrt((PACKING_WEIGHT * prior_sd**2 + sums) / (PACKING_WEIGHT + freedom)))
+        own = np.array([g == key for g in group])
+        spare, noise = own.sum() - 1, float((errors[own] ** 2).mean())
+        counts = (prior_sd**2 / (prior_sd**2 + noise)) ** 2
+        sums += counts * (float(((values[own] - values[own].mean()) ** 2).sum()) - spare * noise)
+        freedom += counts * spare
+    return float(np.sqrt(max(sums, least) / freedom))

@@ -8,7 +8,7 @@ from heaping import Heap, changed, clean_bench, photograph, picture, repeats
 
 from calibrate.diagnose.effects.pile import EFFECTS
 from calibrate.diagnose.pile.diagnose import diagnose_pile
-from calibrate.diagnose.pile.flanks import photo_of
+from calibrate.diagnose.pile.flanks import photo_of, photos_of
 from calibrate.twin.piles import read_piles
 
 BENCH = Heap(grain_mm=3.0)
@@ -65,7 +65,8 @@ def test_what_differs_as_a_law_says_has_its_name(name):
     assert (found.verdict, found.names) == ("name", (name,))
     assert found.sectors[0].name in {"crest", "toe"} ^ ({"crest", "toe", "middle"} if name == "wall-friction" else set())
     assert found.held_out.rmse_ratio < 0.99
-    assert not found.held_out.removed_fraction <= 0.5  # NaN: the packings' scatter hides what share it is
+    least = 0.3 if name == "gate-speed" else 0.7  # what the gate's speed does by itself is learnt from the others too
+    assert least < found.held_out.removed_fraction < 1.3
     assert all(key.startswith(f"{name}.") for key in found.parameters)  # no number of a shape goes by the effect's name alone
 
 
@@ -101,6 +102,33 @@ def test_a_flank_that_breaks_is_unknown_and_described():
     assert found.verdict == "unknown" and found.sectors[0].name == "middle"
     assert found.law is None or "breaks at" in found.law
     assert found.next_record
+
+
+def test_photos_of_one_heap_are_one_heap():
+    """Four photos of one packing tell no more of the bench than one; in folders of their own they count as four."""
+    seen = picture(changed(BENCH, crest=0.25, toe=0.15), np.random.default_rng(5))
+    alike = [replace(seen, recording=f"pile-01/photo-{k}", heap="bench/pile-01") for k in range(4)]
+    (photo,), _ = photos_of(alike)
+    assert photo.recording == "pile-01" and len(photos_of([replace(a, heap="") for a in alike])[0]) == 4
+    once = photo_of(seen)
+    assert [f.angle_deg for f in photo.flanks] == pytest.approx([f.angle_deg for f in once.flanks])
+    assert np.allclose(photo.flanks[0].v, once.flanks[0].v)
+
+
+def test_cohesion_has_its_name_by_heaps_of_several_sizes_too():
+    rng = np.random.default_rng(2)
+    heaps = [
+        replace(picture(changed(BENCH, steep=9 / size, height_mm=size, angle_deg=27 + 300 / size), rng), description=sized(size))
+        for size in (30, 30, 60, 60, 120, 120)
+    ]
+    found = told(heaps)
+    assert found.verdict in ("name", "class") and "cohesion" in found.names
+
+
+def sized(size: float) -> dict:
+    return {
+        "camera": {"plumb_deg": 0.0, "plumb_sd_deg": 0.1}, "pile": {"cylinder_mm": [2 * size, 200.0]}, "seed": {"length_mm": 3.0},
+    }  # fmt: skip
 
 
 def test_one_photo_names_nothing_and_says_so():
@@ -208,7 +236,7 @@ def test_a_contrast_never_has_a_wrong_name(name):
         found = told(CONTRASTS[name](changed(clean_bench(rng), angle_deg=rng.uniform(24, 32)), rng))
         right += found.verdict in ("name", "class") and name in found.names
         wrong += found.verdict == "name" and found.names != (name,)
-    least = 6 if name == "gate-speed" else 28  # how heaps change with the gate's stated speed by themselves is hardly known
+    least = 3 if name == "gate-speed" else 34  # how heaps change with the gate's stated speed by themselves is hardly known
     assert wrong == 0 and right >= least
 
 

@@ -3,7 +3,7 @@
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.pile.shapes import Law, as_stated, bends, crest, toe
 
-_TIME = as_stated("photo_s", 1.0)
+_TIME = as_stated(photo_s=1.0)
 _NEXT = "two photos of one heap a minute apart, photo_s stated: what shakes goes on, what the gate did is over"
 _SOURCE = "creep of a shaken heap; its height shrinks with time"
 

@@ -1,11 +1,11 @@
-"""Cohesion: grains stick, so that crest and toe stand steeper; in proportion to (pull over weight), which falls with size."""
+"""Cohesion: grains stick, so that crest and toe stand steeper; in proportion to (pull over weight) over the heap in seeds."""
 
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.pile.shapes import Law, as_stated, bends, crest, toe
 
-_SIZE = as_stated("seed_mm", -1.0)
-_NEXT = "the same heap of seeds half and twice as large (sieved): cohesion counts for more the smaller they are"
-_SOURCE = "a film's pull ∝ d, a seed's weight ∝ d³, a heap's height in seeds ∝ 1/d: Bond number over height ∝ 1/d"
+_SIZE = as_stated(seed_mm=-1.0, rig_mm=-1.0)
+_NEXT = "the same of seeds, or in a heap, half and twice as large: cohesion counts for more the smaller they are"
+_SOURCE = "a film's pull ∝ d, a seed's weight ∝ d³: the stress it holds ∝ 1/d, over that of a heap's weight ∝ 1/(d H)"
 
 EFFECT = Effect(
     name="cohesion", sector="crest", unit="1", meaning="crest above a usual one over the heap's height", prior_sd=0.15, low=0.0,

@@ -3,9 +3,9 @@
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.pile.shapes import Law, as_stated, bends, crest, toe
 
-_SPEED = as_stated("gate_speed_mm_s", 1.0)
+_SPEED = as_stated(gate_speed_mm_s=1.0, rig_mm=-0.5)
 _NEXT = "the same heap at half and at twice the gate speed: what the gate does grows with it, shaking does not"
-_SOURCE = "a wheat heap: 10, 25, 50 mm/s left 18.4°, 12.3°, 10.4°; round crest and long toe"
+_SOURCE = "a wheat heap: 10, 25, 50 mm/s left 18.4°, 12.3°, 10.4°; over a fall's speed √(gH)"
 
 EFFECT = Effect(
     name="gate-speed", sector="crest", unit="1", meaning="crest below a usual one over the heap's height", prior_sd=0.15, low=0.0,

@@ -61,14 +61,15 @@ class Law:
     weight: Callable[[tuple], np.ndarray] | None = None
 
 
-def as_stated(quantity: str, power: float) -> Callable[[tuple], np.ndarray]:
-    """Weights in proportion to a stated quantity's power; all 1 where a photo does not state it."""
+def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
+    """Weights in proportion to powers of stated quantities, each left out where a photo does not state it; 1 on average."""
 
     def weight(photos: tuple) -> np.ndarray:
-        values = np.array([getattr(p, quantity) for p in photos], dtype=float)
-        if not np.isfinite(values).all():
-            return np.ones(len(values))
-        raised = values**power
+        raised = np.ones(len(photos))
+        for quantity, power in powers.items():
+            values = np.array([getattr(p, quantity) for p in photos], dtype=float)
+            if np.isfinite(values).all():
+                raised = raised * values**power
         return raised / raised.mean()
 
     return weight

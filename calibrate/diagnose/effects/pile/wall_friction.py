@@ -3,7 +3,7 @@
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.pile.shapes import Law, as_stated, middle
 
-_WIDTH = as_stated("width_mm", -1.0)
+_WIDTH = as_stated(width_mm=-1.0)
 _NEXT = "the same heap in a box twice as wide: what the side walls carry goes as 1/width"
 _SOURCE = "tan θ = tan θ₀ + μ_w h/W; Taberlet et al. 2003, Phys. Rev. Lett. 91, 264301"
 
