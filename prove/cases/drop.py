@@ -16,6 +16,7 @@ CONTACT_S = 1e-4  # half a swing of seed on plate; Hertz at 1 GPa: 0.07 ms
 LEAST_IMPACT_M_S = 0.22
 AIR_DENSITY, AIR_VISCOSITY = 1.20, 1.81e-5
 SHAPES = (((0.985, 0.985), (0.998, 0.998)), ((0.94, 0.94), (0.985, 0.985)), ((0.78, 0.68), (0.9, 0.78)))
+TURNING = {"magnus", "silhouette-wobble", "shape-conversion"}  # without the seed's turning there is nothing to tell them by
 HEIGHTS_MM = ((310.0,), (310.0, 100.0, 30.0), (310.0, 150.0), (250.0, 60.0), (200.0,), (310.0,))
 
 
@@ -98,9 +99,15 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
         runs, told, density, rng.uniform(0.42, 0.66), rng.uniform(0.15, 0.45),
         Air(lot if airy else 0.0, _magnus_unit(told, density), AIR_DENSITY if airy else 0.0),
         tuple(_camera(middle, scale_sd, plumb_sd, rng) for _ in range(sessions)), scale_sd, plumb_sd, noise,
-        0.4 / (1.02 - min(flat)) * rng.uniform(0.3, 1.0) if rng.random() < 0.8 else None, fps, pixel, 4 if wish.rendered else 6,
+        _angle_sd(wish, flat, rng), fps, pixel, 4 if wish.rendered else 6,
         float(rng.choice([-1, 1]) * rng.uniform(0.05, 0.2)), bool(wish.separated), wish,
     )  # fmt: skip
+
+
+def _angle_sd(wish: Wish, flat, rng: np.random.Generator) -> float | None:
+    """How well the silhouette's angle is read [deg], the worse the rounder; None: nobody looked."""
+    looked = rng.random() < 0.8 or bool(TURNING & set(wish.effects))
+    return 0.4 / (1.02 - min(flat)) * rng.uniform(0.3, 1.0) if looked else None
 
 
 def _plain_drag(told_mm, density) -> float:

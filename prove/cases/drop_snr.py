@@ -1,7 +1,8 @@
 """How visible an effect is in a case's drops.
 
 Flight and picture: by the tracks, every flight a free parabola upwards and every bounce a free kick sideways. Impacts: by the
-numbers that a bounce gives, each with the scatter that the seeds' shape and spin give it, the mean restitution free.
+numbers that a bounce gives, each with the scatter that the seeds' shape and spin give it, the mean restitution free; shape by the
+places of contact.
 """
 
 from dataclasses import replace
@@ -33,7 +34,9 @@ from prove.cases.snr import Channel, Visible, scatter_snr, spread_snr, track_snr
 
 MARGIN_S = 4e-4
 DRAG_SD = 0.15
+GRAVITY_SD = 5e-4  # of g at an unknown place on earth, relative: a fall does not tell it from a wrong scale or clock
 LEAST_MEASURED_E = 0.004
+ROUGHNESS = 0.02  # of the radius: how far beside the centre the roundest of seeds is touched
 
 
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
@@ -47,7 +50,7 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
 def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> float:
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
     sessions = len(scene.cameras)
-    shared_sd = np.r_[np.tile([scene.scale_sd, scene.plumb_sd_deg, 2e-4, 1e-3], sessions), DRAG_SD]
+    shared_sd = np.r_[np.tile([np.hypot(scene.scale_sd, GRAVITY_SD), scene.plumb_sd_deg, 2e-4, 1e-3], sessions), DRAG_SD]
     for drop in drops:
         law, _, camera = world(scene, drop.run, without)
         base = _places(drop, drop.camera)
@@ -140,13 +143,14 @@ def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: 
     returned, kicked = log[:, VZ_OUT] / speed - log[:, E_LAW], (log[:, VX_OUT] - log[:, VX_IN]) / speed
     measured = LEAST_MEASURED_E + 3 * scene.noise.sd * 1e-3 / (speed * 0.1)
     if name == "shape-conversion":
-        without = {k: v for k, v in sizes.items() if k != name}
-        before = np.concatenate([d.log for d in fly_all(scene, without)])
-        told = np.std(before[:, VZ_OUT] / -before[:, VZ_IN] - before[:, E_LAW])
-        return spread_snr(np.hypot(np.std(returned), 0.004) / np.hypot(told, 0.004), len(log))
+        before = np.concatenate([d.log for d in fly_all(scene, {k: v for k, v in sizes.items() if k != name})])
+        now, told = (np.hypot(np.std(_offsets(scene, rows)), ROUGHNESS) for rows in (log, before))
+        return spread_snr(now / told, len(log))
     if name == "plate-tilt":
         change = -(1 + log[:, E_LAW]) * np.radians(sizes[name])
-        return scatter_snr(change, np.hypot(np.std(kicked), measured), np.zeros((len(log), 0)))
+        turning = log[:, TURN_IN] * np.mean(scene.told_axes_mm) * 5e-4 if scene.angle_sd_deg else 0.0
+        slip = (log[:, VX_IN] + turning) / speed  # nobody states how much of it friction takes
+        return scatter_snr(change, np.hypot(np.std(kicked), measured), slip[:, None])
     change = np.concatenate([_restitution_change(scene, d, sizes, name) for d in drops])
     radius = np.mean(scene.told_axes_mm) * 5e-4
     turned = (log[:, TURN_OUT] ** 2 - log[:, TURN_IN] ** 2) * (radius / speed) ** 2  # what the picture shows of the exchange
@@ -155,6 +159,16 @@ def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: 
     # a bounce that goes wholly into spin is an outlier that no fit would follow
     scatter = 1.4826 * np.median(np.abs(rest - np.median(rest)))
     return scatter_snr(change, np.hypot(scatter, measured), floating)
+
+
+def _offsets(scene: Scene, log: np.ndarray) -> np.ndarray:
+    """How far beside the centre each contact lay (n,), over the radius, as its turn and its kick tell in the picture's plane.
+
+    The scatter of e, which shape widens too, tells nothing: every lot's e scatters by some amount that nobody states.
+    """
+    radius = np.prod(scene.told_axes_mm) ** (1 / 3) * 5e-4
+    turn, kick = log[:, TURN_OUT] - log[:, TURN_IN], log[:, VX_OUT] - log[:, VX_IN]
+    return (0.4 * radius * turn - kick) / (log[:, VZ_OUT] - log[:, VZ_IN])
 
 
 def _restitution_change(scene: Scene, drop: Flown, sizes: dict[str, float], name: str) -> np.ndarray:
