@@ -17,7 +17,8 @@ SPREAD_M_S = 0.15  # below this closing speed of the point of contact its restit
 @dataclass(frozen=True, eq=False)
 class Bounces:
     """(n,) each: speed [m/s] closing of the point of contact, e, e_usable, offset b [m] (NaN unseen); kick Δv_x/Δv_n, slip
-    (v_x + h ω)/Δv_n before, turn h Δω/Δv_n (0 where unseen), share v_n/Δv_n before; e_error, kick_error (n, n): covariances."""
+    (v_x + h ω)/Δv_n before, turn h Δω/Δv_n (0 where unseen), share v_n/Δv_n before; drift (v_x' + e v_x)/v_n (0 where unseen);
+    e_error, kick_error (n, n): covariances; offset_sd [m], of its measuring."""
 
     speed: np.ndarray
     e: np.ndarray
@@ -27,8 +28,10 @@ class Bounces:
     slip: np.ndarray
     turn: np.ndarray
     share: np.ndarray
+    drift: np.ndarray
     e_error: np.ndarray
     kick_error: np.ndarray
+    offset_sd: np.ndarray
 
 
 def bounces_of(impacts: Impacts, elongation: float, g: float = 9.80665) -> Bounces:
@@ -48,7 +51,10 @@ def bounces_of(impacts: Impacts, elongation: float, g: float = 9.80665) -> Bounc
     e, kick = leaving / safe, (vx2 - vx) / gain
     e_error = _error(impacts, 1, -e / safe, 1 / safe) + np.diag((g * impacts.time_sd * (1 + e) / safe) ** 2)
     kick_error = _error(impacts, 0, -1 / gain, 1 / gain) + _error(impacts, 1, kick / gain, -kick / gain)
-    return Bounces(safe, e, usable, offset, kick, slip, turn, vz / gain, e_error, kick_error)
+    offset_error = _error(impacts, 2, -gyration / gain, gyration / gain) + _error(impacts, 0, radius / gain, -radius / gain)
+    offset_sd = np.sqrt(np.diag(offset_error))
+    drift = np.nan_to_num((vx2 + e * vx) / safe)
+    return Bounces(safe, e, usable, offset, kick, slip, turn, vz / gain, drift, e_error, kick_error, offset_sd)
 
 
 def _error(impacts: Impacts, axis: int, before: np.ndarray, after: np.ndarray) -> np.ndarray:

@@ -22,7 +22,16 @@ E_FLOOR_LONG = 0.15  # times the squared elongation: half of what seeds show tha
 STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
 NEARLY_ROUND = 0.05  # elongation below which the contact is taken to lie below the centre: Δv_x = (I/mh) Δω but for the tilt
-NUISANCES = {"e": 0.3, "shape.later": 0.05, "shape.slow": 0.02, "stick": 0.5, "turn.first": 1.0, "turn.later": 1.0, "plumb": 1e-3}
+NUISANCES = {
+    "e": 0.3,
+    "shape.later": 0.05,
+    "shape.slow": 0.02,
+    "stick": 0.5,
+    "grip": 0.5,
+    "turn.first": 1.0,
+    "turn.later": 1.0,
+    "plumb": 1e-3,
+}
 
 
 @dataclass(frozen=True)
@@ -30,13 +39,15 @@ class Friction:
     """Δv_x/Δv_n = stick (v_x + h ω)/Δv_n + turn h Δω/Δv_n on a level plate: mean and sd of both coefficients.
 
     A contact that sticks has −1 and −1, one that slides 0 and 0 on average; a ball that is touched below its centre turns by its
-    own sideways push, whatever the friction: 0 and I/mh² = 0.4. Where the spin is not seen a ball gives 0 to −2/7 of the slip.
+    own sideways push, whatever the friction: 0 and I/mh² = 0.4. Where the spin is not seen a ball gives 0 to −2/7 of the slip,
+    and of what a tilt adds to it another share (grip), because turning may make up for v_x but not for that.
     """
 
     stick: float
     stick_sd: float
     turn: float
     turn_sd: float
+    grip_sd: float = 0.0
 
 
 STUCK_SD = 5.0
@@ -45,7 +56,7 @@ STICKING = Friction(-0.95, 0.15, -0.95, 0.15)  # −1 but for the radius, which 
 
 def friction_of(elongation: float, spun: bool) -> Friction:
     if not spun:
-        return Friction(-0.2, 0.2, 0.0, 0.0)
+        return Friction(-1 / 7, 0.1, 0.0, 0.0, 0.1)
     return Friction(0.0, 0.02, 0.4, 0.02) if elongation < NEARLY_ROUND else Friction(-0.5, 0.5, 0.0, 1.0)
 
 
@@ -190,14 +201,14 @@ def _known_sd(model: ImpactModel) -> dict[str, float]:
     square, push = model.elongation**2, model.friction
     later = 0.002 + (0.55 if model.spun else 0.8) * square
     known = {"e": NUISANCES["e"], "shape.later": later, "shape.slow": 5e-4 + 0.25 * square, "plumb": model.impacts.plumb_sd}
-    return known | {"stick": push.stick_sd, "turn.first": push.turn_sd, "turn.later": push.turn_sd}
+    return known | {"stick": push.stick_sd, "grip": push.grip_sd, "turn.first": push.turn_sd, "turn.later": push.turn_sd}
 
 
 def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
     """(m,): restitutions, then kicks."""
     seen, later = model.bounces, model.impacts.number > 1
     stick, turn = model.friction.stick + values["stick"], model.friction.turn
-    hits = Hits(seen.speed, model.impacts.number, 1 - stick * seen.share)
+    hits = Hits(seen.speed, model.impacts.number, 1 - (stick + values["grip"]) * seen.share, seen.drift)
     shape = later * (values["shape.later"] + values["shape.slow"] / np.maximum(seen.speed, SLOW_M_S) ** 2)
     e = model.middle + values["e"] + shape
     kick = stick * np.nan_to_num(seen.slip) + values["plumb"] * hits.lever
@@ -206,7 +217,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
         value = values.get(name, 0.0)
         if value and effect.restitution:
             e = effect.restitution(hits, e, value)
-        elif value and effect.kick:
+        if value and effect.kick:
             kick = kick + effect.kick(hits, value)
     return np.concatenate([e[model.e_rows], kick[model.kick_rows]])
 

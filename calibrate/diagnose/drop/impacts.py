@@ -36,8 +36,8 @@ class Impacts:
     """n impacts of R recordings.
 
     recording (n,), number (n,): 1 for the first after release; before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise],
-    NaN where not seen; flights (n, 2): which flight is before, after; flight_sd (F, 2): sd of v_x, v_z of a flight; time_sd [s]
-    (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted.
+    NaN where not seen; flights (n, 2): which flight is before, after; flight_sd (F, 3): sd of v_x, v_z, ω of a flight; time_sd
+    [s] (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted.
     """
 
     names: tuple[str, ...]
@@ -73,7 +73,8 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
     table = Impacts(
         names=s.names, recording=recording, number=np.array(number, dtype=int), flights=s.joint,
         before=np.column_stack([speed[:count], spin[s.joint[:, 0]]]), after=np.column_stack([speed[count:], spin[s.joint[:, 1]]]),
-        flight_sd=_flight_sds(fit, noise), time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
+        flight_sd=np.column_stack([_flight_sds(fit, noise), s.spin_sd]),
+        time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
         plumb_sd=math.radians(fit.sd("camera-roll")), seeds=seeds_of([t.description for t in used]),
     )  # fmt: skip
     return usable(table)
@@ -145,7 +146,7 @@ def heard(names: tuple[str, ...], times: list[np.ndarray], descriptions: list[di
     return usable(Impacts(
         names, found[:, 0].astype(int), found[:, 1].astype(int), np.column_stack([unseen, -found[:, 2], unseen]),
         np.column_stack([unseen, found[:, 3], unseen]), np.array(flights, dtype=int).reshape(-1, 2),
-        np.column_stack([np.full(len(sds), np.nan), sds]), np.zeros(len(found)), 0.0, seeds_of(descriptions),
+        np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]), np.zeros(len(found)), 0.0, seeds_of(descriptions),
     ))  # fmt: skip
 
 

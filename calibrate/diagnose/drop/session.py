@@ -10,6 +10,8 @@ from calibrate.diagnose.effects.effect import View
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
 LEAST_ROWS = 20  # of a flight: fewer tell nothing of physics, and the last hops of a long seed are hardly free
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
+ANGLE_SD_RAD = 0.15  # to which a silhouette's angle is smoothed: a ripple of two a turn then loses 4 % of its height
+MOST_SMOOTHED = 10.0  # of a flight's rows are the fewest that a mean may take
 HEIGHT_SD_M = 1e-3  # how well a release height is known
 
 
@@ -17,7 +19,8 @@ HEIGHT_SD_M = 1e-3  # how well a release height is known
 class Session:
     """R recordings, F flights, n rows. Lengths in m, upright by the stated plumb line (x right, z up), times in s.
 
-    recording (F,), middle (F,) and half (F,) of each flight [s]; spin (F,) [rad/s], 0 where not seen; first, stop (F,): its rows.
+    recording (F,), middle (F,) and half (F,) of each flight [s]; spin (F,) [rad/s], 0 where not seen, and its sd; first, stop
+    (F,): its rows.
     flight (n,), tau (n,) time after the flight's middle, places (n, 2), frame (n,), angle (n,) [rad].
     joint (J, 2): flights before and after each contact, joint_time (J,).
     release (R,): stated fall [m] of recordings whose release was seen, NaN else; release_sd (R,): height ± 1 mm and shape.
@@ -29,6 +32,7 @@ class Session:
     middle: np.ndarray
     half: np.ndarray
     spin: np.ndarray
+    spin_sd: np.ndarray
     first: np.ndarray
     stop: np.ndarray
     flight: np.ndarray
@@ -79,7 +83,7 @@ def assemble(tracks) -> Session:
     release = np.where(fallen, release, np.nan)
     return Session(
         names=tuple(t.recording for t in tracks),
-        **{key: np.array([p[key] for p in parts]) for key in ("recording", "middle", "half", "spin")},
+        **{key: np.array([p[key] for p in parts]) for key in ("recording", "middle", "half", "spin", "spin_sd")},
         first=np.cumsum(sizes) - sizes, stop=np.cumsum(sizes), flight=np.repeat(np.arange(len(parts)), sizes),
         tau=rows["tau"], places=rows["places"], frame=rows["frame"], angle=rows["angle"],
         joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2), joint_time=np.array([j[2] for j in joints]),
@@ -116,10 +120,10 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
                 continue
         time = track.time_s[rows]
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
-        angle, spin = _turning(track.angle_deg, rows, time)
+        angle, spin, spin_sd = _turning(track.angle_deg, rows, time)
         found.append((k, {
-            "recording": recording, "middle": middle, "half": half, "spin": spin, "tau": time - middle, "places": places[rows],
-            "frame": track.frame[rows], "angle": angle, "phase": phase[rows],
+            "recording": recording, "middle": middle, "half": half, "spin": spin, "spin_sd": spin_sd, "tau": time - middle,
+            "places": places[rows], "frame": track.frame[rows], "angle": angle, "phase": phase[rows],
         }))  # fmt: skip
     return found
 
@@ -165,15 +169,34 @@ def _free_part(part: dict, usual: float) -> dict | None:
     return None
 
 
-def _turning(angle_deg, rows: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, float]:
-    """Angle (rows,) [rad] by a straight line through what was seen, and its slope; zeros where nothing was."""
-    if angle_deg is None:
-        return np.zeros(len(rows)), 0.0
-    seen = np.isfinite(angle_deg[rows])
+def _turning(angle_deg, rows: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Angle (rows,) [rad] of the silhouette as it was seen, its mean rate and how well that is known; zeros where nothing was.
+
+    A seed that turns about another axis than the line of sight shows a silhouette that turns unevenly: hence no straight line,
+    and a rate no better known than its quarters agree.
+    """
+    seen = np.zeros(len(rows), bool) if angle_deg is None else np.isfinite(angle_deg[rows])
     if seen.sum() < 5:
-        return np.zeros(len(rows)), 0.0
-    slope, level = np.polyfit(time[seen] - time[0], np.radians(angle_deg[rows][seen]), 1)
-    return level + slope * (time - time[0]), float(slope)
+        return np.zeros(len(rows)), 0.0, 0.0
+    late, angle = time[seen] - time[0], np.radians(angle_deg[rows][seen])
+    quarters = zip(np.array_split(late, 4), np.array_split(angle, 4), strict=True)
+    rates = [np.polyfit(t, a, 1)[0] for t, a in quarters if len(t) > 4]
+    white = 12 * _noise(angle) ** 2 / (len(late) * np.ptp(late) ** 2)  # variance of the slope of all that noise alone makes
+    sd = float(np.sqrt(white + max(np.var(rates, ddof=1) - 64 * white, 0.0) / 4)) if len(rates) == 4 else float(np.sqrt(white))
+    return _smoothed(np.interp(time - time[0], late, angle)), float(np.polyfit(late, angle, 1)[0]), sd
+
+
+def _smoothed(angle: np.ndarray) -> np.ndarray:
+    """Means over as many neighbouring rows as leave ANGLE_SD_RAD of the noise that second differences show."""
+    rows = min((_noise(angle) / ANGLE_SD_RAD) ** 2, len(angle) / MOST_SMOOTHED)
+    reach = int(np.ceil(max(rows - 1, 0.0) / 2))
+    ends = [2 * angle[0] - angle[reach:0:-1], angle, 2 * angle[-1] - angle[-2 : -2 - reach : -1]]  # reflected about its ends
+    return np.convolve(np.concatenate(ends), np.full(2 * reach + 1, 1 / (2 * reach + 1)), mode="valid")
+
+
+def _noise(angle: np.ndarray) -> float:
+    """sd [rad] of the angle's white noise, as second differences show it."""
+    return float(np.std(np.diff(angle, 2))) / np.sqrt(6)
 
 
 def _elongation(description: dict) -> float:

@@ -32,7 +32,7 @@ def shape_of(impacts: Impacts, seen: Bounces, elongation: float) -> Shape:
     radius, reach = impacts.seeds.radius[impacts.recording], impacts.seeds.reach[impacts.recording]
     known = np.isfinite(seen.offset) & np.isfinite(radius)
     if known.sum() >= 3:
-        part = (seen.offset / (REACH * reach + ROUGH * radius))[known]
+        part = (seen.offset / np.hypot(REACH * reach + ROUGH * radius, seen.offset_sd))[known]
         part, freedom = part - np.median(part), int(known.sum()) - 1
     else:
         kicks = seen.kick[np.isfinite(seen.kick)]

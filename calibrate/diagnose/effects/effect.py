@@ -34,11 +34,13 @@ class View:
 @dataclass(frozen=True, eq=False)
 class Hits:
     """Impacts (n,): closing speed of the point of contact along the plate's normal [m/s], how many impacts this seed has had with
-    this one (1: the first), and by how much a tilt of 1 rad turns Δv_x over Δv_n (1: no friction)."""
+    this one (1: the first); by how much a tilt of 1 rad turns Δv_x over Δv_n (1: no friction), and takes from e of the upright
+    speeds."""
 
     speed: np.ndarray
     count: np.ndarray
     lever: np.ndarray
+    drift: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,9 @@ class Effect:
     name, unit, meaning: as in effects.json; sector: flight | measurement | impact; prior_sd: of the physical prior about 0, in
     the unit; low, high: physical range; twins: names it is taken for; exact_twins: what no recording of this kind separates;
     separating: the recording that would; source of law and range.
-    Exactly one law: acceleration(Motion, value) → (f, n, 2) [m/s²] added in flight; picture(places (n, 2) [m], View, value) →
-    places as the camera shows them; clock(value) → true over stated frame rate; restitution(Hits, e (n,), value) → e of a central
-    impact in place of `e`; kick(Hits, value) → added to Δv_x/Δv_n. reported: from the fitted value to the reported one
+    One law, or the last two: acceleration(Motion, value) → (f, n, 2) [m/s²] added in flight; picture(places (n, 2) [m], View,
+    value) → places as the camera shows them; clock(value) → true over stated frame rate; restitution(Hits, e (n,), value) → e of
+    a central impact in place of `e`; kick(Hits, value) → added to Δv_x/Δv_n. reported: from the fitted value to the reported one
     (rising), where they differ; low, high, prior_sd are the fitted one's.
     needs: what must have been seen ("spin"), "" for nothing.
     """

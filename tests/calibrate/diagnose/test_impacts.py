@@ -77,6 +77,13 @@ def test_clean_drops_raise_no_alarm(bench):
     assert found.verdict == "none" and not found.alarm and found.names == ()
 
 
+def test_a_steep_plate_is_no_restitution_that_falls_with_the_count():
+    """A ball that runs down the plate meets it more gently at every bounce, and leaves it less steeply."""
+    found = diagnosed(replace(BALL, tilt_deg=4.0, angle=False, bounces=4), 1)
+    assert found.verdict == "name" and found.names == ("plate-tilt",)
+    assert found.parameters["plate-tilt"].low95 < 4.0 < found.parameters["plate-tilt"].high95  # friction's share is not known
+
+
 def test_damage_is_a_class_where_each_count_has_its_own_speed():
     """A ball from one height: e that falls with the count is e that rises with the speed."""
     found = diagnosed(replace(BALL, e=damage), 1)
@@ -141,7 +148,7 @@ def test_restitution_of_a_central_impact_is_that_of_the_point_of_contact():
     none, count = np.zeros(4), len(before)
     table = Impacts(
         ("a",), np.zeros(4, dtype=int), np.ones(4, dtype=int), np.array(before), np.array(after),
-        np.column_stack([np.arange(count), np.arange(count) + 1]), np.zeros((count + 1, 2)), none, 0.0, seeds_of([{"seed": SOY}]),
+        np.column_stack([np.arange(count), np.arange(count) + 1]), np.zeros((count + 1, 3)), none, 0.0, seeds_of([{"seed": SOY}]),
     )  # fmt: skip
     seen = bounces_of(table, 0.19)
     plain = table.after[:, 1] / 2.0

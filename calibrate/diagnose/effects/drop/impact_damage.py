@@ -1,4 +1,4 @@
-"""Impact damage: e changes by a fixed factor with every impact that a seed has had."""
+"""Impact damage: e falls by a fixed factor with every impact that a seed has had; no impact mends a seed."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ def restitution(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
 
 
 EFFECT = Effect(
-    name="impact-damage", sector="impact", unit="1", meaning="relative change of e per impact", prior_sd=0.05, low=-0.6, high=0.1,
+    name="impact-damage", sector="impact", unit="1", meaning="relative change of e per impact", prior_sd=0.05, low=-0.6, high=0.0,
     source="a bruised seat is softer: 1 to 10 % an impact", twins=("film-adhesion",),
     separating="the same seed again from the same height: damage stays, a film or a law of speed begins anew",
     restitution=restitution,

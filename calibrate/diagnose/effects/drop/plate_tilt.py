@@ -10,8 +10,13 @@ def kick(hits: Hits, value: float) -> np.ndarray:
     return np.radians(value) * hits.lever
 
 
+def restitution(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
+    """e − α (v_x' + e v_x)/v: what runs down the plate strikes it more gently than it falls, and leaves it less steeply."""
+    return e - np.radians(value) * hits.drift
+
+
 EFFECT = Effect(
     name="plate-tilt", sector="impact", unit="deg", meaning="tilt", prior_sd=1.0, low=-15.0, high=15.0,
     source="reflection about the plate's normal", separating="a spirit level on the plate; the plate turned round by half a turn",
-    kick=kick,
+    kick=kick, restitution=restitution,
 )  # fmt: skip
