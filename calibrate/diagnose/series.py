@@ -22,8 +22,8 @@ STEP = 1e-3  # of a prior's sd, for derivatives; less where predictions are exac
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One recording: data (n,), sigma (n,) or scalar [data's unit], lag (n,) (noise.frame_lag), its noise, and curves (n, s) that
-    nothing asked about needs."""
+    """One recording: data (n,), sigma (n,) or scalar [data's unit], lag (n,) (noise.frame_lag), its noise, curves (n, s) that
+    nothing asked about needs, and own (n, q): what it adds of its own by chance, each column with a factor of sd 1."""
 
     recording: str
     data: np.ndarray
@@ -31,6 +31,7 @@ class Series:
     lag: np.ndarray
     noise: Noise
     smooth: np.ndarray
+    own: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,13 +102,17 @@ def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray
     for name, size in sizes.items():
         columns.append((predict(r, start, at | {name: at[name] + share * size}) - seen) / (share * size))
     more = [] if extra is None else list(extra.T)
+    chance = [] if one.own is None else list(one.own.T)
+    columns = columns[: len(start)] + chance + columns[len(start) :]
     rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(one.sigma, (-1, 1))
     white = whiten(rows[:, None, :], one.lag[:, None], one.noise.rho, one.noise.white)[0][:, 0]
-    count = len(start)
-    held = np.isfinite(own.sd)
+    count = len(start) + len(chance)
+    sd = np.concatenate([own.sd, np.ones(len(chance))])
+    off = np.concatenate([own.start[r] - start, np.zeros(len(chance))])
+    held = np.isfinite(sd)
     prior = np.zeros((int(held.sum()), white.shape[1]))
-    prior[:, :count] = np.diag(1 / own.sd)[held]
-    prior[:, -1] = ((own.start[r] - start) / own.sd)[held]
+    prior[:, :count] = np.diag(1 / sd)[held]
+    prior[:, -1] = (off / sd)[held]
     triangle = np.linalg.qr(np.vstack([white, prior]), mode="r")
     across, last = len(sizes) + len(more), triangle.shape[1] - 1
     below = triangle[count:]
@@ -116,6 +121,6 @@ def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray
 
     def back(moved: np.ndarray) -> np.ndarray:
         right = triangle[:count, last] - triangle[:count, count : count + len(sizes)] @ moved[: len(sizes)]
-        return solve_triangular(triangle[:count, :count] + 1e-300 * np.eye(count), right)
+        return solve_triangular(triangle[:count, :count] + 1e-300 * np.eye(count), right)[: len(start)]
 
     return made, back

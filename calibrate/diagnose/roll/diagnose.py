@@ -15,6 +15,7 @@ from calibrate.diagnose.roll.law import best_without_name, law_of
 from calibrate.diagnose.roll.problem import MU_SD, build, roll_problem, scatter_of
 from calibrate.diagnose.roll.readings import diagnose_readings
 from calibrate.diagnose.roll.ripple import Ripple, arguments, as_stated, common_rise, find_ripple, held_out_rise, left_out_rise
+from calibrate.diagnose.roll.rough import roughness
 from calibrate.diagnose.roll.session import assemble
 from calibrate.diagnose.roll.windows import sectors_of, windows_of
 
@@ -42,8 +43,16 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
         base = fit(plain(mu_sd=scatter))
         notes += (f"rolling friction differs by {100 * scatter:.2g} % from run to run, which is taken for the seeds' own",)
     ripple = find_ripple(base, rng)
+    rough = roughness(base if ripple.p >= ALPHA else _rippled(runs, seed, scales, ripple, scatter))
+    if rough.any():
+        base = fit(plain(mu_sd=scatter, rough=rough))
+        share = 100 * float(np.median(rough)) / base.problem.model.mu
+        notes += (
+            f"friction changes by {share:.2g} % along each run's own way, which is taken for the seeds' own: they are no balls",
+        )
+        ripple = find_ripple(base, rng)
     if ripple.p < ALPHA:
-        base, more, ripple = _with_ripple(runs, seed, scales, ripple, scatter)
+        base, more, ripple = _with_ripple(runs, seed, scales, ripple, scatter, rough)
         notes += more
     notes += usual_loss_of(base)
     where = _located(base, ripple, rng)
@@ -71,16 +80,24 @@ def _scales(recordings) -> dict[str, float]:
     return out
 
 
-def _with_ripple(runs, seed, scales, ripple: Ripple, scatter: float) -> tuple[Fit, tuple[str, ...], Ripple | None]:
+def _rippled(runs, seed, scales, ripple: Ripple, scatter: float) -> Fit:
+    """With a ripple as great as it likes: what is rough must be so beside it."""
+    model = build(runs, seed, ripple.turn, ripple.phase, ripple=True)
+    return fit(roll_problem(model, scales, mu_sd=scatter), free=("shape-barrier",))
+
+
+def _with_ripple(
+    runs, seed, scales, ripple: Ripple, scatter: float, rough: np.ndarray
+) -> tuple[Fit, tuple[str, ...], Ripple | None]:
     """A baseline beside which the ripple is a candidate; or, where the stated shape makes such a ripple, with it."""
     model = build(runs, seed, ripple.turn, ripple.phase, ripple=True)
-    problem = roll_problem(model, scales, mu_sd=scatter)
+    problem = roll_problem(model, scales, mu_sd=scatter, rough=rough)
     freed = fit(problem, free=("shape-barrier",))
     rise, sd, _ = common_rise(freed)
     if not as_stated(rise, sd, seed):
         return fit(problem), (), ripple
     note = f"the centre rises by {rise:.2g} mm as the seed turns, as its stated shape makes it ({seed.rise_mm:.2g} mm): no news"
-    return fit(roll_problem(model, scales, shape_known=seed.rise_mm, mu_sd=scatter)), (note,), None
+    return fit(roll_problem(model, scales, shape_known=seed.rise_mm, mu_sd=scatter, rough=rough)), (note,), None
 
 
 def _located(base: Fit, ripple: Ripple | None, rng: np.random.Generator) -> Location:

@@ -8,7 +8,7 @@ from numpy.polynomial import legendre
 from calibrate.diagnose.noise import Noise, Stretch, estimate, whiten
 from calibrate.diagnose.roll.session import Run
 
-EXACT_M = 1e-7  # a simulated track may be exact; nothing is gained from less than a tenth of a micrometre
+EXACT_M = 3e-6  # a simulated track may be exact; no camera is, and no path is straight to less than some micrometres
 DEGREE_DOWN, DEGREE_LEVEL = 3, 6
 SOON_S = (0.01, 0.025, 0.06, 0.15)  # behind the corner: slip bends the path within these
 LATE_S = (0.03, 0.08, 0.2)  # before the stop: a seed that climbs over itself slows and hurries most

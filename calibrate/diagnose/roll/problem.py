@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from scipy import stats
@@ -24,6 +25,7 @@ LENGTH_SD_M = 1e-3  # of the centre's way on the incline: where the seed was lai
 GRAVITY_SD = 5e-4  # beside 9.80665: a twin of the scale
 WIDE_MU = 1.0  # the common rolling friction is measured here, not known
 CURVES = 6
+PARTS = 40  # of the level, for what a seed that is no ball meets by chance: some to half a turn
 SCATTER_P = 1e-3  # of a scatter of friction as great by chance, below which it is taken for seeds that differ more
 PUSH = 1e-6  # over weight, for derivatives: a 1e-4 of friction, so that the stop moves in proportion
 
@@ -59,16 +61,21 @@ def effects_of(runs, seed: Seed, *, ripple: bool) -> dict[str, Effect]:
 
 
 def roll_problem(
-    model: Model, scales: dict[str, float], *, shape_known: float = 0.0, mu_sd: float = MU_SD, noise: RunNoise | None = None
+    model: Model,
+    scales: dict[str, float],
+    *,
+    shape_known: float = 0.0,
+    mu_sd: float = MU_SD,
+    rough: np.ndarray | None = None,
 ) -> Problem:
     """scales: sd of each session's scale, relative; shape_known [mm]: rise that the stated shape makes, part of the baseline;
-    mu_sd: of each run's rolling friction about the common one, relative."""
+    mu_sd: of each run's rolling friction about the common one, relative; rough (R,): see roll.rough."""
     effects = effects_of(model.runs, model.seed, ripple="shape-barrier" in model.names)
     if shape_known:
         effects = {n: e for n, e in effects.items() if not n.startswith("shape-barrier")}
     usual = float(np.mean([model.usual_loss(r) for r in range(len(model.runs))]))
     effects["corner-loss"] = corner_loss.beside(usual)
-    noise = noise or estimate_noise(model.runs, model.turn)
+    noise = estimate_noise(model.runs, model.turn)
     known = {
         "mu": WIDE_MU, "incline": INCLINE_SD_DEG, "level": LEVEL_SD_DEG, "inertia": model.seed.inertia_sd,
         "corner-loss": usual * corner_loss.USUAL_SD / corner_loss.USUAL,
@@ -82,7 +89,7 @@ def roll_problem(
         known, sizes = known | ripple | {"oval": 1.0}, sizes | ripple | {"oval": 1.0}
     own = locals_of(model, mu_sd)
     model = replace(model, names=(*effects, *sizes), seen={})
-    series = tuple(_series(model, r, own.start[r], noise) for r in range(len(model.runs)))
+    series = tuple(_series(model, r, own.start[r], noise, None if rough is None else rough[r]) for r in range(len(model.runs)))
     made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=15)
     return replace(made, starts=np.array([_closer(model, r, own, noise) for r in range(len(model.runs))]))
 
@@ -117,9 +124,20 @@ def locals_of(model: Model, mu_sd: float) -> Locals:
     return Locals(np.array(start), np.array([1e-5, 1e-6, 1e-6, 1e-3, 1e-4]), np.array(sd))
 
 
-def _series(model: Model, r: int, start: np.ndarray, noise: RunNoise) -> Series:
-    run = model.runs[r]
-    return Series(run.recording, run.x, float(noise.sigma[r]), run.lag, noise.noise, _curves(model, r, start))
+def _series(model: Model, r: int, start: np.ndarray, noise: RunNoise, rough: float | None) -> Series:
+    run, curves = model.runs[r], _curves(model, r, start)
+    own = rough * parts(model, r, start, {n: 0.0 for n in model.names}) if rough else None
+    return Series(run.recording, run.x, float(noise.sigma[r]), run.lag, noise.noise, curves, own)
+
+
+def parts(model: Model, r: int, start: np.ndarray, values: dict[str, float]) -> np.ndarray:
+    """(n, PARTS) [m]: what a resistance of the weight in each part of the level alone would change of run r's travel."""
+    way = way_of(model, r, start, values)
+    seen = moved(model, r, start, values, way=way)[0]
+    length = way.corner - way.x0
+    reach = max(float(np.max(seen)) - start[1], 1.5 * length)
+    pushes = [push_in(a, b, reach) for a, b in pairwise(np.linspace(length, reach, PARTS + 1))]
+    return np.column_stack([moved(model, r, start, values, place=p, way=way)[0] - seen for p in pushes]) / PUSH
 
 
 def _curves(model: Model, r: int, start: np.ndarray) -> np.ndarray:
