@@ -115,17 +115,21 @@ COUNTERPARTS: dict[str, dict[str, Counterpart]] = {
         "viscous-rolling": Counterpart("law", "rolling friction grows by {value} per m/s"),
         "drag": Counterpart("law", "the air's drag law is on, with drag over weight at 0.5 m/s {value} more than stated"),
     },
-    "pile": {},
+    "pile": {
+        "cohesion": Counterpart("law", "a film between seeds pulls with {value} of a seed's weight"),
+        "gate-speed": Counterpart("rig", "the gate moves faster than stated by {value} of its speed"),
+        "wall-friction": Counterpart("rig", "the box has its own sides, with friction, in place of smooth ones"),
+        "particle-shape": Counterpart("rig", "seeds are longer by {value} of their length, at the same volume"),
+    },
 }  # fmt: skip
-HEAPS = "one heap of the twin takes minutes, and no number of it was fitted; try benchtwin simulate pile --set "
 NONE_AT_ALL = {
     "impact-damage": "the twin's seeds do not remember their impacts",
     "plate-compliance": "the twin's plates are rigid; a restitution that falls with speed stands for it",
     "shape-conversion": "shape is the twin's own already: its seeds are not spheres",
     "reading-delay": "the twin reads its angles without delay", "stepped-tilt": "the twin's plate turns evenly",
     "plate-vibration": "its frequency was not recorded",
-    "cohesion": f"{HEAPS}laws.cohesion_linear.energy_density=…", "gate-speed": f"{HEAPS}pile.gate_speed_mm_s=…",
-    "wall-friction": f"{HEAPS}pile.slab=false", "particle-shape": f"{HEAPS}seed.length_mm=…",
+    "base-vibration": "how its base shook was not recorded",
+    "base-tilt": "the twin's plate under a heap is level", "camera-roll": "the twin's camera of a heap is upright",
 }  # fmt: skip
 
 
@@ -183,4 +187,10 @@ def _roll():
     return rolls_again
 
 
-AGAIN: dict[str, Callable] = {"drop": _drop, "slide": _slide, "roll": _roll}
+def _pile():
+    from calibrate.diagnose.pile.again import piles_again
+
+    return piles_again
+
+
+AGAIN: dict[str, Callable] = {"drop": _drop, "slide": _slide, "roll": _roll, "pile": _pile}

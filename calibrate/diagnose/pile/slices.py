@@ -1,0 +1,147 @@
+"""The twin's heap of a recorded one: the same rig, of a wide box a slice between smooth sides, with what was named at a strength.
+
+A shape of a heap has no number of the DEM: how strong its cause must be is found as friction is, from heaps at a few strengths.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibrate.diagnose.pile.flanks import photo_of
+from calibrate.twin.along import like
+from calibrate.twin.heaps import outlined
+from calibrate.twin.parameters import Parameters
+from calibrate.twin.piles import SeenPile
+from calibrate.twin.run import run
+
+SOYBEAN_MM, DENSITY = (8.72, 6.84, 5.98), 1250.0  # where a recording states neither
+SLICE, MOST_SEEDS, PACKED = 3.5, 1200, 0.62  # thickness of a slice in seed lengths; seeds that take half a minute
+RUPTURE = 0.01  # of a seed's width: how far a film is drawn out
+FILL_MM, PX_MM = 60.0, 0.1
+AT = np.arange(0.05, 1.3, 0.025)  # of the flank's way, where surfaces are compared
+# strengths at which heaps are run to learn what they do; 0 besides. gate-speed: faster by that share; particle-shape: longer
+LEVELS = {"cohesion": (0.25, 0.5), "gate-speed": (1.0, 3.0), "particle-shape": (0.15, 0.35), "wall-friction": (1.0,)}
+
+
+@dataclass(frozen=True)
+class Knobs:
+    """What a heap is run with: static friction between seeds; effect at a strength, 0: as stated."""
+
+    friction: float
+    effect: str
+    strength: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """surface (n,) at AT in shares of the height, NaN where not seen; angle_deg: mean over flanks and heaps."""
+
+    surface: np.ndarray
+    angle_deg: float
+
+
+def setting(description: dict, knobs: Knobs, seed_mm: float):
+    """(recording to be like, parameters) of a heap like this; seed_mm: the length at which cohesion of strength 1 pulls with a
+    seed's weight. ValueError where the rig is not stated, or too many seeds would be needed."""
+    told = {name: dict(description.get(name, {})) for name in ("seed", "pile")}
+    seed, pile = _seed(told["seed"]), _rig(told["pile"], told["seed"])
+    length = seed["length_mm"]
+    if knobs.effect == "particle-shape":
+        seed = _longer(seed, knobs.strength)
+    if knobs.effect == "gate-speed":
+        pile["gate_speed_mm_s"] = pile.get("gate_speed_mm_s", 50.0) * (1 + knobs.strength)
+    if knobs.effect == "wall-friction" and knobs.strength > 0:
+        width = told["pile"]["box_mm"][1]
+        box = [pile["box_mm"][0], width, pile["box_mm"][2]]
+        pile |= {"slab": False, "box_mm": box, "gate_mm": [width, pile["gate_mm"][1]]}
+        pile["plate_mm"] = [pile["plate_mm"][0], 3 * width]
+    laws = {}
+    if knobs.effect == "cohesion":  # a film's pull grows as the seeds' size
+        pull = knobs.strength * _weight_n(seed, seed_mm) * length / seed_mm
+        laws = {"film_adhesion": {"pull": float(f"{pull:.6g}"), "rupture": 1e-3 * RUPTURE * seed["width_mm"]}}
+    _affordable(pile, seed)
+    wide = pile["plate_mm"][0]
+    left = -wide / 2 if "cylinder_mm" in pile else 0.0
+    camera = {"mm_per_px": PX_MM, "width_px": int((wide + 40) / PX_MM), "height_px": int(1.2 * _fill(pile) / PX_MM) + 200}
+    camera["target_mm"] = [left + wide / 2, 0.0, 0.5 * _fill(pile)]
+    made = like("pile", {"seed": seed, "pile": pile, "camera": camera, "air": description.get("air", {})})
+    return made, Parameters(seed_static_friction=float(f"{knobs.friction:.4g}"), laws=laws)
+
+
+def _seed(stated: dict) -> dict:
+    whole = [stated.get(f"{n}_mm") for n in ("length", "width", "thickness")]
+    if None in whole:
+        scale = (whole[0] or SOYBEAN_MM[0]) / SOYBEAN_MM[0]
+        whole = [scale * v for v in SOYBEAN_MM]
+    return dict(zip(("length_mm", "width_mm", "thickness_mm"), whole)) | {"density_kg_m3": stated.get("density_kg_m3", DENSITY)}
+
+
+def _longer(seed: dict, share: float) -> dict:
+    """Longer by that share, of the same volume."""
+    thinner = (1 + share) ** -0.5
+    return seed | {
+        "length_mm": seed["length_mm"] * (1 + share), "width_mm": seed["width_mm"] * thinner,
+        "thickness_mm": seed["thickness_mm"] * thinner,
+    }  # fmt: skip
+
+
+def _rig(stated: dict, seed: dict) -> dict:
+    """[pile] of the twin: a cylinder as it is, of a box a slice."""
+    kept = {k: stated[k] for k in ("fill_height_mm", "gate_speed_mm_s", "photo_s") if k in stated}
+    if "cylinder_mm" in stated:
+        cylinder = stated["cylinder_mm"]
+        wide = max(stated.get("plate_mm", [0.0])[0], 5 * cylinder[0])
+        return kept | {"cylinder_mm": list(cylinder), "plate_mm": [wide, wide], "fill_height_mm": _fill(stated)}
+    if "box_mm" not in stated:
+        raise ValueError("the recordings state neither [pile] box_mm nor cylinder_mm: there is no rig to run again")
+    x, width, z = stated["box_mm"]
+    slab = min(width, SLICE * _seed(seed)["length_mm"])
+    plate = stated.get("plate_mm", [2 * x])[0]
+    box = {"box_mm": [x, slab, z], "gate_mm": [slab, z], "plate_mm": [plate, slab], "slab": True}
+    return kept | box | {"fill_height_mm": min(_fill(stated), z)}
+
+
+def _fill(stated: dict) -> float:
+    return stated.get("fill_height_mm", FILL_MM)
+
+
+def _affordable(pile: dict, seed: dict) -> None:
+    if "cylinder_mm" in pile:
+        base = np.pi / 4 * pile["cylinder_mm"][0] ** 2
+    else:
+        base = pile["box_mm"][0] * pile["box_mm"][1]
+    count = PACKED * base * _fill(pile) / _volume_mm3(seed)
+    if count > MOST_SEEDS:
+        raise ValueError(f"a heap of about {count:.0f} seeds takes too long; up to {MOST_SEEDS} are run again")
+
+
+def _volume_mm3(seed: dict) -> float:
+    return np.pi / 6 * seed["length_mm"] * seed["width_mm"] * seed["thickness_mm"]
+
+
+def _weight_n(seed: dict, length_mm: float) -> float:
+    """Of a seed of that length and this shape."""
+    return 9.80665e-9 * _volume_mm3(seed) * (length_mm / seed["length_mm"]) ** 3 * seed["density_kg_m3"]
+
+
+def heap(description: dict, knobs: Knobs, seed_mm: float, packing: int) -> SeenPile:
+    """One heap of the DEM, its outline seen as a photo shows it; the same packing, the same seeds rained in."""
+    recording, parameters = setting(description, knobs, seed_mm)
+    motion, _ = run(recording, parameters, rng=np.random.default_rng([5, packing]), threads=1)
+    return outlined(motion, recording)
+
+
+def shape_of(heaps: list[SeenPile]) -> Shape:
+    """Mean over heaps and flanks. ValueError where no heap has a flank."""
+    flanks = [f for seen in heaps for f in photo_of(seen).flanks]
+    if not flanks:
+        raise ValueError("no flank from crest to toe on the twin's heap")
+    rows = [np.interp(AT, f.u, f.v, left=np.nan, right=np.nan) for f in flanks]
+    with np.errstate(all="ignore"):
+        return Shape(_mean(np.array(rows)), float(np.mean([f.angle_deg for f in flanks])))
+
+
+def _mean(rows: np.ndarray) -> np.ndarray:
+    """Over what is seen; NaN where nothing is."""
+    count = np.isfinite(rows).sum(0)
+    return np.where(count > 0, np.nansum(rows, 0) / np.maximum(count, 1), np.nan)
