@@ -141,7 +141,7 @@ def write_recording(recording: Recording) -> Path:
     return file
 
 
-def with_camera(recording: Recording, **keys) -> Recording:
+def with_camera(recording: Recording, **keys: Any) -> Recording:
     """The recording with some camera keys replaced (a scale read from graph paper, say)."""
     return replace(recording, camera=recording.camera.model_copy(update=keys))
 

@@ -19,7 +19,7 @@ POLL_S = 0.02
 LOOK_S = 0.5  # how often jobs of other campaigns are asked for, and progress is told
 
 
-def run_campaign(jobs: Sequence, store: str | Path, **options) -> Results:
+def run_campaign(jobs: Sequence, store: str | Path, **options: Any) -> Results:
     """Run all jobs, or find them in the store; returns a row a job, in their order. Options and errors: `stream_campaign`."""
     outcomes = {outcome.key: outcome for outcome in stream_campaign(jobs, store, **options)}
     return in_order([job.key for job in jobs], outcomes)

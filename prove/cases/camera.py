@@ -8,6 +8,7 @@ tracked centre is off by (cos 2φ, sin 2φ), φ the seed's angle in the picture.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ class Camera:
     distortion: float = 0.0
     wobble_mm: float = 0.0
 
-    def with_(self, **changes) -> "Camera":
+    def with_(self, **changes: Any) -> "Camera":
         return replace(self, **changes)
 
 

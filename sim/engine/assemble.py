@@ -4,6 +4,8 @@ Each chosen contact law has columns of its own in the table of material pairs: f
 parameters. A tile carries them as rows, so that laws still run in vector registers.
 """
 
+from collections.abc import Callable
+
 from numba import njit
 
 from sim.engine import tiles
@@ -114,13 +116,13 @@ def contact_laws(placed: list[tuple[Law, int]]) -> dict:
             raise ValueError(f"{len(calls)} laws of kind {kind}: choose one")
         whole = calls[0]
         for call in calls[1:]:
-            whole = combine(whole, call)
+            whole = combine(whole, call) if combine else call
         bound[flag] = True
         bound["normal_extra" if kind == "normal" else kind] = whole
     return bound
 
 
-def reach(placed: list[tuple[Law, int]]):
+def reach(placed: list[tuple[Law, int]]) -> Callable | None:
     """The farthest reach of all laws that have one, or None."""
     whole = None
     for law, at in placed:
@@ -146,7 +148,7 @@ def _farther(f, is_on, numbers, before):
     return njit(**OPTIONS)(call)
 
 
-def body_laws(laws: tuple[Law, ...]):
+def body_laws(laws: tuple[Law, ...]) -> Callable | None:
     """The sum of the chosen body laws as one function, or None; their numbers come one law after the other in a flat array."""
     whole, first = None, 0
     for law in laws:
@@ -177,7 +179,7 @@ def _array_numbers(first: int, count: int):
     return njit(**OPTIONS)(lambda row: (*before(row), row[at]))
 
 
-def motions(laws: tuple[Law, ...]):
+def motions(laws: tuple[Law, ...]) -> Callable | None:
     """(value, rate) by the motion law of that number, at time t with its row of numbers; None without laws."""
     whole = None
     for number, law in reversed(list(enumerate(laws))):

@@ -11,35 +11,38 @@ import os
 import tempfile
 import types
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numba
 
 # No fastmath: a force must not depend on how a loop was cut into vectors. error_model numpy drops the division checks, which keep
 # loops from becoming vectors. Without _nrt numba counts references to every array that it slices or hands on, by locked
 # instructions: 90 % of a one-seed run was spent on that. The price is that a kernel cannot allocate: scratch is handed in.
-OPTIONS = {"error_model": "numpy", "nogil": True, "boundscheck": False, "_nrt": False}
-ALLOCATING = {**OPTIONS, "_nrt": True}
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "boundscheck": False, "_nrt": False}
+ALLOCATING: dict[str, Any] = {**OPTIONS, "_nrt": True}
 
 
 @cache
 def cache_folder() -> Path:
     """Where compiled kernels are kept: $NUMBA_CACHE_DIR, else the user's cache folder, else a folder of the user's in /tmp."""
-    asked = os.environ.get("NUMBA_CACHE_DIR")
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    user = getattr(os, "getuid", lambda: "user")()
+    asked, user = os.environ.get("NUMBA_CACHE_DIR"), getattr(os, "getuid", lambda: 0)()
     choices = [Path(asked)] if asked else []
-    choices += [home / "benchtwin" / "kernels", Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"]
-    for folder in choices:
+    with suppress(RuntimeError):  # nobody's home
+        choices += [Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "benchtwin" / "kernels"]
+    shared = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
+    for folder in (*choices, shared):
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             with tempfile.TemporaryFile(dir=folder):
-                return folder
+                if folder != shared or folder.stat().st_uid == user:  # compiled code is not taken from another's folder
+                    return folder
         except OSError:
             continue
     raise RuntimeError(
-        f"no folder to keep compiled kernels in: cannot write to {', '.join(map(str, choices))}; set NUMBA_CACHE_DIR"
+        f"no folder to keep compiled kernels in: cannot write to {', '.join(map(str, (*choices, shared)))}; set NUMBA_CACHE_DIR"
     )
 
 

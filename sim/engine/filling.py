@@ -7,7 +7,7 @@ from sim.engine.world import Placed, Scattered, World
 SLACK = 1.02  # grid pitch over the largest seed's bounding diameter; half of the rest is the shake
 
 
-def place(world: World, rng: np.random.Generator):
+def place(world: World, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     """Shape number (over all groups), centre, orientation, velocity, spin of every seed, group by group."""
     parts, first = [], 0
     for k, group in enumerate(world.seeds):

@@ -11,6 +11,7 @@ from sim.engine import neighbours, surfaces
 from sim.engine.bodies import X
 from sim.engine.compiled import ALLOCATING, fingerprint, inner, kernel
 from sim.engine.state import State
+from sim.engine.walls import Vector
 from sim.engine.world import Tables
 
 FEW = 600  # ball–ball and ball–primitive pairs up to which all are listed for good, and nothing is ever searched
@@ -47,7 +48,7 @@ def ball_counts(tables: Tables, shape_of: np.ndarray) -> np.ndarray:
     return np.diff(tables.shape_start)[shape_of]
 
 
-def relist(tables: Tables, state: State, domain=None) -> State:
+def relist(tables: Tables, state: State, domain: tuple[Vector, Vector] | None = None) -> State:
     """The state with new lists; same physics, other order. Bodies whose centre is outside `domain` are gone."""
     keep = np.arange(state.count)
     if domain is not None:

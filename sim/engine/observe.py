@@ -1,6 +1,8 @@
 """Looking at a state: where its energy is, whether it has settled, what it looked like along the way."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -113,7 +115,7 @@ class Settled:
 class Track:
     """Collects one number or array a look: `Every(0.001, Track(lambda world, state: state.positions[0]))`. times_s and values."""
 
-    what: object
+    what: Callable[[World, State], Any]
     times_s: list = field(default_factory=list)
     values: list = field(default_factory=list)
 

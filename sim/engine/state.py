@@ -2,6 +2,8 @@
 bit."""
 
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -101,7 +103,8 @@ class State:
         return self.shape_of[self.order]
 
     def copy(self) -> "State":
-        return replace(self, **{f.name: v.copy() for f in fields(self) if isinstance(v := getattr(self, f.name), np.ndarray)})
+        arrays: dict[str, Any] = {f.name: v.copy() for f in fields(self) if isinstance(v := getattr(self, f.name), np.ndarray)}
+        return replace(self, **arrays)
 
     @property
     def bytes(self) -> int:
@@ -109,12 +112,12 @@ class State:
         return sum(v.nbytes for f in fields(self) if isinstance(v := getattr(self, f.name), np.ndarray))
 
 
-def save(state: State, path) -> None:
+def save(state: State, path: Path | str) -> None:
     """Write a checkpoint (.npz): the whole state, nothing rounded."""
     np.savez(path, **{f.name: getattr(state, f.name) for f in fields(state)})
 
 
-def load(path) -> State:
+def load(path: Path | str) -> State:
     """Read a checkpoint written by `save`; it continues in the world it was made in."""
     kinds = {"step": int, "dt": float, "skin": float}
     with np.load(path, allow_pickle=False) as stored:

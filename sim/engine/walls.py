@@ -1,6 +1,8 @@
 """Walls as people describe them: planes, rectangles, cylinders, triangle meshes; fixed, sliding or turning."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +11,7 @@ from sim.laws.law import Chosen, Law
 from sim.material import Material
 
 Vector = tuple[float, float, float]
+Primitives = tuple[list[int], np.ndarray, np.ndarray]  # kinds (n), rows (n, ROW), corners (n, 3)
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,7 @@ class Plane:
     normal: Vector = (0.0, 0.0, 1.0)
     moves: tuple[Slide | Turn, ...] = ()
 
-    def primitives(self):
+    def primitives(self) -> Primitives:
         return [PLANE], _rows(self.point, unit("normal", self.normal), (0.0, 0.0, 0.0)), np.full((1, 3), -1)
 
 
@@ -57,7 +60,7 @@ class Rectangle:
     b: Vector
     moves: tuple[Slide | Turn, ...] = ()
 
-    def primitives(self):
+    def primitives(self) -> Primitives:
         a, b = np.asarray(self.a, float), np.asarray(self.b, float)
         if not abs(a @ b) < 1e-9 * np.linalg.norm(a) * np.linalg.norm(b):
             raise ValueError(f"wall {self.name!r}: edges a = {self.a} and b = {self.b} must be perpendicular and longer than 0")
@@ -75,7 +78,7 @@ class Cylinder:
     radius: float
     moves: tuple[Slide | Turn, ...] = ()
 
-    def primitives(self):
+    def primitives(self) -> Primitives:
         axis = np.asarray(self.end, float) - np.asarray(self.start, float)
         if not (self.radius > 0 and np.linalg.norm(axis) > 0):
             raise ValueError(f"wall {self.name!r}: radius = {self.radius} m and the axis' length must be > 0")
@@ -96,20 +99,24 @@ class Mesh:
     moves: tuple[Slide | Turn, ...] = ()
 
     @classmethod
-    def from_file(cls, path, name: str, material: Material, *, scale: float = 1.0, moves=()) -> "Mesh":
+    def from_file(
+        cls, path: Path | str, name: str, material: Material, *, scale: float = 1.0, moves: tuple[Slide | Turn, ...] = ()
+    ) -> "Mesh":
         """Read STL, PLY, OBJ … through trimesh, joining vertices that coincide; `scale` 1e-3 for files in millimetres."""
         import trimesh
 
         return cls.from_trimesh(trimesh.load(path, force="mesh"), name, material, scale=scale, moves=moves)
 
     @classmethod
-    def from_trimesh(cls, mesh, name: str, material: Material, *, scale: float = 1.0, moves=()) -> "Mesh":
+    def from_trimesh(
+        cls, mesh: Any, name: str, material: Material, *, scale: float = 1.0, moves: tuple[Slide | Turn, ...] = ()
+    ) -> "Mesh":
         mesh = mesh.copy()
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         mesh.update_faces(mesh.nondegenerate_faces())
         return cls(name, material, np.asarray(mesh.vertices) * scale, np.asarray(mesh.faces), moves)
 
-    def primitives(self):
+    def primitives(self) -> Primitives:
         vertices, faces = np.asarray(self.vertices, float), np.asarray(self.faces)
         if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
             raise ValueError(f"wall {self.name!r}: faces must be (m, 3) with m ≥ 1, not {faces.shape}")
@@ -189,13 +196,12 @@ def tabulate(walls: tuple[Wall, ...]) -> WallTables:
         for move in wall.moves:
             if move.law.law.kind != "motion":
                 raise ValueError(f"wall {wall.name!r}: law {move.law.law.name!r} is of kind {move.law.law.kind!r}, not 'motion'")
-            slides = isinstance(move, Slide)
-            direction = unit(f"wall {wall.name!r}: direction", move.direction if slides else move.axis)
+            along, pivot = (move.direction, (0.0, 0.0, 0.0)) if isinstance(move, Slide) else (move.axis, move.pivot)
+            direction = unit(f"wall {wall.name!r}: direction", along)
             law = move.law.law
             if law not in laws:
                 laws.append(law)
-            pivot = (0.0, 0.0, 0.0) if slides else move.pivot
-            moves.append([w, SLIDE if slides else TURN, *direction, *pivot, laws.index(law)])
+            moves.append([w, SLIDE if isinstance(move, Slide) else TURN, *direction, *pivot, laws.index(law)])
             numbers.append(move.law.numbers)
     width = max([len(row) for row in numbers], default=0)
     moving = {int(row[0]) for row in moves}

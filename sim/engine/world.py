@@ -115,7 +115,7 @@ class World:
             law = LAWS[f"rolling_{convention}"]
             if law.name not in named:
                 pairs = [c.between for c in self.contacts if c.rolling_convention == convention]
-                rolling += [law.use()] if len(conventions) == 1 else [law.use(between=tuple(pair)) for pair in pairs]
+                rolling += [law.use()] if len(conventions) == 1 else [law.use(between=pair) for pair in pairs]
         return (*rolling, *self.laws)
 
     def wall_index(self, name: str) -> int:
