@@ -84,6 +84,7 @@ def calibrate(
     quick: Annotated[bool, typer.Option(help="Fewer repeats and piles: minutes, with wider intervals.")] = False,
     whole_pile: Annotated[bool, typer.Option(help="Simulate the pile as described, not a slice of it: hours.")] = False,
     rendered: Annotated[bool, typer.Option(help="Film every simulated run and measure the pictures: slower.")] = False,
+    design: Annotated[str, typer.Option(help="Of the piles: box-behnken, or central-composite (face-centred).")] = "box-behnken",
     ranges: Annotated[list[str], typer.Option("--range", help="seed_restitution=0.45:0.70: where to look for it.")] = [],  # noqa: B006
     priors: Annotated[list[str], typer.Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand.")] = [],  # noqa: B006
     rng: Annotated[int, typer.Option(help="Seed of the random numbers: the same one gives the same result.")] = 1,
@@ -99,7 +100,7 @@ def calibrate(
     """
     from calibrate.calibrate_command import Asked, calibrate_command
 
-    how = {"tables": tables, "twin": twin, "quick": quick, "whole_pile": whole_pile, "rendered": rendered}
+    how = {"tables": tables, "twin": twin, "quick": quick, "whole_pile": whole_pile, "rendered": rendered, "design": design}
     known = {"ranges": tuple(ranges), "priors": tuple(priors)}
     run = {"rng": rng, "workers": workers, "scheduler": scheduler, "overwrite": overwrite, "quiet": quiet}
     raise typer.Exit(calibrate_command(Asked(bench, out, **how, **known, **run)))

@@ -5,7 +5,7 @@ python benchmarks/loop.py steel FIRST LAST      → benchmarks/loop/steel.csv: s
 
 Simulations are kept in benchmark-runs/loop/runs. The piles' design is that of a quick calibration of the first folder and
 serves all; posteriors are drawn by weighing points of the prior, which takes a moment where the procedure's chains take 20 s.
-`python benchmarks/loop.py table` reads the tables again.
+Without arguments the tables are read again.
 """
 
 import json
@@ -35,8 +35,9 @@ LEVELS = (0.50, 0.80, 0.95)
 POINTS = 40_000
 
 
-def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]]]:
-    """All piles of the quick design, the box of its seed–steel parameters, and what these were calibrated to: (value, sd)."""
+def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]], bool]:
+    """All piles of the quick design, the box of its seed–steel parameters, what these were calibrated to, (value, sd), and
+    whether its piles share packings."""
     bench = bench_of(RUNS / "piles-00")
     state = State(bench, QUICK, 1, Wishes(levels=Box.of(RANGES)), {})
     for name in STEEL:
@@ -45,15 +46,15 @@ def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]
     noise, pairing, _, _ = measure_noise(stage, stage.levels)
     run_design(stage, stage.levels, noise, pairing, 0.0)
     found = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in state.steel.values()}
-    return pd.concat(stage.done, ignore_index=True), stage.steel, found
+    return pd.concat(stage.done, ignore_index=True), stage.steel, found, pairing.worth_it
 
 
-def posterior(folder: int, piles: pd.DataFrame, steel: Box, found: dict) -> list[dict]:
+def posterior(folder: int, piles: pd.DataFrame, steel: Box, found: dict, shared: bool) -> list[dict]:
     """One row a seed–seed parameter: folder, parameter, truth, mean, rank (share of the posterior below the truth), sd_ratio
     (posterior over prior), points (effective number)."""
     truth = json.loads((RUNS / f"piles-{folder:02d}.json").read_text(encoding="utf8"))
     readings = bench_of(RUNS / f"piles-{folder:02d}" / "pile-01").rigs["pile"]
-    seen = observed(piles, readings, Box.of(RANGES), steel, alike=True)
+    seen = observed(piles, readings, Box.of(RANGES), steel, alike=True, shared=shared)
     names, ends = (*RANGES, *steel.names), np.array([*RANGES.values(), *zip(steel.low, steel.high)])
     prior = Prior(Box(names, ends[:, 0], ends[:, 1]), found)
     points = prior.draw(POINTS, np.random.default_rng(folder))
@@ -115,4 +116,4 @@ def main(kind: str, first: int, last: int) -> None:
 
 
 if __name__ == "__main__":
-    table() if sys.argv[1] == "table" else main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])) if len(sys.argv) > 3 else table()

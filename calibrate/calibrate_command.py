@@ -13,13 +13,14 @@ from rich.table import Table
 
 from calibrate.command import Misuse, check_folders, reported
 from calibrate.procedure import Calibration, calibrate_tables, parameters
-from calibrate.procedure.rigs import PARAMETERS
+from calibrate.procedure.rigs import PARAMETERS, PILE_RESPONSE
 from calibrate.report import write_report
 from calibrate.report.draw import name
 from calibrate.report.numbers import with_interval
 from calibrate.result_file import write_result
 
 DONE, STOPPED, MISUSED = 0, 1, 2
+RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")  # options of a calibration, for the record
 OURS = {"result.json", "report.html", "tables", "runs"}  # what a calibration leaves in its folder
 
 
@@ -34,6 +35,7 @@ class Asked:
     rendered: bool = False
     quick: bool = False
     whole_pile: bool = False
+    design: str = "box-behnken"
     ranges: tuple[str, ...] = ()
     priors: tuple[str, ...] = ()
     rng: int = 1
@@ -89,14 +91,18 @@ def _check(asked: Asked) -> None:
 
 def _simulated(asked: Asked, simulator) -> Calibration:
     """The procedure with simulations; the report is written anew after every rig."""
+    from calibrate.procedure.beside import beside_tables
     from calibrate.procedure.effort import FULL, QUICK
-    from calibrate.procedure.simulated import Wishes, beside_tables, calibrate_simulated, checked_ranges
+    from calibrate.procedure.pile_runs import DESIGNS
+    from calibrate.procedure.simulated import Wishes, calibrate_simulated, checked_ranges
     from calibrate.procedure.simulator import campaign
     from calibrate.statistics.box import Box
     from calibrate.statistics.prior import Prior
 
-    effort = replace(QUICK if asked.quick else FULL, **({"slab": None} if asked.whole_pile else {}))
-    options = {k: v for k, v in vars(asked).items() if k in ("twin", "rendered", "quick", "whole_pile", "ranges", "priors") and v}
+    if asked.design not in DESIGNS:
+        raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
+    effort = replace(QUICK if asked.quick else FULL, design=asked.design, **({"slab": None} if asked.whole_pile else {}))
+    options = {k: v for k, v in vars(asked).items() if k in RECORDED and v}
     wishes = Wishes(_pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior"), options=options)
     try:
         checked_ranges(wishes.ranges)
@@ -120,10 +126,14 @@ def _simulated(asked: Asked, simulator) -> Calibration:
 
 
 def _as_tabulated(wishes, printed: Calibration):
-    """The tables' own values, design and published optimum."""
+    """The tables' own values, path, design and published optimum."""
     values = {n: tuple(fit.rows[fit.rig.parameter]) for n, fit in printed.steel.items()}
+    wishes = replace(wishes, values=values, trimmed={n: r.trimmed for n, r in printed.bench.rigs.items()})
+    if printed.pile is None:
+        return wishes
     pile = printed.pile
-    return replace(wishes, values=values, **({"levels": pile.box, "near": pile.optimum.point} if pile else {}))
+    path = pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"]) if pile.path is not None else None
+    return replace(wishes, path=path, levels=pile.box, near=pile.optimum.point)
 
 
 def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]]:

@@ -1,6 +1,6 @@
 """What the bench says, rig by rig: readings of all recordings pooled; contradictions named, what is left out with its reason."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ class RigReadings:
 
     values, reading_sd: (n,); shared_sd: error common to all; description: sections that a simulation of the rig takes;
     recordings: table recording, n, mean, sd, trouble; notes: what a reader must know of them; further: {column: readings} of
-    other things that were read on the same rig.
+    other things that were read on the same rig; trimmed: how many highest and how many lowest were left out before.
     """
 
     rig: str
@@ -33,8 +33,9 @@ class RigReadings:
     recordings: pd.DataFrame
     notes: tuple[str, ...]
     further: dict[str, np.ndarray] = field(default_factory=dict)
+    trimmed: int = 0
 
-    def mean(self, *, trimmed: int = 0, other: tuple[float, float] | None = None) -> BenchMean:
+    def mean(self, *, other: tuple[float, float] | None = None) -> BenchMean:
         """The bench's mean. other: (sd, df) of single simulated runs, which stands in for the scatter of a single reading.
 
         Raises ValueError as `bench_mean`.
@@ -43,7 +44,7 @@ class RigReadings:
             sd = float(np.hypot(other[0], self.reading_sd[0]))
             return one_reading(self.values[0], name=self.response, scatter_sd=sd, df=max(other[1], 1.0), shared_sd=self.shared_sd)
         return bench_mean(self.values, name=f"{self.rig}: {self.response}", reading_sd=self.reading_sd, shared_sd=self.shared_sd,
-                          trimmed=trimmed)  # fmt: skip
+                          trimmed=self.trimmed)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +70,11 @@ def bench_of(folder: Path) -> Bench:
         raise ValueError(f"{folder}: nothing could be measured: " + "; ".join(why for *_, why in trouble))
     provenance = tuple(sorted({s.provenance for s in seen if s.provenance}))
     return Bench(Path(folder), rigs, _lot(seen), trouble, hashes(folder), provenance)
+
+
+def trimmed_before(bench: Bench, rigs: dict[str, int]) -> Bench:
+    """The bench, told how many highest and lowest readings of each rig were left out before: {rig: number}."""
+    return replace(bench, rigs={n: replace(r, trimmed=rigs.get(n, 0)) for n, r in bench.rigs.items()})
 
 
 def missing(bench: Bench) -> dict[str, str]:

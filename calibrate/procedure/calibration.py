@@ -62,8 +62,8 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     """The optimum's coordinate, and the posterior's interval around it; the posterior's median where packing noise hides the
     angle and something else of the same piles is seen.
 
-    At a limit of the box the interval is one-sided and ends there. A point off the posterior's middle widens it to itself: any
-    point of the sheet fits as well.
+    At a limit of the box the interval is one-sided. What only the design's box cuts off goes on to the end of
+    the path. A point off the posterior's middle widens it to itself: any point of the sheet fits as well.
     """
     value, draws = pile.optimum.point[name], joint.posterior.draws[name]
     j = pile.box.names.index(name)
@@ -76,6 +76,7 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     low, high = (float(v) for v in np.quantile(draws, ends))
     if edge:
         low, high = (float(pile.box.low[j]), high) if edge == "low" else (low, float(pile.box.high[j]))
+    low, high = beyond((low, high), (pile.box.low[j], pile.box.high[j]), _sought(pile, name))
     low, high = min(low, value), max(high, value)
     ratio = float(draws.std() / joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)])
     status = f"at the boundary: its {edge} limit" if edge else "calibrated"
@@ -84,11 +85,34 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     elif hidden:
         status = status.replace("calibrated", "not calibrated: packing noise hides it")
     if ratio > 0.5:
-        status += f"{';' if edge else ','} not resolved ({ratio:.0%} of its prior's sd is left)"
+        within = f"{pile.box.low[j]:.3g} to {pile.box.high[j]:.3g}"
+        left = f"{ratio:.0%} of its prior's sd is left"
+        status += f"{';' if edge else ','} not resolved within the design's {within} ({left})"
     source = f"pile: repose angle {pile.bench.value:.4g} ± {pile.bench.sd:.2g}°, one point of a sheet that fits"
     also = [row.removeprefix("pile: ") for row in joint.posterior.tension["observable"] if row.startswith("pile: ")][1:]
     source += f"; with {', '.join(also)}" if also else ""
     return name, value, low, high, LEVEL, "1", status, source, _seed_budget(pile, name, float(draws.var()))
+
+
+def beyond(interval: tuple[float, float], box: tuple[float, float], sought: tuple[float, float]) -> tuple[float, float]:
+    """An interval that comes as near as a tenth of the design's box to an end of it, carried on to the end of what was asked for:
+    the posterior knows nothing beyond the box, and other values may fit there.
+
+    >>> beyond((0.555, 0.61), (0.55, 0.65), (0.45, 0.70))
+    (0.45, 0.61)
+    """
+    low, high, tenth = *interval, (box[1] - box[0]) / 10
+    low = min(low, sought[0]) if low < box[0] + tenth else low
+    high = max(high, sought[1]) if high > box[1] - tenth else high
+    return float(low), float(high)
+
+
+def _sought(pile: PileFit, name: str) -> tuple[float, float]:
+    """Where a parameter was looked for: all of the path, or the box where there was none."""
+    if pile.path is None:
+        j = pile.box.names.index(name)
+        return float(pile.box.low[j]), float(pile.box.high[j])
+    return float(pile.path.errors[name].min()), float(pile.path.errors[name].max())
 
 
 def _seed_budget(pile: PileFit, name: str, variance: float) -> dict[str, float]:

@@ -7,11 +7,12 @@ SLAB_MM, FILL_MM = 30.0, 60.0
 
 @dataclass(frozen=True)
 class Effort:
-    """levels: values a seed–steel parameter is simulated at; repeats: runs of each; verify: verification runs of a rig;
-    path: piles a group of the ascent; noise: piles of one point that tell the packing noise; centre: centre points of the
-    design; most: largest number of replicates a design point gets; piles: verification piles; power: with which main effects are
-    to be found; slab, fill_mm: width and filling of the slice that stands for the bench's pile, None for the pile as described;
-    draws: effective ones from the posterior.
+    """levels: values a seed–steel parameter is simulated at; repeats: runs of each; verify: verification runs of a rig; path:
+    piles a group of the ascent; noise: piles of one point that tell the packing noise; design: the piles' second-order
+    design, "box-behnken" or "central-composite" (face-centred); centre: its centre points; most: largest number of
+    replicates a design point gets; piles: verification piles; power: with which main effects are to be found; slab,
+    fill_mm: width and filling of the slice that stands for the bench's pile, None for the pile as described; draws:
+    effective ones from the posterior.
     """
 
     name: str
@@ -20,6 +21,7 @@ class Effort:
     verify: int = 10
     path: int = 1
     noise: int = 5
+    design: str = "box-behnken"
     centre: int = 5
     most: int = 3
     piles: int = 10

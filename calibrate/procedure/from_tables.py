@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibrate.procedure.bench import Bench, bench_of, contradictory, missing
+from calibrate.procedure.bench import Bench, bench_of, contradictory, missing, trimmed_before
 from calibrate.procedure.calibration import FOLLOWS, Calibration
 from calibrate.procedure.joint import fit_joint
 from calibrate.procedure.pile import PileFit, fit_pile
 from calibrate.procedure.published import check_pile, check_steel
-from calibrate.procedure.rigs import PILE_RESPONSE, STEEL
+from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS, STEEL
 from calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
 from calibrate.statistics.ascent import choose_centre
 from calibrate.statistics.box import Box
@@ -31,13 +31,13 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
 
     Raises FileNotFoundError naming the table that is not there; ValueError naming file and column of what cannot be used.
     """
-    bench = bench_of(folder)
     tables = Path(folder) / "tables"
     if not tables.is_dir():
         raise FileNotFoundError(
             f"{tables}: not there; --tables needs drop.csv, slide.csv, roll.csv, design.csv, levels.csv in it"
         )
-    printed = _published(tables / "published.toml")
+    printed = published(tables / "published.toml")
+    bench = trimmed_before(bench_of(folder), trimmed(printed))
     rng = np.random.default_rng(seed)
     steel, refused, checks, flags = {}, missing(bench), [], []
     for name in STEEL:
@@ -53,7 +53,7 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
     if "pile" in bench.rigs:
         try:
             pile = _pile(bench, tables, printed.get("pile", {}), rng)
-            table, more = check_pile(pile, printed.get("pile", {}), _levels(tables))
+            table, more = check_pile(pile, printed.get("pile", {}), levels_of(tables))
             checks.append(table)
             flags += more
         except (ValueError, FileNotFoundError) as error:
@@ -83,13 +83,19 @@ def _none() -> pd.DataFrame:
     return pd.DataFrame(columns=FOLLOWS)
 
 
-def _published(file: Path) -> dict:
+def published(file: Path) -> dict:
+    """What published.toml says was printed; empty without the file. ValueError where it is no TOML."""
     if not file.is_file():
         return {}
     try:
         return tomllib.loads(file.read_text(encoding="utf8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{file}: not valid TOML: {error}") from error
+
+
+def trimmed(printed: dict) -> dict[str, int]:
+    """How many highest and lowest readings each rig's were left of, by rig."""
+    return {rig: told["bench_trimmed"] for rig, told in printed.items() if isinstance(told, dict) and "bench_trimmed" in told}
 
 
 def _table(file: Path, columns: list[str]) -> pd.DataFrame:
@@ -115,7 +121,7 @@ def _steel(bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.
     fit = fit_steel(
         rig,
         rows,
-        readings.mean(trimmed=printed.get("bench_trimmed", 0)),
+        readings.mean(),
         rng=rng,
         description=readings.description,
         weighted=False,
@@ -144,13 +150,17 @@ def _outside(fit: SteelFit) -> list[str]:
     ]
 
 
-def _levels(tables: Path) -> pd.DataFrame:
+def levels_of(tables: Path) -> pd.DataFrame:
+    """The design's levels: coded (−1, 0, 1) and the factors."""
     return _table(tables / "levels.csv", ["coded"])
 
 
 def _pile(bench: Bench, tables: Path, printed: dict, rng: np.random.Generator) -> PileFit:
-    levels = _levels(tables)
+    levels = levels_of(tables)
     factors = tuple(c for c in levels.columns if c != "coded")
+    if set(factors) != set(SEED_FACTORS):
+        wanted, there = ", ".join(SEED_FACTORS), ", ".join(factors)
+        raise ValueError(f"{tables / 'levels.csv'}: needs the columns coded, {wanted}; here are {there}")
     by = levels.set_index("coded")
     if not {-1, 1} <= set(by.index):
         raise ValueError(f"{tables / 'levels.csv'}: column coded needs rows −1 and 1")

@@ -14,6 +14,7 @@ from calibrate.statistics.posterior import Observable, Posterior, on_grid, summa
 from calibrate.statistics.prior import Prior
 from calibrate.statistics.resolution import Candidate, directions, narrowing
 from calibrate.statistics.sampling import sample
+from calibrate.statistics.shrunk import shrink
 
 GRID_CELLS = 40_001  # of a single parameter: fine beside any interval, and quicker than a chain
 ON_SEED = {
@@ -72,7 +73,7 @@ def fit_joint(
     correlation = None
     if pile is not None:
         ranges |= {n: (float(a), float(b)) for n, a, b in zip(pile.box.names, pile.box.low, pile.box.high)}
-        own = seen.observables if seen is not None else (Observable(f"pile: {PILE_RESPONSE}", pile.surface, pile.bench),)
+        own = seen.observables if seen is not None else (Observable(f"pile: {PILE_RESPONSE}", shrink(pile.surface), pile.bench),)
         correlation = seen.correlation if seen is not None else None
         observables += own
         ranges = {n: _common(n, ends, own) for n, ends in ranges.items()}

@@ -1,6 +1,7 @@
 """Seed–seed piles simulated: noise, path, replicates, design with common packings, verification."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -15,12 +16,13 @@ from calibrate.procedure.simulator import usable
 from calibrate.statistics.ascent import Centre, choose_centre, equal_steps
 from calibrate.statistics.bench import BenchMean, pooled_mean, verify
 from calibrate.statistics.box import Box
-from calibrate.statistics.designs import box_behnken
+from calibrate.statistics.designs import box_behnken, central_composite
 from calibrate.statistics.replicates import Noise, Pairing, Plan, common_packing, packing_noise, plan
 from calibrate.statistics.resolution import Candidate
 
 STEPS, MOST_STEPS = 6, 14
 MOST_EFFECT = 5.0  # in packing noise
+DESIGNS = {"box-behnken": box_behnken, "central-composite": partial(central_composite, alpha="face")}  # none leaves the box
 WIDEST = 5  # groups on either side of the centre that a design may span: all of the path where packing noise asks for it
 
 
@@ -46,11 +48,13 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
     if stage.levels is None:
         path, steps = climb(stage, bench, noise, seen)
         box, reach = box_around(path, steps, noise, stage, pairing)
+    elif stage.path is not None:
+        path = walk(stage, bench, noise)
     design, chosen, more = run_design(stage, box, noise, pairing, reach)
     notes += more
     packing = "packing" if pairing.worth_it else None
     piles = pd.concat(stage.done, ignore_index=True)
-    seen = observed(piles, stage.readings, box, stage.steel, alike=stage.alike)
+    seen = observed(piles, stage.readings, box, stage.steel, alike=stage.alike, shared=pairing.worth_it)
     at = {n: stage.fixed[n] for n in stage.steel.names} if stage.steel is not None else {}
     design = design.assign(**{PILE_RESPONSE: brought(design, seen, stage.steel, at)})
     found = {"path": path, "noise": noise, "pairing": pairing, "plan": chosen}
@@ -121,6 +125,12 @@ def climb(stage: PileStage, bench: BenchMean, noise: Noise, seen: pd.DataFrame) 
     return choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd), done
 
 
+def walk(stage: PileStage, bench: BenchMean, noise: Noise) -> Centre:
+    """A prescribed path as it is, not lengthened: its groups simulated, the one nearest to the bench."""
+    done, sd = _walked(stage, stage.path), noise.sd / np.sqrt(stage.effort.path)
+    return choose_centre(done, PILE_RESPONSE, bench.value, tuple(stage.ranges), noise_sd=sd)
+
+
 def _walked(stage: PileStage, steps: pd.DataFrame) -> pd.DataFrame:
     """The steps with the mean of their piles; those that gave none are left out."""
     n = stage.effort.path
@@ -173,22 +183,20 @@ def _plan(box: Box, reach: float, noise: Noise, pairing: Pairing, effort: Effort
 
 
 def _design(box: Box, effort: Effort) -> pd.DataFrame:
-    return box_behnken(box, centre_points=effort.centre)
+    return DESIGNS[effort.design](box, centre_points=effort.centre)
 
 
 def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach: float) -> tuple[pd.DataFrame, Plan, list[str]]:
-    """Box–Behnken runs with their angles.
+    """The design's runs with their angles.
 
-    Where common packings help, the four edge points that vary the same two factors share one, another one for every such block
-    and replicate: what a packing does cancels within a block and averages out between them. Else, and at the centre, every run
-    has a packing of its own.
+    Where common packings help, the points of a block share one, another one for every block and replicate: what a packing does
+    cancels within a block and averages out between them. Else, and at the centre, every run has a packing of its own.
     """
     chosen = _plan(box, reach or 4 * noise.sd, noise, pairing, stage.effort)
     once = _design(box, stage.effort).sort_values("standard", ignore_index=True)
-    edges = once[once["point"] == "edge"]
-    block = np.arange(len(edges)) // 4
-    blocks = int(block.max()) + 1
-    parts = [edges.assign(packing=block + r * blocks, replicate=r + 1) for r in range(chosen.replicates)]
+    outer = once[once["point"] != "centre"]
+    blocks = int(outer["block"].max()) + 1
+    parts = [outer.assign(packing=outer["block"] + r * blocks, replicate=r + 1) for r in range(chosen.replicates)]
     centre = once[once["point"] == "centre"]
     design = pd.concat([*parts, centre.assign(packing=np.arange(len(centre)), replicate=1)], ignore_index=True)
     if not pairing.worth_it:
@@ -199,7 +207,8 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
     table = stage.piles(design, 100 + design["packing"])  # packings of their own: the noise's have been seen
     there, notes = usable(table, PILE_RESPONSE, least=0.8)
     extra = [c for c in table.columns if c not in KNOWN and table[c].dtype.kind == "f"]
-    design = pd.concat([design.drop(columns="run"), table[list(dict.fromkeys([PILE_RESPONSE, *extra]))]], axis=1)[there]
+    read = table[list(dict.fromkeys([PILE_RESPONSE, *extra]))]
+    design = pd.concat([design.drop(columns=["run", "block"]), read], axis=1)[there]
     return design.reset_index(drop=True), chosen, notes
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from calibrate.procedure.bench import RigReadings
 from calibrate.procedure.rigs import PILE_RESPONSE
@@ -19,11 +18,13 @@ from calibrate.statistics.bench import pooled_mean
 from calibrate.statistics.box import Box
 from calibrate.statistics.posterior import Observable
 from calibrate.statistics.resolution import Candidate
-from calibrate.statistics.surface import Surface, fit_surface, residuals
+from calibrate.statistics.shrunk import shrink
+from calibrate.statistics.surface import Surface, fit_surface
 
 RIDE = 0.25  # of a seed–steel parameter: how far to either side it rides at least
 SPARE_DF = 4  # residual degrees of freedom below which the seed–steel terms are left out
 PATTERNS = 2000
+SHORT = 0.99
 SHOWN = 0.05
 KNOWN = {"true_repose_angle_deg", "true_centroid_angle_deg", "true_photo_s", "true_lies_still", "seconds", "repose_angle_sd_deg",
          "centroid_angle_sd_deg", "packing", "replicate"}  # fmt: skip  # not further observables
@@ -32,12 +33,13 @@ KNOWN = {"true_repose_angle_deg", "true_centroid_angle_deg", "true_photo_s", "tr
 @dataclass(frozen=True, eq=False)
 class Seen:
     """observables of the bench's piles with their surfaces, the angle first; correlation between their errors, by name; used:
-    columns they come from; notes."""
+    columns they come from; notes; angle: the least-squares surface of the angle, None where it was not seen."""
 
     observables: tuple[Observable, ...]
     correlation: pd.DataFrame
     used: tuple[str, ...]
     notes: tuple[str, ...]
+    angle: Surface | None = None
 
 
 def steel_box(found: dict[str, tuple[float, float]], limits: dict[str, tuple[float, float]]) -> Box | None:
@@ -67,21 +69,26 @@ def riding(coded: np.ndarray, factors: int) -> np.ndarray:
     return best
 
 
-def observed(piles: pd.DataFrame, readings: RigReadings, box: Box, steel: Box | None, *, alike: bool) -> Seen:
+def observed(
+    piles: pd.DataFrame, readings: RigReadings, box: Box, steel: Box | None, *, alike: bool, shared: bool = False
+) -> Seen:
     """Surfaces through all piles in the box, a row a run, for the angle and whatever else the bench says of its piles.
 
-    alike: whether the bench's piles are the simulated ones' like, so that their scatter may be pooled.
+    alike: whether the bench's piles are the simulated ones' like, so that their scatter may be pooled; shared: whether piles of
+    one packing scatter together; where a few pairs do not show it, a fitted share would be chance.
     """
     names = box.names if steel is None else (*box.names, *steel.names)
     wide = box if steel is None else Box(names, np.r_[box.low, steel.low], np.r_[box.high, steel.high])
     inside = (abs(box.coded(box.points(piles))) <= 1 + 1e-9).all(axis=1)
-    piles, notes, found, errors, used = piles[inside].reset_index(drop=True), [], [], {}, []
+    piles, notes, found, errors, used, angle = piles[inside].reset_index(drop=True), [], [], {}, [], None
     for column, values in {PILE_RESPONSE: readings.values, **readings.further}.items():
         source = column if column in piles and piles[column].notna().any() else f"true_{column}"
         if source not in piles or piles[source].nunique() < 8:
             continue
         there = piles[piles[source].notna()].reset_index(drop=True)
-        surface, said = _surface(there, source, wide, len(box.names))
+        plain, said = _surface(there, source, wide, len(box.names), "packing" if shared else None)
+        surface = shrink(plain)
+        angle = plain if column == PILE_RESPONSE else angle
         main = {"reading_sd": readings.reading_sd, "shared_sd": readings.shared_sd} if column == PILE_RESPONSE else {}
         try:
             mean = pooled_mean(values, name=column, scatter_sd=surface.noise_sd, df=surface.noise_df, pooled=alike, **main)
@@ -90,27 +97,19 @@ def observed(piles: pd.DataFrame, readings: RigReadings, box: Box, steel: Box | 
             continue
         notes += said
         found.append(Observable(f"pile: {column}", surface, mean))
-        errors[f"pile: {column}"] = pd.Series(residuals(surface))
+        errors[f"pile: {column}"] = pd.Series(surface.residuals)
         used.append(source)
-    return Seen(tuple(found), _correlation(errors, found), tuple(used), tuple(dict.fromkeys(notes)))
+    return Seen(tuple(found), _correlation(errors), tuple(used), tuple(dict.fromkeys(notes)), angle)
 
 
-def _correlation(errors: dict[str, pd.Series], found: list[Observable], alpha: float = 0.05) -> pd.DataFrame:
-    """Correlation of the surfaces' residuals, where chance would not give it (Fisher's z); one by chance would count an
-    observable for more than it tells."""
-    df = min((o.surrogate.residual_df for o in found), default=0)
-    correlation = pd.DataFrame(errors).corr().clip(-0.95, 0.95)
-    least = np.tanh(stats.norm.ppf(1 - alpha / 2) / np.sqrt(max(df - 2, 1)))
-    correlation = correlation.where(correlation.abs() > least, 0.0)
-    correlation = correlation.mask(np.eye(len(correlation), dtype=bool), 1.0)
-    if len(correlation) and np.linalg.eigvalsh(correlation)[0] < 0.01:  # what was left out can leave no correlation at all
-        off = correlation.to_numpy() - np.eye(len(correlation))
-        correlation = np.eye(len(off)) + 0.99 * off / max(1.0, float(abs(np.linalg.eigvalsh(off)[0])))
-        correlation = pd.DataFrame(correlation, index=list(errors), columns=list(errors))
-    return correlation
+def _correlation(errors: dict[str, pd.Series]) -> pd.DataFrame:
+    """Correlation of the surfaces' residuals, a hundredth short of what would make two observables one."""
+    names = list(errors)
+    found, one = pd.DataFrame(errors).corr().fillna(0.0).to_numpy(), np.eye(len(names))
+    return pd.DataFrame(np.where(one, 1.0, SHORT * found), index=names, columns=names)
 
 
-def _surface(piles: pd.DataFrame, column: str, wide: Box, quadratic: int) -> tuple[Surface, list[str]]:
+def _surface(piles: pd.DataFrame, column: str, wide: Box, quadratic: int, packing: str | None) -> tuple[Surface, list[str]]:
     """Quadratic in the first factors, linear in the others as far as there are runs enough."""
     k = len(wide.names)
     terms = [(*t, *(0,) * (k - quadratic)) for t in polynomial.full(quadratic)]
@@ -120,8 +119,7 @@ def _surface(piles: pd.DataFrame, column: str, wide: Box, quadratic: int) -> tup
         terms += linear
     elif linear:
         notes.append("too few piles to tell what the seed–steel parameters do to them: their uncertainty is not in the posterior")
-    shared = piles["packing"].duplicated().any() and piles["packing"].nunique() > 1
-    return fit_surface(piles, column, wide, terms=tuple(terms), packing="packing" if shared else None), notes
+    return fit_surface(piles, column, wide, terms=tuple(terms), packing=packing), notes
 
 
 def brought(design: pd.DataFrame, seen: Seen, steel: Box | None, at: dict[str, float]) -> pd.Series:
@@ -130,7 +128,7 @@ def brought(design: pd.DataFrame, seen: Seen, steel: Box | None, at: dict[str, f
     Only by slopes that the piles show (p < SHOWN): bringing by mere noise would make the runs look quieter than they are.
     """
     angle = design[PILE_RESPONSE].copy()
-    surface = next((o.surrogate for o in seen.observables if o.name == f"pile: {PILE_RESPONSE}"), None)
+    surface = seen.angle
     if steel is None or surface is None:
         return angle
     coded = (steel.points(design) - np.array([at[n] for n in steel.names])) / steel.half_width

@@ -28,10 +28,7 @@ def check_steel(fit: SteelFit, readings: RigReadings, told: dict) -> pd.DataFram
     ends = [direct(fit.rig.name, v, readings.description) for v in (readings.values.min(), readings.values.max())]
     if None not in ends:
         known |= {DIRECT[fit.rig.name].format(which): v for which, v in zip(("least", "greatest"), sorted(ends))}
-    if "verification" in told:
-        known["relative error of the verification (%)"] = 100 * float(
-            relative_error(told["verification"]["mean"], fit.bench.value)
-        )
+    known |= _verification(fit, told)
     return _compared(told.get("printed", {}), known, fit.rig.name)
 
 
@@ -45,10 +42,7 @@ def check_pile(fit: PileFit, told: dict, levels: pd.DataFrame) -> tuple[pd.DataF
     if "optimum" in told:
         known["angle at the optimum"] = stand(fit.surface, told["optimum"], fit.bench.value).predicted
         known |= {f"optimum, {n}": fit.optimum.point[n] for n in fit.box.names}
-    if "verification" in told:
-        known["relative error of the verification (%)"] = 100 * float(
-            relative_error(told["verification"]["mean"], fit.bench.value)
-        )
+    known |= _verification(fit, told)
     tables = [_compared(told.get("printed", {}), known, "pile")]
     if "anova" in told:
         rows = {f"{s} {c}": text for s, texts in told["anova"].items() for c, text in zip(ANOVA_COLUMNS, texts)}
@@ -62,6 +56,16 @@ def check_pile(fit: PileFit, told: dict, levels: pd.DataFrame) -> tuple[pd.DataF
         again = {f"group {g} r (%)": 100 * v for g, v in zip(errors["group"], errors["relative_error"])}
         tables.append(_compared(rows, again, "pile: Table 7"))
     return pd.concat(tables, ignore_index=True), _contradictions(fit, told, levels)
+
+
+def _verification(fit: SteelFit | PileFit, told: dict) -> dict[str, float]:
+    """Relative error of the fit's own verification, else of the printed one."""
+    item = "relative error of the verification (%)"
+    if fit.verification is not None:
+        return {item: 100 * fit.verification.relative_error}
+    if "verification" not in told:
+        return {}
+    return {item: 100 * float(relative_error(told["verification"]["mean"], fit.bench.value))}
 
 
 def _contradictions(fit: PileFit, told: dict, levels: pd.DataFrame) -> list[str]:

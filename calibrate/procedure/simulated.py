@@ -1,13 +1,13 @@
 """The procedure with simulations of our own: rig after rig, each with what the earlier ones found, then the pile."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from calibrate.procedure.bench import Bench, bench_of, contradictory, missing
+from calibrate.procedure.bench import Bench, bench_of, contradictory, missing, trimmed_before
 from calibrate.procedure.calibration import FOLLOWS, Calibration
 from calibrate.procedure.effort import FULL, Effort, pile_description
 from calibrate.procedure.joint import fit_joint
@@ -25,15 +25,18 @@ NOT_FOUND = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0
 @dataclass(frozen=True)
 class Wishes:
     """What may be prescribed. ranges: of the seed–seed factors; held: {parameter: (mean, sd)} known beforehand; values: where a
-    seed–steel rig is simulated, by rig; levels: the pile design's box; steel: where the seed–steel parameters ride along in it;
-    near: the seed–seed point to report; options: how it was asked for, for the record."""
+    seed–steel rig is simulated, by rig; path, levels: the pile's path (group and the factors) and its design's box; steel:
+    where the seed–steel parameters ride along in it; near: the seed–seed point to report; trimmed: how many highest and
+    lowest readings a rig's were left of; options: how it was asked for, for the record."""
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     held: dict[str, tuple[float, float]] = field(default_factory=dict)
     values: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    path: pd.DataFrame | None = None
     levels: Box | None = None
     steel: Box | None = None
     near: dict[str, float] | None = None
+    trimmed: dict[str, int] = field(default_factory=dict)
     options: dict = field(default_factory=dict)
 
 
@@ -55,7 +58,7 @@ def calibrate_simulated(
     wishes = wishes or Wishes()
     ranges = checked_ranges(wishes.ranges)
     say("measuring the bench's recordings")
-    bench = bench_of(folder)
+    bench = trimmed_before(bench_of(folder), wishes.trimmed)
     rng = np.random.default_rng(seed)
     state = State(bench, effort, seed, wishes, missing(bench))
     for name in STEEL:
@@ -126,7 +129,7 @@ class State:
         own = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
         steel = self.wishes.steel or steel_box(own, {rig.parameter: rig.limits for rig in STEEL.values()})
         return PileStage(readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels,
-                         self.wishes.near, steel, alike=not said)  # fmt: skip
+                         self.wishes.near, steel, alike=not said, path=self.wishes.path)  # fmt: skip
 
     def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
         """The pile."""
@@ -171,16 +174,3 @@ class State:
             self.seed,
             finished=finished,
         )
-
-
-def beside_tables(c: Calibration, printed: Calibration) -> Calibration:
-    """A simulated calibration with the tabulated simulations' answers beside its own, as a further table `beside_tables`."""
-    rows = [
-        (n, printed.steel[n].rig.parameter, printed.steel[n].inverse.value, c.steel[n].inverse.value)
-        for n in c.steel
-        if n in printed.steel
-    ]
-    if c.pile is not None and printed.pile is not None:
-        rows += [("pile", f, printed.pile.optimum.point[f], c.pile.optimum.point[f]) for f in c.pile.box.names]
-    table = pd.DataFrame(rows, columns=["rig", "parameter", "on_the_tables", "simulated"])
-    return replace(c, more={**c.more, "beside_tables": table}, title=printed.title)

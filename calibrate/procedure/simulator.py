@@ -12,7 +12,7 @@ import pandas as pd
 from calibrate.procedure.rigs import STEEL
 
 MANY = 10_000  # jobs: as many workers as there are cores
-BELOW_DEG = 4.0  # how far below the expected onset a slide's tilting begins: nothing happens before
+BELOW_DEG = 1.5  # how far below the expected onset a slide's tilting begins: nothing happens before
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 from scipy import special
+from scipy.sparse import csgraph
 
 from calibrate.statistics.bench import BenchMean
 from calibrate.statistics.box import Box
@@ -61,21 +62,29 @@ def log_posterior(
 ) -> np.ndarray:
     """Log posterior density (n,), not normalised, at natural points (n, k).
 
-    correlation: (m, m) between the observables' errors where they come from the same piles (both bench and simulated); they
-    are then joined by a Gaussian copula, log c = −½ log|R| − ½ qᵀ(R⁻¹ − 1)q. Default: independent.
+    correlation: (m, m) between the observables' errors where they come from the same piles (both bench and simulated), itself
+    estimated on those piles. Such are joined by a multivariate t, what is left when their covariance is integrated out (Gelman
+    et al., Bayesian Data Analysis (3rd ed.), 3.6): with z (m) = (bench − predicted)/scale, ν the fewest degrees of freedom,
+        log p = log Γ((ν + 1)/2) − log Γ((ν − m + 1)/2) − m/2 · log ν − Σ log scale − (ν + 1)/2 · log(1 + zᵀR⁻¹z/ν).
+    Default: independent.
     """
-    out = prior.log_density(natural)
-    scores = []
-    for o in observables:
-        z, scale, df = residual(natural, o, prior)
-        out = out + special.gammaln((df + 1) / 2) - special.gammaln(df / 2) - np.log(df) / 2 - np.log(scale)
-        out = out - (df + 1) / 2 * np.log1p(z**2 / df)
-        if correlation is not None:
-            scores.append(np.clip(special.ndtri(special.stdtr(df, z)), -8, 8))
-    if correlation is not None:
-        q = np.array(scores).T
-        out = out - 0.5 * np.einsum("ni,ij,nj->n", q, np.linalg.inv(correlation) - np.eye(len(observables)), q)
+    out, m = prior.log_density(natural), len(observables)
+    z, scale, df = (np.array(v) for v in zip(*(residual(natural, o, prior) for o in observables)))
+    r = np.eye(m) if correlation is None else np.asarray(correlation, dtype=float)
+    out = out - np.log(scale).sum(axis=0)
+    for block in _tied(r):
+        size, own = len(block), r[np.ix_(block, block)]
+        free = np.maximum(df[block].min(axis=0), size)
+        square = np.einsum("in,ij,jn->n", z[block], np.linalg.inv(own), z[block])
+        out = out + special.gammaln((free + 1) / 2) - special.gammaln((free - size + 1) / 2) - size / 2 * np.log(free)
+        out = out - (free + 1) / 2 * np.log1p(square / free)
     return out
+
+
+def _tied(correlation: np.ndarray) -> list[np.ndarray]:
+    """Places of observables whose errors are correlated, directly or through others."""
+    count, label = csgraph.connected_components(correlation != 0, directed=False)
+    return [np.flatnonzero(label == k) for k in range(count)]
 
 
 def residual(natural: np.ndarray, o: Observable, prior: Prior) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ from stand_in import TRUE, StandIn, angle, write_bench
 from calibrate.calibrate_command import DONE, MISUSED, STOPPED, Asked, calibrate_command
 from calibrate.procedure import parameters
 from calibrate.procedure.effort import FULL, QUICK, pile_description
+from calibrate.procedure.rigs import SEED_FACTORS
 from calibrate.procedure.simulated import Wishes, calibrate_simulated
 from calibrate.procedure.simulator import Run, _begun, seed_numbers
 
@@ -237,9 +238,48 @@ def test_the_papers_tables_simulated_anew_stand_beside_its_own(tmp_path, capsys,
     assert calibrate_command(Asked(PAPER, out, tables=True, twin=True, quick=True), simulator) == DONE
     values = {r.values["restitution"] for r in simulator.runs if r.rig == "drop"}
     assert {0.45, 0.49, 0.53, 0.57, 0.61, 0.65} <= values
-    beside = pd.read_csv(out / "tables" / "beside_tables.csv").set_index("parameter")
-    assert beside.loc["restitution", "on_the_tables"] == pytest.approx(0.5398, abs=1e-4) and len(beside) == 6
+    beside = pd.read_csv(out / "tables" / "beside_tables.csv").set_index("item")
+    assert beside.loc["drop: parameter", "on_the_tables"] == pytest.approx(0.5398, abs=1e-4)
+    assert beside.loc["pile: Table 10: B f", ["printed", "on_the_tables"]].tolist() == ["85.48", pytest.approx(85.48, abs=0.01)]
+    assert beside.loc["pile: Table 10: B f", "simulated"] > 0 and beside["simulated"].notna().all()
+    for item in ("contribution of B (Eqs. 9, 10)", "Eq. 8, BC", "angle at the optimum", "Table 7: group 3 r (%)"):
+        assert f"pile: {item}" in beside.index
     assert "Our simulations beside the tabulated ones" in (out / "report.html").read_text()
+    said = capsys.readouterr().out
+    assert "Residual df = 1 does not follow" in said and "printed contributions are δ_i" in said
+
+
+def test_the_papers_path_and_design_are_simulated_run_by_run(tmp_path, few_draws):
+    simulator, out = StandIn(packing_sd=0.2, own_sd=0.1), tmp_path / "out"
+    assert calibrate_command(Asked(PAPER, out, tables=True, twin=True, quick=True, quiet=True), simulator) == DONE
+    runs = pd.read_csv(out / "tables" / "runs_beside_tables.csv")
+    assert runs["table"].value_counts().to_dict() == {"design": 13, "drop": 6, "slide": 6, "roll": 6, "path": 6}
+    path = runs[runs["table"] == "path"]
+    assert path["on_the_tables"].tolist() == [24, 26.2, 28.1, 30, 31.9, 33.8]
+    piles = {tuple(r.values[f] for f in SEED_FACTORS) for r in simulator.runs if r.rig == "pile"}
+    assert {(0.45, 0.2, 0.01), (0.7, 0.7, 0.06), (0.55, 0.4, 0.04), (0.6, 0.5, 0.04)} <= piles
+    centre = runs[runs["at"] == "0.6, 0.5, 0.04"].iloc[0]
+    assert centre["runs"] == QUICK.centre and centre["on_the_tables"] == pytest.approx(30.04) and centre["sd"] > 0
+    assert centre["simulated"] == pytest.approx(30.04, abs=0.5)  # the stand-in is the paper's Eq. 8
+
+
+def test_a_central_composite_design_has_corners_and_stays_in_its_box(bench, tmp_path, few_draws):
+    simulator = StandIn()
+    asked = Asked(bench, tmp_path / "out", quick=True, quiet=True, design="central-composite")
+    assert calibrate_command(asked, simulator) == DONE
+    told = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert told["options"]["effort"]["design"] == "central-composite"
+    design = pd.read_csv(tmp_path / "out" / "tables" / "pile_design.csv")
+    coded = design[[f"{n}_coded" for n in SEED_FACTORS]].to_numpy()
+    assert design["point"].value_counts().to_dict() == {"factorial": 8, "axial": 6, "centre": QUICK.centre}
+    assert abs(coded).max() == 1 and (abs(coded).sum(axis=1) == 3).sum() == 8
+    # those of a common packing: both halves of the corners, and the axes; the centre's own
+    assert design.groupby("packing")["point"].count().isin([1, 4, 6]).all()
+
+
+def test_a_design_that_is_not_there_is_misuse(bench, tmp_path, capsys):
+    assert calibrate_command(Asked(bench, tmp_path / "out", design="taguchi"), StandIn()) == MISUSED
+    assert "--design taguchi: one of box-behnken, central-composite" in capsys.readouterr().err
 
 
 def test_results_are_not_written_among_the_recordings(bench, capsys):
@@ -255,8 +295,8 @@ def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
 
 def test_a_slide_begins_a_little_below_its_onset():
     begun = _begun(Run("slide", {"static_friction": 0.34}, (1,), {"seed": {"count": 4}}))
-    assert begun == {"seed": {"count": 4}, "slide": {"start_deg": 14.0}}
-    assert _begun(Run("slide", {"static_friction": 0.05}, (1,)))["slide"] == {}
+    assert begun == {"seed": {"count": 4}, "slide": {"start_deg": 17.0}}
+    assert _begun(Run("slide", {"static_friction": 0.03}, (1,)))["slide"] == {}
     assert seed_numbers(1, "a") != seed_numbers(2, "a")
 
 

@@ -131,6 +131,26 @@ def test_a_missing_unit_is_named_with_its_file(bench, tmp_path, capsys):
     assert "drop.csv: column rebound_height_mm is missing; rebound_height has another unit or none" in capsys.readouterr().out
 
 
+def test_other_factors_are_named(bench, tmp_path, capsys):
+    file = bench / "tables" / "levels.csv"
+    file.write_text(file.read_text().replace("seed_restitution", "cohesion"))
+    assert run(bench, tmp_path) == DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "levels.csv: needs the columns coded, seed_restitution" in said and "here are cohesion" in said
+
+
+def test_a_design_that_cannot_tell_its_terms_apart_is_named(bench, tmp_path, capsys):
+    file = bench / "tables" / "design.csv"
+    rows = pd.read_csv(file)
+    rows["B"] = rows["A"]
+    rows.to_csv(file, index=False)
+    assert run(bench, tmp_path) == DONE
+    assert "not calibrated: pile: singular design: its 17 runs cannot tell B" in capsys.readouterr().out
+    rows.head(9).to_csv(file, index=False)
+    assert run(bench, tmp_path, overwrite=True) == DONE
+    assert "10 terms need at least 11 runs; here are 9" in capsys.readouterr().out
+
+
 def test_low_not_below_high_is_named(bench, tmp_path, capsys):
     file = bench / "tables" / "levels.csv"
     file.write_text(file.read_text().replace("-1,0.55", "-1,0.75"))

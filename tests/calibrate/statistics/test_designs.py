@@ -50,6 +50,17 @@ def test_box_behnken_tells_all_quadratic_terms_apart(k):
     assert not mixed.any() and not z.sum(axis=0).any()
 
 
+@pytest.mark.parametrize("k", [3, 4, 7])
+def test_what_a_block_shares_leaves_main_effects_alone(k):
+    """Points of a block may share a packing: its scatter must cancel in every main effect."""
+    designs = [box_behnken(unit_box(k), centre_points=2), central_composite(unit_box(k), centre_points=2, alpha="face")]
+    for design in designs:
+        outer = design[design["point"] != "centre"]
+        assert (design.loc[design["point"] == "centre", "block"] == -1).all()
+        sums = outer.groupby("block")[[c for c in outer if c.endswith("_coded")]].sum()
+        assert len(sums) >= 3 and not sums.to_numpy().any()
+
+
 def test_the_papers_design_is_box_behnken(runs):
     published = sorted(map(tuple, runs[["A", "B", "C"]].to_numpy()))
     assert sorted(map(tuple, coded(box_behnken(unit_box(3), centre_points=5)))) == published

@@ -180,6 +180,25 @@ def test_errors_shared_by_two_observables_are_worth_less(rng):
         assert found.draws["a"].std() == pytest.approx(0.1 * np.sqrt((1 + rho) / 2), rel=0.03)
 
 
+def test_errors_whose_covariance_was_estimated_have_hotellings_tails():
+    """Four means of four readings each, covariance from the same readings: T² exceeds its 95 % limit as often as F says, and the
+    density is a function of T² alone."""
+    rng, m, n = np.random.default_rng(3), 3, 8
+    box = Box.of({"a": (-1.0, 1.0)})
+    root, beyond = np.linalg.cholesky(np.array([[1, 0.9, 0], [0.9, 1, 0.3], [0, 0.3, 1.0]])), 0
+    limit = (n - 1) * m / (n - m) * stats.f.ppf(0.95, m, n - m)
+    for _ in range(2000):
+        x = rng.standard_normal((n, m)) @ root.T
+        sd, r = x.std(axis=0, ddof=1) / np.sqrt(n), np.corrcoef(x.T)
+        seen = [Observable(f"y{k}", Plane(box, [0.0]), BenchMean(x[:, k].mean(), sd[k], n - 1, 0.0, n)) for k in range(m)]
+        density = log_posterior(np.zeros((1, 1)), seen, Prior.uniform(box), r)[0]
+        met = [dataclasses.replace(o, bench=dataclasses.replace(o.bench, value=0.0)) for o in seen]
+        best = log_posterior(np.zeros((1, 1)), met, Prior.uniform(box), r)[0]
+        square = (np.exp(2 * (best - density) / n) - 1) * (n - 1)
+        beyond += square > limit
+    assert beyond / 2000 == pytest.approx(0.05, abs=0.015)
+
+
 def test_a_bench_value_nothing_reaches_is_named(surface, rng):
     far = Observable("repose_angle_deg", surface, BenchMean(40.0, 0.3, 4, 0.0, 5))
     found = on_grid([far], Prior.uniform(surface.box), rng=rng)

@@ -1,0 +1,147 @@
+"""How often the pile posterior holds the truth, over many designs and many benches: closed forms with packing noise, no DEM.
+
+python benchmarks/loop_coverage.py [DESIGNS [BENCHES]]      → benchmarks/loop/coverage.csv     (a minute or two a row)
+
+The design is a quick calibration's, run and fitted by the procedure itself; every bench has one pile. Responses are
+quadratics in the seed–seed parameters, of the sizes that 48 piles of loop.py showed, in units of packing noise: angle,
+centroid's angle, weights filled in and left; packing noise correlated as there. bend: sd of ten cubic coefficients, drawn
+anew for every design; quiet: by how much packing noise is divided. rank: share of the posterior below the truth; joint: share
+of it denser than the truth.
+"""
+
+import sys
+from functools import cache
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure import pile_runs
+from calibrate.procedure.bench import RigReadings
+from calibrate.procedure.effort import QUICK
+from calibrate.procedure.pile_runs import measure_noise, run_design
+from calibrate.procedure.pile_stage import RANGES, PileStage
+from calibrate.procedure.pile_surrogate import observed, riding, steel_box
+from calibrate.procedure.rigs import STEEL
+from calibrate.statistics import terms as polynomial
+from calibrate.statistics.box import Box
+from calibrate.statistics.posterior import log_posterior
+from calibrate.statistics.prior import Prior
+
+TABLE = Path("benchmarks/loop/coverage.csv")
+COLUMNS = ("repose_angle_deg", "true_centroid_angle_deg", "true_filled_mass_g", "true_retained_mass_g")
+SD = np.array([3.77, 1.65, 1.20, 1.19])
+IN_SD = np.array([  # intercept, A … C, AB … BC, A² … C², in sds of one pile
+    [6.3, 0.0, 0.3, 0.5, 0.05, 0.2, -0.3, 0.4, -0.6, -0.45],
+    [13.4, 0.1, 0.6, 1.3, 0.0, 0.0, -0.1, 0.0, -1.1, -0.1],
+    [27.6, 0.3, -1.0, -0.2, 0.5, 0.4, 0.2, -0.4, 0.4, 0.2],
+    [27.8, 0.3, -0.9, -0.1, 0.5, 0.4, 0.2, -0.4, 0.3, 0.15],
+])  # fmt: skip
+CORRELATION = np.array([[1, 0.24, -0.16, -0.15], [0.24, 1, 0.36, 0.37], [-0.16, 0.36, 1, 0.98], [-0.15, 0.37, 0.98, 1]])
+STEEL_TRUE = {"restitution": 0.4858, "static_friction": 0.3780, "rolling_friction": 0.0193}
+STEEL_SD = {"restitution": 0.010, "static_friction": 0.0008, "rolling_friction": 0.0001}
+STEEL_IN_SD = np.array([[0.1, 0.4, 0.3], [0.1, 0.5, 0.4], [0.0, -0.2, 0.0], [0.0, -0.2, 0.0]])  # for ± 25 %
+POINTS, LEVELS = 6_000, (0.50, 0.80, 0.95)
+CASES = [(0.0, 1.0), (0.3, 1.0), (0.0, 4.0), (0.1, 4.0)]  # bend in packing sds before they are divided, quiet
+
+
+class Piles:
+    """A simulator of piles: one truth, drawn with its cubic part."""
+
+    def __init__(self, rng: np.random.Generator, bend: float, quiet: float) -> None:
+        self.box, self.rng, self.quiet = Box.of(RANGES), rng, quiet
+        self.cubes = [tuple(sorted((i, j, k))) for i in range(3) for j in range(i, 3) for k in range(j, 3)]
+        self.bent = bend * rng.standard_normal((len(COLUMNS), len(self.cubes)))
+        self.noise: dict[tuple, np.ndarray] = {}
+        self.root = np.linalg.cholesky(CORRELATION)
+
+    def mean(self, natural: dict[str, float]) -> np.ndarray:
+        z = self.box.coded([[natural[n] for n in RANGES]])
+        steel = np.array([(natural[n] / STEEL_TRUE[n] - 1) / 0.25 for n in STEEL_TRUE])
+        cubic = np.array([z[0, list(c)].prod() for c in self.cubes])
+        return SD * (IN_SD @ polynomial.matrix(z, polynomial.full(3))[0] + self.bent @ cubic + STEEL_IN_SD @ steel)
+
+    def pile(self, natural: dict[str, float]) -> np.ndarray:
+        return self.mean(natural) + SD / self.quiet * (self.root @ self.rng.standard_normal(len(COLUMNS)))
+
+    def __call__(self, runs) -> pd.DataFrame:
+        rows = [dict(zip(COLUMNS, self.pile(r.values))) | {"status": "done", "reason": "", "rerun": ""} for r in runs]
+        return pd.DataFrame(rows)
+
+
+def readings(pile: np.ndarray) -> RigReadings:
+    """One bench pile."""
+    further = {c.removeprefix("true_"): np.array([v]) for c, v in zip(COLUMNS[1:], pile[1:])}
+    return RigReadings("pile", COLUMNS[0], pile[:1], np.zeros(1), 0.0, {}, pd.DataFrame(), (), further)
+
+
+@cache
+def _ridden(shape: bytes, rows: int, factors: int) -> np.ndarray:
+    return riding(np.frombuffer(shape).reshape(rows, -1), factors)
+
+
+def design(piles: Piles, found: dict) -> tuple[pd.DataFrame, Box, bool]:
+    """All piles of a quick design, the box of its seed–steel parameters, and whether its piles share packings."""
+    steel = steel_box(found, {rig.parameter: rig.limits for rig in STEEL.values()})
+    fixed = {n: v for n, (v, _) in found.items()}
+    stage = PileStage(readings(np.ones(len(COLUMNS))), fixed, {}, piles, QUICK, 1, RANGES, Box.of(RANGES), None, steel)
+    noise, pairing, _, _ = measure_noise(stage, stage.levels)
+    # the pattern is the same for every design: searched once
+    with mock.patch.object(pile_runs, "riding", lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k)):
+        run_design(stage, stage.levels, noise, pairing, 0.0)
+    return pd.concat(stage.done, ignore_index=True), steel, pairing.worth_it
+
+
+def bench(piles: Piles, designed: tuple[pd.DataFrame, Box, bool], found: dict, rng: np.random.Generator) -> dict:
+    """Ranks of one bench's truth in its posterior."""
+    table, steel, shared = designed
+    names, ends = (*RANGES, *steel.names), np.array([*RANGES.values(), *zip(steel.low, steel.high)])
+    prior = Prior(Box(names, ends[:, 0], ends[:, 1]), found)
+    truth = {n: float(rng.uniform(*RANGES[n])) for n in RANGES} | STEEL_TRUE
+    seen = observed(table, readings(piles.pile(truth)), Box.of(RANGES), steel, alike=True, shared=shared)
+    points = np.vstack([[truth[n] for n in names], prior.draw(POINTS, rng)])
+    density = log_posterior(points, list(seen.observables), prior, seen.correlation.to_numpy())
+    log_weight = (density - prior.log_density(points))[1:]  # the points carry the prior already
+    weight = np.exp(log_weight - log_weight.max())
+    weight /= weight.sum()
+    ranks = {f"rank_{n}": float(weight @ (points[1:, j] < truth[n])) for j, n in enumerate(RANGES)}
+    return ranks | {"joint": float(weight @ (density[1:] > density[0])), "points": 1 / float(np.sum(weight**2))}
+
+
+def study(designs: int, benches: int, *, bend: float, quiet: float, seed: int = 1) -> pd.DataFrame:
+    """One row a bench: design, ranks, joint, points (effective number)."""
+    rows = []
+    for d in range(designs):
+        rng = np.random.default_rng([seed, d])
+        piles = Piles(rng, bend, quiet)
+        found = {n: (STEEL_TRUE[n] + sd * rng.standard_normal(), sd) for n, sd in STEEL_SD.items()}
+        designed = design(piles, found)
+        rows += [{"design": d} | bench(piles, designed, found, rng) for _ in range(benches)]
+    return pd.DataFrame(rows)
+
+
+def rates(found: pd.DataFrame) -> pd.DataFrame:
+    """How often the sets hold the truth: set, level, rate, se (benches of one design share its surface: between designs)."""
+    rows = []
+    for name in [c for c in found if c.startswith("rank_") or c == "joint"]:
+        for level in LEVELS:
+            held = found[name] <= level if name == "joint" else abs(found[name] - 0.5) <= level / 2
+            by = held.groupby(found["design"]).mean()
+            rows.append((name.removeprefix("rank_"), level, float(by.mean()), float(by.std(ddof=1) / np.sqrt(len(by)))))
+    return pd.DataFrame(rows, columns=["set", "level", "rate", "se"])
+
+
+def main(designs: int, benches: int) -> None:
+    parts = []
+    for bend, quiet in CASES:
+        found = study(designs, benches, bend=bend, quiet=quiet)
+        parts.append(rates(found).assign(bend=bend, quiet=quiet, designs=designs, benches=benches))
+        shown = parts[-1].pivot(index="set", columns="level", values="rate").round(3)
+        print(f"bend {bend:g}, noise / {quiet:g}\n{shown}", flush=True)
+    TABLE.parent.mkdir(exist_ok=True)
+    pd.concat(parts).to_csv(TABLE, index=False, float_format="%.4g")
+
+
+if __name__ == "__main__":
+    main(*(int(a) for a in sys.argv[1:3]) if len(sys.argv) > 2 else (50, 8))
