@@ -1,6 +1,7 @@
 """Which cases there are: half of them clean; single effects, twins with and without what separates them, pairs, strangers."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -80,8 +81,8 @@ def plan(cases: int, rng: np.random.Generator) -> list[Spec]:
 
 
 def _spec(index: int, kind: str, rig: str, turn: int, rendered: bool, rng: np.random.Generator) -> Spec:
-    offered = {CLEAN: ((),), SINGLE: SINGLES, CONFOUNDED: TWINS, SEPARATED: TOLD_APART, COMPOUND: PAIRS, STRANGE: STRANGERS}[kind]
-    chosen = () if kind == CLEAN else offered[rig][turn % len(offered[rig])]
+    offered: dict[str, Any] = {SINGLE: SINGLES, CONFOUNDED: TWINS, SEPARATED: TOLD_APART, COMPOUND: PAIRS, STRANGE: STRANGERS}
+    chosen = () if kind == CLEAN else offered[kind][rig][turn % len(offered[kind][rig])]
     effects = (chosen,) if isinstance(chosen, str) else chosen
     separated = {CONFOUNDED: False, SEPARATED: True}.get(kind)
     if kind in (SINGLE, COMPOUND) and set(effects) & set(NEED_SEPARATION):

@@ -18,7 +18,7 @@ def anova_table(surface: Surface) -> pd.DataFrame:
     Model and terms are tested against the residual, lack of fit against pure error; where there is none of these, NaN.
     """
     total = total_ss(surface)
-    rows = [("Model", total - surface.residual_ss, len(surface.terms) - 1, "residual")]
+    rows: list[tuple[str, float, int, str | None]] = [("Model", total - surface.residual_ss, len(surface.terms) - 1, "residual")]
     for j, term in enumerate(surface.terms):
         if any(term):
             rows.append((polynomial.name(term), surface.coefficients[j] ** 2 / surface.inverse[j, j], 1, "residual"))
@@ -28,7 +28,7 @@ def anova_table(surface: Surface) -> pd.DataFrame:
     rows.append(("Pure error", surface.pure_ss, surface.pure_df, None))
     rows.append(("Total", total, len(surface.response) - 1, None))
     against = {"residual": (surface.residual_ss, surface.residual_df), "pure": (surface.pure_ss, surface.pure_df)}
-    return pd.DataFrame([_row(source, ss, df, against.get(error)) for source, ss, df, error in rows])
+    return pd.DataFrame([_row(source, ss, df, against.get(error or "")) for source, ss, df, error in rows])
 
 
 def _row(source: str, ss: float, df: int, error: tuple[float, int] | None) -> dict:

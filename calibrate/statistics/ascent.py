@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from calibrate.statistics.box import Box
 from calibrate.statistics.columns import numbers
@@ -43,7 +44,7 @@ def along_gradient(surface: Surface, target: float, steps: int, *, step: float =
     return table.assign(predicted=surface.mean(coded))
 
 
-def relative_error(simulated, bench: float) -> np.ndarray:
+def relative_error(simulated: ArrayLike, bench: float) -> np.ndarray:
     """τ = |θ₂ − θ₁|/θ₁ (Eq. 4), a fraction; simulated θ₂, bench θ₁. Raises ValueError where the bench's value is zero."""
     if bench == 0:
         raise ValueError("bench: a relative error needs a value other than zero")

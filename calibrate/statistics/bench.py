@@ -1,9 +1,11 @@
 """The mean of repeated bench readings with its standard deviation, and recordings that contradict each other."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import stats
 
 
@@ -23,7 +25,9 @@ class BenchMean:
         return float(np.hypot(self.scatter_sd, self.shared_sd))
 
 
-def bench_mean(readings, *, name: str, reading_sd=0.0, shared_sd: float = 0.0, trimmed: int = 0) -> BenchMean:
+def bench_mean(
+    readings: ArrayLike, *, name: str, reading_sd: ArrayLike = 0.0, shared_sd: float = 0.0, trimmed: int = 0
+) -> BenchMean:
     """Mean of repeated readings.
 
     name: what is read, for error messages; reading_sd: measuring error of each reading, one or n (the scatter contains it; it
@@ -61,8 +65,8 @@ def one_reading(value: float, *, name: str, scatter_sd: float, df: float, shared
     return BenchMean(float(value), float(scatter_sd), float(df), float(shared_sd), 1)
 
 
-def pooled_mean(readings, *, name: str, scatter_sd: float, df: float, pooled: bool = True, alpha: float = 0.05,
-                reading_sd=0.0, shared_sd: float = 0.0) -> BenchMean:  # fmt: skip
+def pooled_mean(readings: ArrayLike, *, name: str, scatter_sd: float, df: float, pooled: bool = True, alpha: float = 0.05,
+                reading_sd: ArrayLike = 0.0, shared_sd: float = 0.0) -> BenchMean:  # fmt: skip
     """The mean of a few readings whose scatter is known from elsewhere too, scatter_sd on df: both scatters are pooled, unless
     they contradict each other (two-sided F test at alpha) or `pooled` is False; then the readings' own counts.
 
@@ -99,7 +103,7 @@ class Verification:
     agrees: bool
 
 
-def verify(repeats, bench: BenchMean, *, name: str, alpha: float = 0.05) -> Verification:
+def verify(repeats: ArrayLike, bench: BenchMean, *, name: str, alpha: float = 0.05) -> Verification:
     """Compare verification runs with the bench's mean. Raises ValueError with fewer than two repeats or a bench value of zero."""
     y = np.asarray(repeats, dtype=float)
     if y.ndim != 1 or y.size < 2 or not np.isfinite(y).all():
@@ -130,7 +134,7 @@ class Agreement:
     table: pd.DataFrame
 
 
-def agreement(names, values, sds, alpha: float = 0.01) -> Agreement:
+def agreement(names: Sequence[str], values: ArrayLike, sds: ArrayLike, alpha: float = 0.01) -> Agreement:
     """Compare recordings of one quantity, each value with its sd; those farther from the rest than chance allows are flagged.
 
     The farthest is set aside first, at level alpha/n, and the rest compared anew, so that one bad recording does not accuse

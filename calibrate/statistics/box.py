@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from calibrate.statistics.columns import numbers
 
@@ -45,7 +46,7 @@ class Box:
         >>> Box.of({"restitution": (0.55, 0.65)}).natural([[0.5]])
         array([[0.625]])
         """
-        return cls(tuple(ranges), [r[0] for r in ranges.values()], [r[1] for r in ranges.values()])
+        return cls(tuple(ranges), np.array([r[0] for r in ranges.values()]), np.array([r[1] for r in ranges.values()]))
 
     @property
     def centre(self) -> np.ndarray:
@@ -55,11 +56,11 @@ class Box:
     def half_width(self) -> np.ndarray:
         return (self.high - self.low) / 2
 
-    def coded(self, natural) -> np.ndarray:
+    def coded(self, natural: ArrayLike) -> np.ndarray:
         """Natural (…, k) → coded (…, k)."""
         return (np.asarray(natural, dtype=float) - self.centre) / self.half_width
 
-    def natural(self, coded) -> np.ndarray:
+    def natural(self, coded: ArrayLike) -> np.ndarray:
         """Coded (…, k) → natural (…, k)."""
         return self.centre + np.asarray(coded, dtype=float) * self.half_width
 

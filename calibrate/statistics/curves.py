@@ -3,10 +3,12 @@
 Both know their mean and its variance at any x within the simulated range; `inversion.py` asks them nothing else.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
 
@@ -16,16 +18,28 @@ from calibrate.statistics.columns import numbers
 PRIOR_DF = 4  # the pooled variance counts this many degrees of freedom beside a row's own: with five repeats, one half
 
 
-class Curve:
+class Curve(ABC):
     """What both curves share: each is a surrogate of one parameter, so that the posterior can take a rig of its own beside the
     pile.
     """
 
+    x_name: str
+    low: float
+    high: float
+
+    @abstractmethod
+    def mean(self, x: ArrayLike) -> np.ndarray:
+        """y (n,) at x."""
+
+    @abstractmethod
+    def variance(self, x: ArrayLike) -> np.ndarray:
+        """Variance (n,) of `mean`."""
+
     @property
     def box(self) -> Box:
-        return Box((self.x_name,), [self.low], [self.high])
+        return Box((self.x_name,), np.array([self.low]), np.array([self.high]))
 
-    def evaluate(self, natural) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Mean (n,) and its variance (n,) at natural points (n, 1)."""
         x = np.asarray(natural, dtype=float)[:, 0]
         return self.mean(x), self.variance(x)
@@ -56,10 +70,10 @@ class Polynomial(Curve):
     def _u(self, x) -> np.ndarray:
         return (np.atleast_1d(np.asarray(x, dtype=float)) - (self.low + self.high) / 2) / ((self.high - self.low) / 2)
 
-    def mean(self, x) -> np.ndarray:
+    def mean(self, x: ArrayLike) -> np.ndarray:
         return np.polynomial.polynomial.polyval(self._u(x), self.scaled)
 
-    def variance(self, x) -> np.ndarray:
+    def variance(self, x: ArrayLike) -> np.ndarray:
         """Variance of the mean curve at x."""
         basis = np.vander(self._u(x), len(self.scaled), increasing=True)
         return np.einsum("ij,jk,ik->i", basis, self.covariance, basis)
@@ -116,24 +130,19 @@ class Monotone(Curve):
 
     x_name: str
     y_name: str
+    low: float
+    high: float
     x: np.ndarray
     y: np.ndarray
     row_sd: np.ndarray
     draws: np.ndarray
     df: float
 
-    @property
-    def low(self) -> float:
-        return float(self.x[0])
 
-    @property
-    def high(self) -> float:
-        return float(self.x[-1])
-
-    def mean(self, x) -> np.ndarray:
+    def mean(self, x: ArrayLike) -> np.ndarray:
         return PchipInterpolator(self.x, self.y)(np.atleast_1d(np.asarray(x, dtype=float)))
 
-    def variance(self, x) -> np.ndarray:
+    def variance(self, x: ArrayLike) -> np.ndarray:
         """Variance of the curve at x: scatter of the redrawn curves, and (PCHIP − straight line)²/3 for the unseen shape
         between rows.
         """
@@ -172,7 +181,7 @@ def fit_monotone(
     level = sign * isotonic(sign * raw, weight_of_row)
     noise = rng.standard_normal((draws, nodes.size)) * np.sqrt(row_variance)
     redrawn = sign * isotonic(sign * (level + noise), weight_of_row)
-    return Monotone(x, y, nodes, level, np.sqrt(row_variance), redrawn, df)
+    return Monotone(x, y, float(nodes[0]), float(nodes[-1]), nodes, level, np.sqrt(row_variance), redrawn, df)
 
 
 def isotonic(y: np.ndarray, w: np.ndarray) -> np.ndarray:

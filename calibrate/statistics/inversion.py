@@ -86,7 +86,7 @@ def _branches(y: np.ndarray) -> list[slice]:
     trend = np.sign(y[-1] - y[0]) or 1.0
     along = np.concatenate([[False], np.diff(y) * trend > 0, [False]])
     starts, ends = np.flatnonzero(along[1:] & ~along[:-1]), np.flatnonzero(~along[1:] & along[:-1])
-    found = sorted((slice(s, e + 1) for s, e in zip(starts, ends)), key=lambda b: b.start - b.stop)
+    found = sorted((slice(int(s), int(e) + 1) for s, e in zip(starts, ends)), key=lambda b: b.start - b.stop)
     return found or [slice(0, y.size)]
 
 
@@ -138,7 +138,7 @@ def _budget(curve, bench: BenchMean, root: float) -> tuple[float, dict[str, floa
     step = (curve.high - curve.low) / (GRID - 1)
     inside = np.clip(root, curve.low + step, curve.high - step)
     slope = float((curve.mean(inside + step) - curve.mean(inside - step))[0] / (2 * step))
-    total, df = _parts(curve, bench, root)
+    totals, df = _parts(curve, bench, root)
     fit = float(curve.variance(root)[0])
     if isinstance(curve, Polynomial):
         simulation = fit / curve.inflation if curve.absolute else 0.0
@@ -148,7 +148,7 @@ def _budget(curve, bench: BenchMean, root: float) -> tuple[float, dict[str, floa
         "bench scatter": bench.scatter_sd**2, "measuring": bench.shared_sd**2,
         "simulation scatter": simulation, "fit": fit - simulation,
     }  # fmt: skip
-    total = float(total[0])
+    total = float(totals[0])
     sd = float(np.sqrt(total) / abs(slope)) if slope else np.inf
     return sd, {k: v / total if total else 0.0 for k, v in parts.items()}, float(df[0])
 

@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import special
 from scipy.sparse import csgraph
 
@@ -25,7 +26,7 @@ class Surrogate(Protocol):
     box: Box
     df: float
 
-    def evaluate(self, natural) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Mean (n,) and variance of the mean (n,) at natural points (n, k), columns in the order of `box.names`."""
 
 

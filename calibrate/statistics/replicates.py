@@ -47,7 +47,9 @@ def packing_noise(table: pd.DataFrame, response: str, *, point: str | None = Non
     return Noise(float(np.sqrt(variance)), df, float(ends[0]), float(ends[1]), level)
 
 
-def power(coded: np.ndarray, effect: float, sd: float, replicates: int, *, terms="quadratic", alpha: float = 0.05) -> float:
+def power(
+    coded: np.ndarray, effect: float, sd: float, replicates: int, *, terms: str = "quadratic", alpha: float = 0.05
+) -> float:
     """Smallest power over the factors with which a main effect 2β = effect is found significant; coded: (n, k) design points."""
     x = polynomial.matrix(coded, polynomial.full(coded.shape[1], terms))
     df = replicates * len(x) - x.shape[1]
@@ -78,7 +80,7 @@ class Plan:
 
 
 def plan(
-    coded: np.ndarray, effect: float, noise: Noise, *, wanted: float = 0.80, alpha: float = 0.05, terms="quadratic",
+    coded: np.ndarray, effect: float, noise: Noise, *, wanted: float = 0.80, alpha: float = 0.05, terms: str = "quadratic",
     most: int = 30, correlation: float = 0.0,
 ) -> Plan:  # fmt: skip
     """Replicates a design point so that main effects of size `effect` (low → high, unit of the response) are found with power

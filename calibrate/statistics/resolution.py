@@ -58,7 +58,8 @@ def narrowing(posterior: Posterior, candidates: list[Candidate]) -> pd.DataFrame
     """
     if not candidates:
         raise ValueError("candidates: none given")
-    joint, noise = _joint(posterior, candidates)
+    joint, variances = _joint(posterior, candidates)
+    noise = [float(v) for v in variances]
     k = len(posterior.draws.columns)
     rows = []
     for i, candidate in enumerate(candidates):
@@ -69,7 +70,8 @@ def narrowing(posterior: Posterior, candidates: list[Candidate]) -> pd.DataFrame
         row = {"candidate": candidate.name, "information_nats": nats, "variance_left": trace}
         rows.append(row | {f"sd_left_{n}": float(np.sqrt(v)) for n, v in zip(posterior.draws.columns, left)})
     table = pd.DataFrame(rows)
-    picks, state, open_ = {}, joint, set(range(len(candidates)))
+    picks: dict[int, tuple[int, float]] = {}
+    state, open_ = joint, set(range(len(candidates)))
     before = np.trace(joint[:k, :k])
     while open_:
         best = min(sorted(open_), key=lambda i: np.trace(condition(state, k + i, noise[i])[:k, :k]))

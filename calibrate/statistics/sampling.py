@@ -43,7 +43,7 @@ def sample(
         # the first third is on the way from the prior
         chains = np.array([s.get_chain(discard=steps // 3) for s in samplers])
         r_hat, effective = split_r_hat(chains), effective_draws(chains)
-        converged = (r_hat < 1.01).all() and (effective >= ess).all()
+        converged = bool((r_hat < 1.01).all() and (effective >= ess).all())
         if converged:
             break
     density = np.array([s.get_log_prob(discard=steps // 3) for s in samplers])

@@ -11,6 +11,7 @@ Source: Gelman et al., Bayesian Data Analysis (3rd ed.), 14.8 and 5; O'Hagan (19
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.box import Box
@@ -34,7 +35,7 @@ class Shrunk:
     df: int
     residuals: np.ndarray
 
-    def evaluate(self, natural) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Mean (n,) and its variance (n,) at natural points (n, k)."""
         x = polynomial.matrix(self.box.coded(natural), self.terms)
         return x @ self.coefficients, np.sum(x @ self.covariance * x, axis=1)

@@ -4,11 +4,14 @@
 Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.), chapters 2 and 6.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from calibrate.statistics import terms as polynomial
@@ -88,30 +91,30 @@ class Surface:
         lack, pure = (self.residual_ss - self.pure_ss) / df, self.pure_ss / self.pure_df
         return float(np.sqrt(lack - pure)) if stats.f.sf(lack / pure, df, self.pure_df) < LACK_P else 0.0
 
-    def mean(self, coded) -> np.ndarray:
+    def mean(self, coded: ArrayLike) -> np.ndarray:
         """Predicted response (n,) at coded points (n, k)."""
         return polynomial.matrix(coded, self.terms) @ self.coefficients
 
-    def variance(self, coded) -> np.ndarray:
+    def variance(self, coded: ArrayLike) -> np.ndarray:
         """Variance (n,) of the predicted mean at coded points (n, k): s² xᵀ(XᵀX)⁻¹x + lack of fit."""
         return self._variance(polynomial.matrix(coded, self.terms))
 
     def _variance(self, x: np.ndarray) -> np.ndarray:
         return self.residual_ms * np.sum(x @ self.inverse * x, axis=1) + self.lack_sd**2
 
-    def gradient(self, coded) -> np.ndarray:
+    def gradient(self, coded: ArrayLike) -> np.ndarray:
         """∂ŷ/∂z (n, k) at coded points (n, k), response unit per coded unit."""
         return polynomial.gradient(coded, self.terms, self.coefficients)
 
-    def evaluate(self, natural) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Mean (n,) and its variance (n,) at natural points (n, k): what the posterior asks a surrogate for."""
         x = polynomial.matrix(self.box.coded(natural), self.terms)
         return x @ self.coefficients, self._variance(x)
 
 
 def fit_surface(
-    table: pd.DataFrame, response: str, box: Box, *, terms="quadratic", coded_columns: tuple[str, ...] | None = None,
-    packing: str | None = None,
+    table: pd.DataFrame, response: str, box: Box, *, terms: str | Iterable[polynomial.Term] = "quadratic",
+    coded_columns: tuple[str, ...] | None = None, packing: str | None = None,
 ) -> Surface:  # fmt: skip
     """Least-squares surface through the runs of a table, one row a run, replicates as rows of their own.
 
@@ -136,7 +139,7 @@ def fit_surface(
 
 def refit(surface: Surface, terms: tuple[polynomial.Term, ...]) -> Surface:
     """The same runs with other terms; what packings share is kept as it was found."""
-    packing = {"root": surface.root, "shared": surface.shared, "packings": surface.packings}
+    packing: dict[str, Any] = {"root": surface.root, "shared": surface.shared, "packings": surface.packings}
     return _solve(surface.response_name, surface.box, terms, surface.points, surface.response, **packing)
 
 

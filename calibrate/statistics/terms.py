@@ -4,6 +4,7 @@ from itertools import combinations, product
 from math import comb
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from calibrate.statistics.box import Box
 
@@ -36,7 +37,7 @@ def name(term: Term) -> str:
     return "".join(LETTERS[i] + power.get(e, f"^{e}") for i, e in enumerate(term) if e) or "intercept"
 
 
-def matrix(coded: np.ndarray, terms: tuple[Term, ...]) -> np.ndarray:
+def matrix(coded: ArrayLike, terms: tuple[Term, ...]) -> np.ndarray:
     """Model matrix (n, p) of coded points (n, k)."""
     coded = np.atleast_2d(np.asarray(coded, dtype=float))
     out = np.ones((coded.shape[0], len(terms)))
@@ -52,7 +53,7 @@ def inside(term: Term, other: Term) -> bool:
     return term != other and all(e <= f for e, f in zip(term, other))
 
 
-def gradient(coded: np.ndarray, terms: tuple[Term, ...], coefficients: np.ndarray) -> np.ndarray:
+def gradient(coded: ArrayLike, terms: tuple[Term, ...], coefficients: np.ndarray) -> np.ndarray:
     """∂f/∂z of f = Σ β_t z^t at coded points (n, k): (n, k)."""
     coded = np.atleast_2d(np.asarray(coded, dtype=float))
     out = np.zeros_like(coded)

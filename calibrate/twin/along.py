@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -42,11 +43,11 @@ class Path1D:
         return np.interp(time, self.time, self.way)
 
 
-def like(rig: str, description: dict, **changes) -> Recording:
+def like(rig: str, description: dict, **changes: Any) -> Recording:
     """A recording with these sections, keys that no recording.toml has left out, and `changes` to the rig's section."""
     kept = {}
     for name in ("seed", "camera", "air", rig):
-        known = Keys.model_fields[name].annotation.model_fields
+        known = type(getattr(Keys(), name)).model_fields
         kept[name] = {k: v for k, v in description.get(name, {}).items() if k in known}
     kept[rig] |= changes
     sections = validate(kept, Path("recording.toml"))
@@ -66,7 +67,7 @@ def filmed(recording: Recording, parameters: Parameters, number: int, out: Path,
     def told(stage: str, share: float) -> None:
         watch(f"{out.name}: {stage}, {100 * share:.0f} %")
 
-    made = simulate(recording.rig, parameters, rng=np.random.default_rng([5, number]), out=out, like=recording, watch=told)
+    made = simulate(recording.rig or "", parameters, rng=np.random.default_rng([5, number]), out=out, like=recording, watch=told)
     track = observe(made).track
     if track is None:
         raise ValueError(f"{out}: the measuring code found nothing that moves in the twin's film")

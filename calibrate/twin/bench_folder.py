@@ -63,11 +63,15 @@ def hashes(folder: Path) -> dict[str, str]:
     return out
 
 
+Name = tuple[str, str, str]  # recording, rig, response
+Described = tuple[dict, str, str]  # sections, path, provenance
+
+
 def _seen(entry: Recording | MeasurementError) -> Seen:
     nothing = np.zeros(0)
     if isinstance(entry, MeasurementError):
         return Seen(entry.recording, "", "", nothing, nothing, 0.0, {}, "", "", trouble=str(entry))
-    told = (entry.id, entry.rig or "", RESPONSES.get(entry.rig, ""))
+    told = (entry.id, entry.rig or "", RESPONSES.get(entry.rig or "", ""))
     rest = (_description(entry), str(entry.path), entry.provenance)
     try:
         return _readings(entry, told, rest) if entry.evidence == "readings.csv" else _measured(entry, told, rest)
@@ -77,7 +81,7 @@ def _seen(entry: Recording | MeasurementError) -> Seen:
         return Seen(*told, nothing, nothing, 0.0, *rest, trouble=f"{error.filename or entry.path}: {error.strerror or error}")
 
 
-def _readings(entry: Recording, told: tuple, rest: tuple) -> Seen:
+def _readings(entry: Recording, told: Name, rest: Described) -> Seen:
     """What somebody read off; the plausibility checks are those of `benchtwin measure`."""
     observation, table = observe(entry), read_readings(entry.files[0]).rows
     rig = entry.rig or observation.rig
@@ -89,7 +93,8 @@ def _readings(entry: Recording, told: tuple, rest: tuple) -> Seen:
     derived = {q.name: q.value for q in observation.quantities}
     further = {c: table[c].dropna().to_numpy(dtype=float) for c in FURTHER[rig] if c in table} | _weights(entry)
     nothing = np.zeros(values.size)
-    return Seen(told[0], rig, response, values, nothing, 0.0, *rest, observation.notes, doubt, derived=derived, further=further)
+    return Seen(told[0], rig, response, values, nothing, 0.0, *rest, notes=observation.notes, doubt=doubt, derived=derived,
+                further=further)  # fmt: skip
 
 
 def _weights(entry: Recording) -> dict[str, np.ndarray]:
@@ -98,7 +103,7 @@ def _weights(entry: Recording) -> dict[str, np.ndarray]:
     return {name: np.array([value]) for name, value in stated.items() if value is not None}
 
 
-def _measured(entry: Recording, told: tuple, rest: tuple) -> Seen:
+def _measured(entry: Recording, told: Name, rest: Described) -> Seen:
     """One film, track or photo: the quantity of its rig."""
     observation = observe(entry)
     name, unit = READING_COLUMNS[told[2]][1:]
@@ -115,8 +120,8 @@ def _measured(entry: Recording, told: tuple, rest: tuple) -> Seen:
     own = float(np.sqrt(max(q.sd**2 - shared**2, 0.0)))
     columns = {column: READING_COLUMNS[column][1] for column in FURTHER[told[1]]}
     further = {column: np.array([derived[n]]) for column, n in columns.items() if n in derived} | _weights(entry)
-    told = (*told, np.array([q.value]), np.array([own]), shared)
-    return Seen(*told, *rest, observation.notes, q.reason, derived=derived, further=further)
+    return Seen(*told, np.array([q.value]), np.array([own]), shared, *rest, notes=observation.notes, doubt=q.reason,
+                derived=derived, further=further)  # fmt: skip
 
 
 def _description(entry: Recording) -> dict:

@@ -7,11 +7,12 @@ import numpy as np
 from calibrate.twin.piles import SeenPile, describe
 from sim.motion import Motion
 from sim.rigs.profile import outline
+from vision.recording import Recording
 
 STEP_MM, FOOT = 0.1, 0.02  # FOOT: of the crest's height, where a flank ends
 
 
-def outlined(motion: Motion, recording) -> SeenPile:
+def outlined(motion: Motion, recording: Recording) -> SeenPile:
     """The outline as a photo at the plate's height has it: plate level, plumb line known."""
     two = recording.pile.cylinder_mm is not None
     places = 1e3 * motion.positions_m[-1, :, 0]

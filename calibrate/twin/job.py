@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -118,7 +119,7 @@ def assigned(parameters: Parameters, description: dict, settings: list[str]) -> 
     return parameters, description
 
 
-def _with(parameters: Parameters, name: str, value) -> Parameters:
+def _with(parameters: Parameters, name: str, value: Any) -> Parameters:
     before = getattr(Parameters(), name)
     wanted = type(before) if isinstance(before, str | int) else float
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
@@ -126,7 +127,8 @@ def _with(parameters: Parameters, name: str, value) -> Parameters:
     if type(value) is not wanted:
         kind = {str: "word", bool: "true or false", int: "whole number", float: "number"}[wanted]
         raise ValueError(f"--set {name}={value}: must be a {kind}")
-    return replace(parameters, **{name: value})
+    changed: dict[str, Any] = {name: value}
+    return replace(parameters, **changed)
 
 
 def _value(text: str):

@@ -7,6 +7,7 @@ from sim.material import Q235, SOYBEAN, Contact, Material
 from sim.rigs.bench import Bench
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from sim.seed.sizes import Size, Sizes
+from vision.evidence.keys import Air, Seed
 
 SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6}  # benchmarks/modulus.py: what these change, and what they save
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
@@ -62,7 +63,7 @@ class Parameters:
         return asdict(self)
 
 
-def bench(parameters: Parameters, rig: str, seed, air) -> Bench:
+def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
     """The bench of a recording: parameters, and what [seed] and [air] state. What [seed] leaves open is the paper's soybean."""
     on_steel, on_seed = parameters.contacts()
     return Bench(
@@ -83,7 +84,7 @@ def bench(parameters: Parameters, rig: str, seed, air) -> Bench:
     )
 
 
-def material(seed) -> Material:
+def material(seed: Seed) -> Material:
     """Soybean, of the density that [seed] states, or that follows from its mass and dimensions taken as an ellipsoid."""
     whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
     density = seed.density_kg_m3
@@ -92,7 +93,7 @@ def material(seed) -> Material:
     return SOYBEAN if density is None else replace(SOYBEAN, density_kg_m3=density)
 
 
-def sizes(seed) -> Sizes | tuple[float, float, float]:
+def sizes(seed: Seed) -> Sizes | tuple[float, float, float]:
     """The lot: means with ranges scatter; means alone are every seed's size; nothing stated: the paper's soybeans."""
     whole, ranges = [getattr(seed, f"{name}_mm") for name in WHOLE], [getattr(seed, name + RANGE) for name in WHOLE]
     if None in whole:
@@ -100,6 +101,7 @@ def sizes(seed) -> Sizes | tuple[float, float, float]:
             raise ValueError("[seed] needs length_mm, width_mm and thickness_mm together")
         return SOYBEAN_SIZES
     if None in ranges:
-        return tuple(1e-3 * v for v in whole)
+        length, width, thickness = (1e-3 * v for v in whole)
+        return length, width, thickness
     scatter = [Size.from_range_of_100(1e-3 * low, 1e-3 * mean, 1e-3 * high) for (low, high), mean in zip(ranges, whole)]
-    return Sizes(*scatter, correlation=SOYBEAN_SIZES.correlation)
+    return Sizes(scatter[0], scatter[1], scatter[2], correlation=SOYBEAN_SIZES.correlation)

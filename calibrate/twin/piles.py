@@ -78,11 +78,12 @@ def pile_of(found: Repose, recording: Recording) -> SeenPile:
     scale = recording.camera.mm_per_px or 1.0
     columns = np.arange(found.surface.size)
     doubts = tuple(dict.fromkeys(q.reason for q in found.quantities if q.reason))
+    left, right = (None if toe is None else scale * toe for toe in found.toes)
     return SeenPile(
         recording.id, recording.session or "", scale * columns, -scale * found.surface,
         "mm" if recording.camera.mm_per_px else "px", -scale * found.base.intercept,
         float(np.degrees(np.arctan(found.base.slope))), float(np.degrees(found.base.slope_sd)), found.base.source,
-        scale * (found.crest[0] - found.roi[0]), tuple(None if toe is None else scale * toe for toe in found.toes),
+        scale * (found.crest[0] - found.roi[0]), (left, right),
         describe(recording), (*found.notes, *doubts), heap=str(recording.path) if recording.toml.is_file() else "",
     )  # fmt: skip
 

@@ -69,13 +69,13 @@ def simulate(
 def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generator, watch: Watch = no_watch,
         threads: int = 2) -> tuple[Motion, Recording]:  # fmt: skip
     """The run itself: its motion, and the recording (without evidence) that states all that it assumed."""
-    setup, rig = setup_of(recording), rig_of(recording)
-    on_bench = bench(parameters, recording.rig, recording.seed, recording.air)
+    setup, rig, name = setup_of(recording), rig_of(recording), recording.rig or ""
+    on_bench = bench(parameters, name, recording.seed, recording.air)
     rate = recording.camera.fps or setup.fps
     more = {"threads": threads} if recording.rig in HEAPS else {}
     motion = setup.run(rig, on_bench, rng, fps=0.0 if recording.rig in HEAPS else rate, watch=watch, **more)
     camera = camera_of(recording)
-    section = section_of(rig, getattr(recording, recording.rig))
+    section = section_of(rig, getattr(recording, name))
     if recording.rig in HEAPS:
         section = section.model_copy(update={"baseline_px": baseline(camera), **weights(motion)})
     told = replace(
@@ -85,7 +85,7 @@ def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generato
         files=(),
         seed=write.seed_section(motion, on_bench, recording),
         camera=camera_section(camera, 0.0 if recording.rig in HEAPS else rate, recording.camera),
-        **{recording.rig: section},
+        **{name: section},
     )
     return motion, told
 
@@ -103,7 +103,7 @@ def record(recording: Recording, parameters: Parameters, motion: Motion, kind: s
         "schema": 1,
         "rig": recording.rig,
         "evidence": kind,
-        "parameters": parameters.for_rig(recording.rig).to_dict(),
+        "parameters": parameters.for_rig(recording.rig or "").to_dict(),
         "truth": {key: (value if np.isfinite(value) else None) for key, value in motion.truth.items()},
         "versions": versions(),
         "renderer": renderer_name() if kind == "rendered" else None,

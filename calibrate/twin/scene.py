@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from sim.rigs.drop import Drop, run_drop
 from sim.rigs.pile import Pile, run_pile
 from sim.rigs.roll import Roll, run_roll
 from sim.rigs.slide import Slide, run_slide
+from vision.evidence import keys
 from vision.recording import Recording
 
 UNITS = (("_m_s", "_mm_s"), ("_m", "_mm"))
@@ -38,12 +40,12 @@ SETUPS = {
 
 def setup_of(recording: Recording) -> Setup:
     """The setup of a recording's rig; a pile with a cylinder in its description is a lifting cylinder."""
-    return SETUPS["cylinder" if recording.rig == "pile" and recording.pile.cylinder_mm else recording.rig]
+    return SETUPS["cylinder" if recording.rig == "pile" and recording.pile.cylinder_mm else recording.rig or ""]
 
 
-def rig_of(recording: Recording):
+def rig_of(recording: Recording) -> Any:
     """The rig as described, lengths in metres; what is not stated has the paper's value. ValueError names what does not fit."""
-    kind, section, given = setup_of(recording).describe, getattr(recording, recording.rig), {}
+    kind, section, given = setup_of(recording).describe, getattr(recording, recording.rig or ""), {}
     for field in fields(kind):
         value = getattr(section, key_of(field.name), None)
         if value is not None:
@@ -53,7 +55,7 @@ def rig_of(recording: Recording):
     return kind(**given)
 
 
-def section_of(rig, section):
+def section_of(rig: Any, section: Any) -> Any:
     """A recording's section with everything that the rig knows of itself."""
     stated = {}
     for field in fields(rig):
@@ -83,7 +85,7 @@ def _rounded(value):
 def camera_of(recording: Recording) -> Camera:
     """The camera as the recording describes it, else where the rig's own stands."""
     stated, camera = recording.camera, setup_of(recording).camera
-    given = {
+    given: dict[str, Any] = {
         "width_px": stated.width_px,
         "height_px": stated.height_px,
         "mm_per_px": stated.mm_per_px,
@@ -100,7 +102,7 @@ def camera_of(recording: Recording) -> Camera:
     return camera
 
 
-def camera_section(camera: Camera, fps: float, section):
+def camera_section(camera: Camera, fps: float, section: keys.Camera) -> keys.Camera:
     """A recording's [camera] that states all of it."""
     stated = {
         "width_px": camera.width_px,
@@ -123,10 +125,11 @@ def baseline(camera: Camera) -> tuple[float, float, float, float]:
     x, y, _ = camera.target_m
     half = 0.45e-3 * camera.mm_per_px * camera.width_px
     ends = project(camera, np.array([[x - half, y, 0.0], [x + half, y, 0.0]]))
-    return tuple(float(f"{v:.6g}") for v in ends.ravel())
+    x1, y1, x2, y2 = (float(f"{v:.6g}") for v in ends.ravel())
+    return x1, y1, x2, y2
 
 
 def sees(camera: Camera, points_m: np.ndarray) -> np.ndarray:
     """Which points (n, 3) the picture shows."""
     at = project(camera, points_m)
-    return ((at >= 0) & (at <= np.array([camera.width_px - 1, camera.height_px - 1]))).all(axis=1)
+    return np.all((at >= 0) & (at <= np.array([camera.width_px - 1, camera.height_px - 1])), axis=1)

@@ -12,10 +12,9 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
     """`materials` and `seed_shape` of result.json, for a recording's sections. ValueError for sections that do not fit."""
     known = validate({k: v for k, v in description.items() if k in ("seed", "air")}, Path("bench.toml"))
     of = bench(parameters, "pile", known.seed, known.air)
-    whole = (
-        of.sizes if isinstance(of.sizes, tuple) else tuple(getattr(of.sizes, n).mean_m for n in ("length", "width", "thickness"))
-    )
-    seed = Seed.from_dimensions(*whole, spheres=of.spheres, arrangement=of.arrangement, density_kg_m3=of.seed.density_kg_m3)
+    lot = of.sizes
+    whole = lot if isinstance(lot, tuple) else (lot.length.mean_m, lot.width.mean_m, lot.thickness.mean_m)
+    seed = Seed.from_dimensions(*whole, of.spheres, arrangement=of.arrangement, density_kg_m3=of.seed.density_kg_m3)
     spheres = [[1e3 * float(v) for v in (*centre, radius)] for centre, radius in zip(seed.centres_m, seed.radii_m)]
     materials = {"seed": _material(of.seed), "wall": _material(Q235)}
     materials["seed"]["shear_modulus_pa_simulated"] = {rig: parameters.shear_modulus_pa or soft for rig, soft in SOFT_PA.items()}

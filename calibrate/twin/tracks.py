@@ -93,8 +93,8 @@ def _seen(entry: Recording | MeasurementError) -> SeenTrack:
 
 def track_of(recording: Recording) -> Track:
     if recording.evidence == "track.csv":
-        table = read_track(recording.files[0])
-        return track_from_table(table.rows, recording.camera, table.notes)
+        read = read_track(recording.files[0])
+        return track_from_table(read.rows, recording.camera, read.notes)
     table = observe(recording).track
     if table is None:
         raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")

@@ -9,7 +9,7 @@ import pandas as pd
 from calibrate.twin.scene import camera_of, sees, setup_of
 from sim.motion import Motion
 from sim.picture import film, photo
-from sim.rigs.bench import Bench
+from sim.rigs.bench import Bench, Watch
 from sim.seed.sizes import Sizes
 from vision.evidence.keys import Seed
 from vision.recording import Recording
@@ -18,7 +18,7 @@ PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 RENDERED, STRAIGHT = "rendered", "straight from the simulation"
 
 
-def pictures(motion: Motion, recording: Recording, folder: Path, rng: np.random.Generator, watch) -> str:
+def pictures(motion: Motion, recording: Recording, folder: Path, rng: np.random.Generator, watch: Watch) -> str:
     """Photo of a pile, frames of anything else; ValueError when the camera misses it."""
     camera, look = camera_of(recording), setup_of(recording).look
     _check(motion, recording, camera)
@@ -54,7 +54,7 @@ def _save(file: Path, image: np.ndarray) -> None:
     done, data = cv2.imencode(".png", image if image.ndim == 2 else image[:, :, ::-1], PNG)
     if not done:
         raise OSError(f"{file}: the picture could not be encoded")
-    file.write_bytes(data)
+    file.write_bytes(data.tobytes())
 
 
 def numbers(motion: Motion, recording: Recording, folder: Path) -> str:
@@ -78,7 +78,8 @@ def seed_section(motion: Motion, bench: Bench, recording: Recording) -> Seed:
     update: dict = {"density_kg_m3": bench.seed.density_kg_m3}
     if recording.rig in ("drop", "roll"):
         seed = motion.shapes[0]
-        update |= dict(zip(("length_mm", "width_mm", "thickness_mm"), (float(f"{1e3 * v:.6g}") for v in seed.dimensions_m)))
+        sizes = () if seed.dimensions_m is None else seed.dimensions_m
+        update |= {name: float(f"{1e3 * v:.6g}") for name, v in zip(("length_mm", "width_mm", "thickness_mm"), sizes)}
         update |= {"mass_g": 1e3 * seed.mass_kg}
     elif isinstance(bench.sizes, Sizes):
         for name in ("length", "width", "thickness"):

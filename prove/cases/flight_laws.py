@@ -66,10 +66,10 @@ def restitution(speed, count, upright, impact):
     return min(max(e, LEAST_E), MOST_E)
 
 
-def law_array(**values) -> np.ndarray:
+def law_array(**values: float | np.floating) -> np.ndarray:
     """`law` with the named entries, the others nought."""
     return np.array([float(values.get(name, 0.0)) for name in LAW])
 
 
-def impact_array(**values) -> np.ndarray:
+def impact_array(**values: float | np.floating) -> np.ndarray:
     return np.array([float(values.get(name, 0.0)) for name in IMPACT])

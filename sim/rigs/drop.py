@@ -9,7 +9,7 @@ from sim.engine.step import Every, init, run
 from sim.engine.walls import Rectangle
 from sim.engine.world import Placed, World
 from sim.motion import Motion
-from sim.rigs.bench import GRAVITY_M_S2, Bench, Frames, Watch, about, any_turn, no_watch, product, reach
+from sim.rigs.bench import GRAVITY_M_S2, Bench, Columns, Frames, Watch, about, any_turn, no_watch, product, reach
 from sim.rigs.parts import prism
 from sim.seed import Seed
 
@@ -110,13 +110,16 @@ class Impacts:
         return gone or longest or (len(self.times_s) >= self.most and not touching)
 
 
-def _held(columns: dict[str, np.ndarray], frames: int, step_s: float) -> dict[str, np.ndarray]:
+def _held(columns: Columns, frames: int, step_s: float) -> Columns:
     """The same with `frames` frames of the seed at rest in front."""
-    held = {name: np.concatenate([np.repeat(values[:1], frames, axis=0), values]) for name, values in columns.items()}
-    held["t_s"] = np.arange(len(held["t_s"])) * step_s
-    held["velocities_m_s"][:frames] = 0.0
-    held["spins_rad_s"][:frames] = 0.0
-    return held
+
+    def waited(values: np.ndarray) -> np.ndarray:
+        return np.concatenate([np.repeat(values[:1], frames, axis=0), values])
+
+    x, q = waited(columns["positions_m"]), waited(columns["orientations"])
+    v, w = waited(columns["velocities_m_s"]), waited(columns["spins_rad_s"])
+    v[:frames] = w[:frames] = 0.0
+    return Columns(t_s=np.arange(len(x)) * step_s, positions_m=x, orientations=q, velocities_m_s=v, spins_rad_s=w)
 
 
 def _truth(motion: Motion, seed: Seed, rig: Drop, over: Impacts, begin_s: float) -> dict[str, float]:

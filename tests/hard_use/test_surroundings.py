@@ -3,10 +3,13 @@
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import benchtwin as front_door
 from vision.batch import Results, _file_name
 from vision.measurement import GOOD, Observation, Quantity
 
@@ -44,7 +47,7 @@ def test_a_folder_whose_name_is_no_text(tmp_path):
 @pytest.mark.parametrize("name", ["../../evil", "/etc/evil", "..", "a" * 5000, "nul\\..\\x", "CON", "\u202eevil"])
 def test_an_id_stays_within_the_results(tmp_path, name):
     results = Results(tmp_path / "in" / "out")
-    picture = {"p": __import__("numpy").zeros((4, 4, 3), "uint8")}
+    picture = {"p": np.zeros((4, 4, 3), np.uint8)}
     results.add(Observation(name, "drop", (Quantity("restitution", 0.5, 0.1, "1", GOOD),), pictures=picture))
     results.finish()
     (file,) = (tmp_path / "in" / "out" / "overlays").iterdir()
@@ -94,6 +97,22 @@ def test_a_folder_that_may_not_be_read_is_named_and_the_rest_measured(tmp_path):
     finally:
         (folder / "drop-02").chmod(0o700)
     assert done.returncode == 0 and b"no permission" in done.stdout
+
+
+def test_an_installation_that_may_not_be_written_keeps_its_compiled_code_in_a_folder_of_ones_own(tmp_path, monkeypatch):
+    for name, value in (("HOME", "/proc/nobody"), ("XDG_CACHE_HOME", ""), ("NUMBA_CACHE_DIR", "")):
+        monkeypatch.setenv(name, value)
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    front_door._keep_compiled_code()
+    kept = Path(os.environ["NUMBA_CACHE_DIR"])
+    assert kept.parent == tmp_path and kept.stat().st_mode & 0o777 == 0o700
+    monkeypatch.setattr(os, "getuid", lambda: 4_000_000)
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    (tmp_path / "benchtwin-kernels-4000000").mkdir()
+    front_door._keep_compiled_code()
+    assert os.environ["NUMBA_CACHE_DIR"] != str(tmp_path / "benchtwin-kernels-4000000")
 
 
 def test_a_fault_of_ours_is_one_line(tmp_path):

@@ -1,0 +1,49 @@
+"""What published.toml may hold, and errors that name the file and the key."""
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class _Verification(_Section):
+    mean: FiniteFloat = Field(gt=0)
+
+
+class _Rig(_Section):
+    """bench_trimmed: highest and lowest readings left out before; repeats: runs behind a row; printed: item → number."""
+
+    bench_trimmed: int = Field(default=0, ge=0, le=1000)
+    repeats: int | None = Field(default=None, ge=2, le=1_000_000)
+    printed: dict[str, str] = Field(default_factory=dict)
+    verification: _Verification | None = None
+
+
+class _Pile(_Rig):
+    """said_centre: number of the path's group; optimum: factor → value; anova: row → its printed columns."""
+
+    said_centre: int | None = None
+    optimum: dict[str, FiniteFloat] | None = None
+    anova: dict[str, list[str]] = Field(default_factory=dict)
+
+
+class _Published(_Section):
+    title: str = ""
+    drop: _Rig = _Rig()
+    slide: _Rig = _Rig()
+    roll: _Rig = _Rig()
+    pile: _Pile = _Pile()
+
+
+def checked(content: dict, file: Path) -> dict:
+    """The content as it is; ValueError, naming file and key, for a key that nobody knows or that holds something else."""
+    try:
+        _Published.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise ValueError(f"{file}: {place}: {first['msg'][0].lower()}{first['msg'][1:]}") from error
+    return content
