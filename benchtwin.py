@@ -1,6 +1,10 @@
 """The front door: the command line, one short function a verb, heavy imports inside."""
 
+import io
 import os
+import sys
+import tempfile
+import traceback
 from pathlib import Path
 from typing import Annotated
 
@@ -46,11 +50,11 @@ def simulate(
     seed_static_friction: Annotated[float | None, typer.Option(help="Seed on seed.")] = None,
     seed_rolling_friction: Annotated[float | None, typer.Option(help="Seed on seed; EDEM's standard convention.")] = None,
     repeats: Annotated[int, typer.Option(help="How many recordings, each with seeds, placing and packing of its own.")] = 1,
-    rng: Annotated[int, typer.Option(help="Seed of the random numbers: the same one gives the same recordings.")] = 1,
+    rng: Annotated[int, typer.Option(min=0, help="Seed of the random numbers: the same one gives the same recordings.")] = 1,
     setting: Annotated[list[str], typer.Option("--set", help="KEY=VALUE of anything else: pile.fill_height_mm=80 …")] = [],  # noqa: B006
     like: Annotated[Path | None, typer.Option("--from", help="A recording.toml whose rig, seed and camera to copy.")] = None,
     track: Annotated[bool, typer.Option(help="Write the simulation's own track, no pictures: quick.")] = False,
-    threads: Annotated[int, typer.Option(help="Processor cores for one pile.")] = 2,
+    threads: Annotated[int, typer.Option(min=1, help="Processor cores for one pile.")] = 2,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
 ) -> None:
     """Simulate a rig, film or photograph it, and measure that as if it came from the bench.
@@ -87,8 +91,8 @@ def calibrate(
     design: Annotated[str, typer.Option(help="Of the piles: box-behnken, or central-composite (face-centred).")] = "box-behnken",
     ranges: Annotated[list[str], typer.Option("--range", help="seed_restitution=0.45:0.70: where to look for it.")] = [],  # noqa: B006
     priors: Annotated[list[str], typer.Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand.")] = [],  # noqa: B006
-    rng: Annotated[int, typer.Option(help="Seed of the random numbers: the same one gives the same result.")] = 1,
-    workers: Annotated[int | None, typer.Option(help="Processes that simulate; else one a core.")] = None,
+    rng: Annotated[int, typer.Option(min=0, help="Seed of the random numbers: the same one gives the same result.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes that simulate; else one a core.")] = None,
     scheduler: Annotated[str | None, typer.Option(help="tcp://host:port of a dask scheduler to simulate on.")] = None,
     overwrite: Annotated[bool, typer.Option(help="Replace an existing result; finished runs are kept.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
@@ -100,10 +104,12 @@ def calibrate(
     """
     from calibrate.calibrate_command import Asked, calibrate_command
 
-    how = {"tables": tables, "twin": twin, "quick": quick, "whole_pile": whole_pile, "rendered": rendered, "design": design}
-    known = {"ranges": tuple(ranges), "priors": tuple(priors)}
-    run = {"rng": rng, "workers": workers, "scheduler": scheduler, "overwrite": overwrite, "quiet": quiet}
-    raise typer.Exit(calibrate_command(Asked(bench, out, **how, **known, **run)))
+    asked = Asked(
+        bench, out, tables=tables, twin=twin, quick=quick, whole_pile=whole_pile, rendered=rendered, design=design,
+        ranges=tuple(ranges), priors=tuple(priors), rng=rng, workers=workers, scheduler=scheduler, overwrite=overwrite,
+        quiet=quiet,
+    )  # fmt: skip
+    raise typer.Exit(calibrate_command(asked))
 
 
 @app.command()
@@ -146,10 +152,10 @@ def export(
 @app.command()
 def prove(
     out: Annotated[Path, typer.Option(help="Folder for cases, sealed keys, solutions, prove.json, cases.csv, report.html.")],
-    cases: Annotated[int, typer.Option(help="How many; half of them conceal nothing.")] = 600,
-    rng: Annotated[int | None, typer.Option(help="Seed of the random numbers: the same one, the same cases.")] = None,
-    workers: Annotated[int, typer.Option(help="Cases that are made and solved at a time.")] = 1,
-    limit_s: Annotated[float, typer.Option(help="A case that takes longer counts as one without a diagnosis.")] = 600.0,
+    cases: Annotated[int, typer.Option(min=1, max=100_000, help="How many; half of them conceal nothing.")] = 600,
+    rng: Annotated[int | None, typer.Option(min=0, help="Seed of the random numbers: the same one, the same cases.")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Cases that are made and solved at a time.")] = 1,
+    limit_s: Annotated[float, typer.Option(min=1.0, help="A case that takes longer counts as one without a diagnosis.")] = 600.0,
     keep_frames: Annotated[bool, typer.Option(help="Keep the pictures of solved cases, about 10 MB each.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
 ) -> None:
@@ -163,9 +169,38 @@ def prove(
     raise typer.Exit(prove_command(out, cases, rng, workers=workers, limit_s=limit_s, keep_frames=keep_frames, quiet=quiet))
 
 
+def _keep_compiled_code() -> None:
+    """Numba keeps what it compiled beside the source or in the user's cache; where it may write to neither, in /tmp."""
+    try:
+        cache = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
+        cache.mkdir(parents=True, exist_ok=True)
+        if os.access(Path(__file__).parent / "calibrate", os.W_OK) or os.access(cache, os.W_OK):
+            return
+    except (OSError, RuntimeError):  # no home at all
+        pass
+    user = getattr(os, "getuid", lambda: 0)()
+    folder = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    if folder.stat().st_uid != user:  # compiled code is not taken from another's folder
+        folder = Path(tempfile.mkdtemp(prefix="benchtwin-kernels-"))
+    os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))
+
+
 def main() -> None:
+    """The command line. A fault of ours ends it with one line and exit code 1; BENCHTWIN_TRACEBACK=1 shows where it arose."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads wait for each other, and take longer
-    app()
+    _keep_compiled_code()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that has no "±" shows "?"
+    try:
+        app()
+    except Exception as error:
+        if os.environ.get("BENCHTWIN_TRACEBACK"):
+            raise
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(place.filename).name}:{place.lineno}"
+        sys.exit(f"benchtwin: a fault of benchtwin, please report it: {error!r} in {where} (BENCHTWIN_TRACEBACK=1 shows more)")
 
 
 if __name__ == "__main__":

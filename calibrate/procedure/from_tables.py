@@ -15,6 +15,7 @@ from calibrate.procedure.calibration import FOLLOWS, Calibration
 from calibrate.procedure.joint import fit_joint
 from calibrate.procedure.pile import PileFit, fit_pile
 from calibrate.procedure.published import check_pile, check_steel
+from calibrate.procedure.published_keys import checked
 from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS, STEEL
 from calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
 from calibrate.statistics.ascent import choose_centre
@@ -88,8 +89,8 @@ def published(file: Path) -> dict:
     if not file.is_file():
         return {}
     try:
-        return tomllib.loads(file.read_text(encoding="utf8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        return checked(tomllib.loads(file.read_text(encoding="utf8")), file)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{file}: not valid TOML: {error}") from error
 
 
