@@ -1,6 +1,6 @@
 """Name the missing physics: score test, refits of what is above threshold and of its near twins, evidence, prediction, decision.
 
-Rules (missing-physics.md §3.5). Alarm: global p < .005. Definite name: ln BF ≥ 5 over the baseline and ≥ 3 over every rival,
+Rules. Alarm: global p < .005. Definite name: ln BF ≥ 5 over the baseline and ≥ 3 over every rival,
 predictive gain > 2 standard errors, the same sign in ≥ 80 % of the recordings, parameter inside its physical range, and nothing
 left that the saturated model would still explain (p > .01). Else a class with the recording that best separates it; else unknown.
 """

@@ -31,9 +31,9 @@ def baseline_sd(session: Session) -> dict[str, float]:
     """What a good bench leaves open: sd of every global about 0 in the baseline; what is not named is fixed at nil."""
     known = {
         "scale-error": float(np.hypot(session.scale_sd, GRAVITY_SD)), "camera-roll": session.plumb_sd_deg,
-        "perspective": PERSPECTIVE_SD, "lens": LAWS["lens"].prior_sd, "drag": float(np.median([a.sd for a in session.air])),
+        "perspective": PERSPECTIVE_SD, "drag": float(np.median([a.sd for a in session.air])),
     }  # fmt: skip
-    return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith("pixel-lock")}
+    return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens"))}
 
 
 def _parabolas(session: Session) -> np.ndarray:

@@ -1,6 +1,7 @@
 """The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
 
-The locals are the flights' own starts; the smooth curves are Legendre polynomials of degrees 2 to 6 in each flight.
+The locals are the flights' own starts, and each seed's own drag beside the lot's; the smooth curves are Legendre polynomials of
+degrees 2 to 6 in each flight.
 """
 
 from dataclasses import replace
@@ -12,9 +13,10 @@ from calibrate.diagnose.drop.air import G_M_S2
 from calibrate.diagnose.drop.flight import POINTS, accelerations
 from calibrate.diagnose.drop.model import LAWS, Model, forces, joint_sd, predict, velocities
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
-from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
+
+SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
@@ -25,7 +27,7 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
-    lower, change = _eliminate(model.session, blocks, len(values) + len(pushes))
+    lower, change = _eliminate(model, blocks, len(values) + len(pushes))
     at = np.concatenate([values, np.zeros(len(pushes))])
     return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
 
@@ -122,8 +124,9 @@ def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndar
     return rows
 
 
-def _eliminate(session: Session, blocks, count: int):
+def _eliminate(model: Model, blocks, count: int):
     """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts (F, 4)."""
+    session, drag = model.session, model.names.index("drag")
     triangles, sides = blocks
     extra = 2 * len(SMOOTH)
     reduced, back = [], []
@@ -132,13 +135,19 @@ def _eliminate(session: Session, blocks, count: int):
         if not len(flights):
             continue
         spot = {int(f): i for i, f in enumerate(flights)}
-        local, total = 4 * len(flights), 4 * len(flights) + count + extra * len(flights) + 1
+        own_sd = SEED_DRAG * session.air[r].share
+        local = 4 * len(flights) + (own_sd > 0)
+        total = local + count + extra * len(flights) + 1
         rows = []
+        if own_sd > 0:
+            rows.append(np.eye(1, total, local - 1) / own_sd)
         for f in flights:
             triangle, i = triangles[f], spot[int(f)]
             block = np.zeros((len(triangle), total))
             block[:, 4 * i : 4 * i + 4] = triangle[:, :4]
             block[:, local : local + count] = triangle[:, 4 : 4 + count]
+            if own_sd > 0:
+                block[:, local - 1] = triangle[:, 4 + drag]
             at = local + count + extra * i
             block[:, at : at + extra] = triangle[:, 4 + count : -1]
             block[:, -1] = triangle[:, -1]
@@ -157,7 +166,7 @@ def _eliminate(session: Session, blocks, count: int):
     def change(theta: np.ndarray) -> np.ndarray:
         out = np.zeros((len(session.middle), 4))
         for flights, own, across, right in back:
-            out[flights] = solve_triangular(own, right - across @ theta).reshape(-1, 4)
+            out[flights] = solve_triangular(own, right - across @ theta)[: 4 * len(flights)].reshape(-1, 4)
         return out
 
     return reduced, change

@@ -78,7 +78,7 @@ def assemble(tracks) -> Session:
     low, high = rows["places"].min(0), rows["places"].max(0)
     about = [t.description for t in tracks]
     pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
-    view = View((low + high) / 2, float(np.linalg.norm(high - low) / 2), rows["angle"], rows["phase"], pixel)
+    view = View((low + high) / 2, float(high[1] - low[1]) / 2, rows["angle"], rows["phase"], pixel)
     release, release_sd = _releases(tracks)
     release = np.where(fallen, release, np.nan)
     return Session(

@@ -21,8 +21,8 @@ class Motion:
 
 @dataclass(frozen=True)
 class View:
-    """What the camera looks at: middle (2,) of the view and reach [m] (half its diagonal); angle (n,) of the seed [rad], 0 where
-    unknown; phase (n, 2): raw place in pixels times 2π, 0 where the scale is not stated; pixel [m]."""
+    """What the camera looks at: middle (2,) of the view and reach [m] (from there to its top); angle (n,) of the seed [rad], 0
+    where unknown; phase (n, 2): raw place in pixels times 2π, 0 where the scale is not stated; pixel [m]."""
 
     middle: np.ndarray
     reach: float
