@@ -21,7 +21,7 @@ from calibrate.result_file import write_result
 
 DONE, STOPPED, MISUSED = 0, 1, 2
 RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")  # options of a calibration, for the record
-OURS = {"result.json", "report.html", "tables", "runs"}  # what a calibration leaves in its folder
+OURS = {"result.json", "report.html", "tables", "runs", "twin"}  # what a calibration leaves in its folder
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,18 @@ def _simulated(asked: Asked, simulator) -> Calibration:
             _reported(calibration, asked.out)
 
         found = calibrate_simulated(asked.bench, simulate, effort=effort, seed=asked.rng, wishes=wishes, say=say, so_far=so_far)
+        if simulator is None:  # a stand-in has no twin to show
+            found = _with_pairs(found, asked.out / "twin", effort, say)
     return beside_tables(found, printed) if printed else found
+
+
+def _with_pairs(found: Calibration, out: Path, effort, say) -> Calibration:
+    """With recordings of the bench beside their twins; a rig that cannot be shown says why."""
+    from calibrate.procedure.pairs import pairs
+
+    shown, why = pairs(found, out, effort, say)
+    options = {**found.options, "said": [*found.options.get("said", []), *why]}
+    return replace(found, more={**found.more, "pairs": shown}, options=options)
 
 
 def _as_tabulated(wishes, printed: Calibration):

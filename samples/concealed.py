@@ -1,7 +1,7 @@
-"""Two bench folders in which something is concealed: made by the twin with one thing in it that the recordings do not state.
+"""Bench folders in which something is concealed: made by the twin with one thing in it that the recordings do not state.
 
     .venv/bin/python samples/concealed.py reveal samples/concealed-drop     # what it was; diagnose it first
-    .venv/bin/python samples/concealed.py make FOLDER                        # both anew
+    .venv/bin/python samples/concealed.py make FOLDER                        # both of these anew
 
 The keys stand beside the recordings in base64, so that nobody reads them by accident.
 """
@@ -45,7 +45,7 @@ def make_drop(folder: Path) -> None:
     from calibrate.twin.along import like
     from calibrate.twin.run import run
 
-    _begin(folder, HEADER.format(fps=1000.0) + "\n[air]\ndensity_kg_m3 = 0.0\n")
+    begin(folder, HEADER.format(fps=1000.0) + "\n[air]\ndensity_kg_m3 = 0.0\n")
     rng = np.random.default_rng(2027)
     for k, sizes in enumerate(SEEDS):
         height = (310, 450, 310, 450, 310, 450)[k]
@@ -57,7 +57,7 @@ def make_drop(folder: Path) -> None:
         motion, _ = run(like("drop", told), Parameters(restitution=0.55), rng=rng)
         x, z = 1e3 * motion.positions_m[:, 0, 0], 1e3 * motion.positions_m[:, 0, 2]
         _write(folder / f"drop-{k + 1:02d}", "drop", {"seed": told["seed"], "drop": {"height_mm": height}}, motion.t_s, x, z, rng)
-    _conceal(
+    conceal(
         folder,
         {"rig": "drop", "effect": "drag", "parameter": round(float(np.mean([share_at(s, 2.0) for s in SEEDS])), 4), "unit": "1"},
     )
@@ -68,7 +68,7 @@ def make_roll(folder: Path) -> None:
     from calibrate.twin import Parameters
     from calibrate.twin.along import gone, like
 
-    _begin(folder, HEADER.format(fps=200.0))
+    begin(folder, HEADER.format(fps=200.0))
     rng = np.random.default_rng(2028)
     for k, sizes in enumerate(NEARLY_ROUND):
         way = {"incline_deg": 15.0, "incline_length_mm": 20.0, "direction": ("+x", "-x")[k % 2]}
@@ -78,7 +78,7 @@ def make_roll(folder: Path) -> None:
         x = np.concatenate([still, path.way - path.way[0]])
         t = np.arange(len(x)) / 200.0
         _write(folder / f"roll-{k + 1:02d}", "roll", {"seed": told["seed"], "roll": way}, t, x, np.zeros(len(x)), rng)
-    _conceal(folder, {"rig": "roll", "effect": "slope", "parameter": 0.25, "unit": "deg"})
+    conceal(folder, {"rig": "roll", "effect": "slope", "parameter": 0.25, "unit": "deg"})
 
 
 def share_at(sizes, speed: float) -> float:
@@ -98,7 +98,7 @@ def _seed(sizes) -> dict:
     return dict(zip(("length_mm", "width_mm", "thickness_mm"), sizes, strict=True)) | {"density_kg_m3": 1250.0}
 
 
-def _begin(folder: Path, defaults: str) -> None:
+def begin(folder: Path, defaults: str) -> None:
     folder.mkdir(parents=True)
     (folder / "bench.toml").write_text(defaults, encoding="utf8")
 
@@ -109,18 +109,18 @@ def _write(folder: Path, rig: str, told: dict, t, x, y, rng: np.random.Generator
 
     folder.mkdir()
     (folder / "recording.toml").write_text(tomli_w.dumps({"rig": rig} | told), encoding="utf8")
-    table = pd.DataFrame({"t_s": t, "x_mm": x + _noise(len(t), rng), "y_mm": y + _noise(len(t), rng)})
+    table = pd.DataFrame({"t_s": t, "x_mm": x + noise(len(t), rng), "y_mm": y + noise(len(t), rng)})
     table.round({"t_s": 4, "x_mm": 3, "y_mm": 3}).to_csv(folder / "track.csv", index=False)
 
 
-def _noise(n: int, rng: np.random.Generator, sd: float = 0.04, alike: float = 0.5) -> np.ndarray:
+def noise(n: int, rng: np.random.Generator, sd: float = 0.04, alike: float = 0.5) -> np.ndarray:
     out = rng.normal(size=n)
     for i in range(1, n):
         out[i] = alike * out[i - 1] + np.sqrt(1 - alike**2) * out[i]
     return sd * out
 
 
-def _conceal(folder: Path, key: dict) -> None:
+def conceal(folder: Path, key: dict) -> None:
     (folder / KEY).write_text(base64.b64encode(json.dumps(key).encode()).decode() + "\n", encoding="ascii")
 
 
@@ -128,6 +128,8 @@ def main(arguments: list[str]) -> int:
     if len(arguments) == 2 and arguments[0] == "reveal" and (Path(arguments[1]) / KEY).is_file():
         key = reveal(Path(arguments[1]))
         print(f"{key['rig']}: {key['effect']}, {key['parameter']} {key['unit'] if key['unit'] != '1' else ''}".rstrip())
+        for name, value in key.get("parameters", {}).items():
+            print(f"{name} = {value}")
         return 0
     if len(arguments) == 2 and arguments[0] == "make":
         make(Path(arguments[1]))

@@ -14,6 +14,8 @@ from benchtwin import app
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "samples"
+README = (ROOT / "README.md").read_text(encoding="utf8")
+COMMANDS = README + (ROOT / "docs" / "commands.md").read_text(encoding="utf8")  # everything that a reader may type
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +60,7 @@ def test_the_drawn_bench_is_what_its_script_draws(tmp_path):
 
 
 def test_the_readme_names_only_what_is_there():
-    text = (ROOT / "README.md").read_text()
+    text = COMMANDS
     for option in set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text)):
         verbs = ("measure", "simulate", "calibrate", "diagnose", "prove")
         helps = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200).output for verb in verbs]
@@ -71,7 +73,7 @@ def test_the_readme_names_only_what_is_there():
 
 def simulate_commands():
     """Every `benchtwin simulate …` of README and samples/twin, split into its arguments."""
-    texts = [(ROOT / "README.md").read_text(), *(p.read_text() for p in (SAMPLES / "twin").glob("*.toml"))]
+    texts = [COMMANDS, *(p.read_text() for p in (SAMPLES / "twin").glob("*.toml"))]
     return [shlex.split(line, comments=True) for text in texts for line in re.findall(r"benchtwin (simulate \w+ --?.*)", text)]
 
 
@@ -93,7 +95,7 @@ def test_the_simulate_commands_of_readme_and_samples_run(arguments, tmp_path, mo
 
 def diagnose_commands():
     """Every `benchtwin diagnose …` of README and Makefile on samples, split into its arguments."""
-    texts = [(ROOT / name).read_text() for name in ("README.md", "Makefile")]
+    texts = [COMMANDS, (ROOT / "Makefile").read_text()]
     lines = [line for text in texts for line in re.findall(r"benchtwin (diagnose [\w/.-]+ --?.*)", text)]
     split = [shlex.split(line.replace("$(DEMO_OUT)/", ""), comments=True) for line in lines]
     return list({(a[1], "--no-twin" in a): a for a in split}.values())  # the same but for its films is the same here
@@ -125,16 +127,16 @@ def test_the_readme_quotes_what_the_diagnosis_says():
     from calibrate.diagnose.words import lines
 
     said = lines(diagnose_bench(SAMPLES / "concealed-drop"))[0]
-    assert said in (ROOT / "README.md").read_text()
+    assert said in COMMANDS
 
 
 def test_a_key_is_not_read_by_accident_and_is_revealed_when_asked(capsys):
     from concealed import KEY, main
 
-    for name, effect in (("concealed-drop", "drag"), ("concealed-roll", "slope")):
-        texts = [p.read_text(encoding="utf8") for p in (SAMPLES / name).rglob("*") if p.is_file()]
-        assert not any(effect in text for text in texts)
-        assert sum(p.stat().st_size for p in (SAMPLES / name).rglob("*") if p.is_file()) < 300_000
+    for name, effect in (("concealed-drop", "drag"), ("concealed-roll", "slope"), ("soybean-bench", "slope")):
+        texts = [p.read_bytes() for p in (SAMPLES / name).rglob("*") if p.is_file()]
+        assert not any(effect.encode() in text for text in texts)
+        assert sum(p.stat().st_size for p in (SAMPLES / name).rglob("*") if p.is_file()) < 1_000_000
         assert main(["reveal", str(SAMPLES / name)]) == 0
         assert effect in capsys.readouterr().out
         assert (SAMPLES / name / KEY).is_file()
@@ -143,7 +145,7 @@ def test_a_key_is_not_read_by_accident_and_is_revealed_when_asked(capsys):
 
 def test_the_prove_commands_of_readme_run(tmp_path):
     """As written, but for the number of cases: they differ in numbers only, so that one case of the first stands for all."""
-    lines = re.findall(r"benchtwin (prove --?.*)", (ROOT / "README.md").read_text())
+    lines = re.findall(r"benchtwin (prove --?.*)", COMMANDS)
     first, *others = [shlex.split(line, comments=True) for line in lines]
     assert all(other[1::2] == first[1::2] for other in others)
     given = dict(zip(first[1::2], first[2::2], strict=True)) | {"--out": str(tmp_path / "out"), "--cases": "1", "--workers": "1"}
@@ -153,3 +155,32 @@ def test_the_prove_commands_of_readme_run(tmp_path):
     missing = next(row for row in content["scores"] if row["score"] == "no diagnosis" and row["rig"] == "all")
     assert (missing["k"], missing["n"]) == (0, 1)
     assert {p.name for p in (tmp_path / "out").iterdir()} >= {"hashes.json", "keys.sealed", "cases.csv", "report.html"}
+
+
+@pytest.mark.slow
+def test_the_readme_calibration_of_the_sample_bench_finds_what_it_was_made_with(tmp_path):
+    """The walk-through's command as written: the 95 % intervals hold the truth, friction to ± 0.01 and ± 0.003, and the report
+    shows bench and twin of all four rigs."""
+    from concealed import reveal
+
+    out = tmp_path / "calibrated"
+    result = CliRunner().invoke(app, ["calibrate", str(SAMPLES / "soybean-bench"), "--out", str(out), "--quick"])
+    assert result.exit_code == 0, result.output
+    found = json.loads((out / "result.json").read_text())["parameters"]
+    truth = reveal(SAMPLES / "soybean-bench")["parameters"]
+    for name, tolerance in (("restitution", 0.02), ("static_friction", 0.01), ("rolling_friction", 0.003)):
+        assert found[name]["value"] == pytest.approx(truth[name], abs=tolerance)
+    assert sum(p["low"] <= truth[n] <= p["high"] for n, p in found.items()) >= len(found) - 1
+    page = (out / "report.html").read_text(encoding="utf8")
+    assert all(f'id="fig-pair-{rig}"' in page for rig in ("drop", "slide", "roll", "pile"))
+
+
+def test_the_python_of_the_docs_runs(tmp_path, monkeypatch, capsys):
+    """Every block of docs/extending.md and README, as written."""
+    (tmp_path / "samples").symlink_to(SAMPLES)
+    monkeypatch.chdir(tmp_path)
+    for text in (README, (ROOT / "docs" / "extending.md").read_text(encoding="utf8")):
+        for block in re.findall(r"```python\n(.*?)```", text, re.S):
+            exec(compile(block, "docs", "exec"), {})
+    said = capsys.readouterr().out
+    assert "roll name ('slope',)" in said and "rolling_friction" in said and "drop-frames" in said

@@ -9,7 +9,7 @@ import pandas as pd
 
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.pile import PileFit
-from calibrate.report import draw, figures, pile_figures
+from calibrate.report import draw, figures, pile_figures, side_by_side
 from calibrate.report.numbers import cells, sentence, with_interval
 from calibrate.statistics.assessment import natural_coefficients
 from calibrate.twin.versions import versions
@@ -44,6 +44,7 @@ def render(c: Calibration) -> str:
         versions=versions(),
         checks=_checks(c.checks),
         rigs=_rigs(c),
+        pairs=side_by_side.panels(c.more.get("pairs", [])),
     )
 
 
@@ -134,6 +135,7 @@ def _pile(p: PileFit) -> dict:
 
 def _figures(c: Calibration) -> dict[str, dict]:
     out = {f"steel-{n}": figures.steel(fit) for n, fit in c.steel.items()}
+    out |= {f"pair-{p.rig}": side_by_side.figure(p) for p in c.more.get("pairs", [])}
     if c.pile is not None:
         if c.pile.path is not None:
             out["path"] = pile_figures.path(c.pile)

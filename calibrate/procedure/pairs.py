@@ -1,0 +1,71 @@
+"""The answer shown: of every calibrated rig one recording of the bench beside the twin at the calibrated parameters."""
+
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+from calibrate.procedure.bench import OWN_OF_RECORDING
+from calibrate.procedure.calibration import Calibration, parameters
+from calibrate.procedure.effort import Effort, pile_description
+from calibrate.twin import Parameters
+from calibrate.twin.job import Job, described
+from calibrate.twin.pair import Pair, Recording, pair, recordings
+
+WIDTH_PX = 1600
+
+def pairs(
+    c: Calibration, out: Path, effort: Effort, say: Callable[[str], None] = lambda text: None
+) -> tuple[list[Pair], list[str]]:
+    """Pairs, and why there is none of a rig. Of each rig that recording which lies nearest the bench's mean is taken; the twin of
+    it is run into `out`, or read from there. Recordings of readings alone have nothing to show and are passed over."""
+    found, why = [], []
+    values = parameters(c).set_index("parameter")["value"]
+    known = {f.name for f in fields(Parameters)}
+    at = Parameters(**{n: float(v) for n, v in values.items() if n in known})
+    entries = recordings(c.bench.folder)
+    for rig in (*c.steel, *(("pile",) if c.pile is not None else ())):
+        recording = _nearest(c, rig, entries)
+        if recording is None:
+            continue
+        say(f"{rig}: {recording.id} beside its twin")
+        try:
+            found.append(_pair(recording, at, c, effort, out / rig))
+        except ValueError as error:
+            why.append(f"{rig}: {recording.id} could not be shown beside its twin: {error}")
+    return found, why
+
+
+def _nearest(c: Calibration, rig: str, entries: dict[str, Recording]) -> Recording | None:
+    """The recording, with something to show, whose reading lies nearest the mean."""
+    readings = c.bench.rigs[rig]
+    table = readings.recordings.dropna(subset=["mean"])
+    table = table[[name in entries and entries[name].evidence != "readings.csv" for name in table["recording"]]]
+    if table.empty:
+        return None
+    return entries[table.loc[(table["mean"] - readings.values.mean()).abs().idxmin(), "recording"]]
+
+
+def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, out: Path) -> Pair:
+    """The twin run as the recording states itself; of a pile as it was simulated for the calibration."""
+    _, told = described(recording.toml) if recording.toml.is_file() else (None, {})
+    rig, section = recording.rig, told.get(recording.rig, {})
+    alike = True
+    if rig == "pile":
+        section, said = pile_description(section or c.bench.rigs["pile"].description.get("pile", {}), effort)
+        section, alike = {k: v for k, v in section.items() if k not in OWN_OF_RECORDING}, not said
+    camera = _whole_plate(section) if rig == "pile" else {k: v for k, v in told.get("camera", {}).items() if k == "fps"}
+    description = {rig: section, "seed": told.get("seed", {}), "camera": camera, "air": told.get("air", {})}
+    if rig == "pile" or not description["seed"]:
+        description |= {k: v for k, v in c.bench.seed.items() if k in ("seed", "air")}
+    job = Job(rig, at, description, (c.seed,), rendered=rig == "pile")
+    folder = out / job.key
+    return pair(recording, job.run(folder), alike=alike)
+
+
+def _whole_plate(pile: dict) -> dict:
+    """A camera that sees all of the plate beside the box, and some of what stands above it; the rig's own for a cylinder."""
+    if pile.get("cylinder_mm") or "plate_mm" not in pile:
+        return {}
+    plate = float(pile["plate_mm"][0])
+    scale = (plate + 20) / WIDTH_PX
+    return {"width_px": WIDTH_PX, "height_px": WIDTH_PX // 2, "mm_per_px": scale, "target_mm": [plate / 2, 0.0, 0.22 * plate]}

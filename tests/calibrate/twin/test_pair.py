@@ -1,0 +1,55 @@
+"""Bench and twin over each other: the shift is found, a fixed axis is not shifted, and what differs is seen."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calibrate.report.side_by_side import figure, panels
+from calibrate.twin.pair import Curve, laid_over, pair
+from vision.measurement import MeasurementError
+from vision.recording import read_recording
+
+SAMPLES = Path(__file__).parents[3] / "samples"
+
+
+def bounce(begin: float, tall: float = 300.0) -> Curve:
+    t = np.arange(0, 0.6, 0.001)
+    return Curve("time (s)", "height (mm)", t + begin, tall * np.abs(np.cos(6 * t)))
+
+
+def test_the_start_of_the_film_makes_no_difference():
+    x, one, other = laid_over(bounce(0.0), bounce(0.15))
+    assert np.abs(one - other).max() < 1.5  # a time step of the search, 0.75 ms, at 1.8 m/s
+    assert np.ptp(x) > 0.55
+
+
+def test_what_differs_is_left():
+    _, one, other = laid_over(bounce(0.0), bounce(0.3, tall=280.0))
+    assert np.abs(one - other).max() == pytest.approx(20.0, abs=1.5)
+
+
+def test_a_tilt_is_not_shifted():
+    tilt = np.linspace(10, 20, 200)
+    a, b = (Curve("tilt (°)", "travel (mm)", tilt, np.maximum(tilt - onset, 0) ** 2, fixed=True) for onset in (17.0, 17.5))
+    _, one, other = laid_over(a, b)
+    assert np.abs(one - other).max() == pytest.approx(3.0**2 - 2.5**2, abs=0.05)
+
+
+def test_curves_that_do_not_meet_are_refused():
+    a, b = (Curve("tilt (°)", "travel (mm)", np.linspace(*ends, 50), np.ones(50), fixed=True) for ends in ((5, 10), (20, 25)))
+    with pytest.raises(MeasurementError, match="too little in common"):
+        laid_over(a, b)
+
+
+@pytest.mark.parametrize("name", ["drop-01", "slide-01", "roll-01", "pile-01"])
+def test_a_recording_beside_itself_is_the_same_and_has_its_pictures(name):
+    recording = read_recording(SAMPLES / "soybean-bench" / name)
+    same = pair(recording, recording)
+    assert same.rig == recording.rig and len(same.x) > 100
+    np.testing.assert_allclose(same.bench, same.twin, atol=1e-9)
+    assert same.pictures[0] == same.pictures[1] and same.pictures[0].startswith(b"\x89PNG")
+    assert len(panels([same])[0]["pictures"]) == 2
+    drawn = figure(same)
+    assert max(abs(v) for v in drawn["data"][2]["y"]) < 1e-6
+    assert max(drawn["data"][0]["y"]) > 20  # millimetres
