@@ -89,7 +89,7 @@ def _best(base: Fit, family: Family):
 
 def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:
     """Where χ² comes within WITHIN of the best, on a parabola between the powers tried; ∓inf where it does not rise enough."""
-    fine = np.linspace(powers[0], powers[-1], 400)
+    fine = np.union1d(np.linspace(powers[0], powers[-1], 400), powers)  # the best itself is among them, however steep
     inside = fine[np.interp(fine, powers, falls) > falls[at] - WITHIN]
     low, high = float(inside.min()), float(inside.max())
     return (-np.inf if low <= powers[0] else low), (np.inf if high >= powers[-1] else high)

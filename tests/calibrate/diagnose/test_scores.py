@@ -56,3 +56,12 @@ def test_the_share_is_one_for_what_is_there_and_none_for_what_is_not(common, noi
             found.append(held_out(fit(problem, free=(name,), start=base), base, (name,)).removed_fraction)
     assert np.mean(shares["true"]) == pytest.approx(1.0, abs=0.06)
     assert np.mean(shares["other"]) == pytest.approx(0.0, abs=0.06)
+
+
+def test_an_exponent_that_is_known_to_a_hair_has_a_range():
+    """χ² that falls by a million: no point of a coarse grid but the best itself is near enough."""
+    from calibrate.diagnose.law import _range
+
+    powers = np.array([-1.0, 0.0, 0.7, 2.0])
+    low, high = _range(powers, np.array([0.0, 2e5, 1e6, 3e5]), 2)
+    assert low <= 0.7 <= high and high - low < 0.01
