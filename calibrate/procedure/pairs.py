@@ -30,7 +30,7 @@ def pairs(
         say(f"{rig}: {recording.id} beside its twin")
         try:
             found.append(_pair(recording, at, c, effort, out / rig))
-        except ValueError as error:
+        except Exception as error:  # no graphics, a full disk, a seed that flies off: a picture less, not a calibration
             why.append(f"{rig}: {recording.id} could not be shown beside its twin: {error}")
     return found, why
 

@@ -55,14 +55,16 @@ def pair(bench: Recording, twin: Recording, *, alike: bool = True) -> Pair:
     Raises MeasurementError where one of them shows no curve, or they do not overlap.
     """
     seen, simulated = (curve(r, relative=not alike) for r in (bench, twin))
+    if seen.x_name != simulated.x_name:  # the bench's slide has no tilt sensor: both over time
+        seen, simulated = (curve(r, relative=not alike, timed=True) for r in (bench, twin))
     x, y, other = laid_over(seen, simulated)
     return Pair(bench.rig or "", bench.id, seen.x_name, seen.y_name, x, y, other, (_picture(bench), _picture(twin)))
 
 
-def curve(recording: Recording, *, relative: bool = False) -> Curve:
+def curve(recording: Recording, *, relative: bool = False, timed: bool = False) -> Curve:
     """Height of a drop over time, travel of a slide over its tilt, way of a roll over time, outline of a pile; in mm and s.
 
-    relative: a pile's outline in units of its crest's height.
+    relative: a pile's outline in units of its crest's height; timed: a slide over time, whatever is known of its tilt.
     """
     if recording.rig == "pile":
         return _outline(_one(read_piles(recording.path), recording), relative)
@@ -72,7 +74,7 @@ def curve(recording: Recording, *, relative: bool = False) -> Curve:
     if recording.rig == "slide":
         slide = _one(read_slides(recording.path), recording)
         travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))
-        if slide.tilt_deg is not None and np.isfinite(slide.tilt_deg).all():
+        if not timed and slide.tilt_deg is not None and np.isfinite(slide.tilt_deg).all():
             tilt, which = np.unique(slide.tilt_deg, return_inverse=True)  # the plate stands still at first
             mean = np.bincount(which, weights=travel) / np.bincount(which)
             return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)

@@ -72,6 +72,8 @@ def _gaps_below(surface: np.ndarray, intercept: float, slope: float) -> bool:
     runs over the tops of seeds that cover the plate, not over the plate."""
     depth = surface - intercept - slope * np.arange(surface.size)
     along = np.flatnonzero(np.abs(depth) <= 3.0)
+    if not along.size:
+        return False
     within = depth[along[0] : along[-1] + 1]
     return float(np.mean(within > max(4.0, -0.05 * np.nanmin(depth)))) > 0.01
 
