@@ -1,7 +1,7 @@
 """Closing the loop: benches with known parameters (loop_truth.py) calibrated by the whole procedure, answers beside the truth.
 
-python benchmarks/loop.py piles FIRST LAST      → benchmarks/loop/piles.csv: where the truth lies in the seed–seed posteriors
-python benchmarks/loop.py steel FIRST LAST      → benchmarks/loop/steel.csv: seed–steel answers, quick effort
+python benchmarks/loop.py piles FIRST LAST    → benchmarks/tables/loop/piles.csv: where the truth lies in the seed–seed posteriors
+python benchmarks/loop.py steel FIRST LAST    → benchmarks/tables/loop/steel.csv: seed–steel answers, quick effort
 
 Simulations are kept in benchmark-runs/loop/runs. The piles' design is that of a quick calibration of the first folder and
 serves all; posteriors are drawn by weighing points of the prior, which takes a moment where the procedure's chains take 20 s.
@@ -29,7 +29,7 @@ from calibrate.statistics.box import Box
 from calibrate.statistics.posterior import log_posterior
 from calibrate.statistics.prior import Prior
 
-RUNS, TABLES = Path("benchmark-runs/loop"), Path("benchmarks/loop")
+RUNS, TABLES = Path("benchmark-runs/loop"), Path("benchmarks/tables/loop")
 TOLERANCE = {"restitution": 0.01, "static_friction": 0.01, "rolling_friction": 0.003}
 LEVELS = (0.50, 0.80, 0.95)
 POINTS = 40_000

@@ -1,6 +1,6 @@
 """How often the pile posterior holds the truth, over many designs and many benches: closed forms with packing noise, no DEM.
 
-python benchmarks/loop_coverage.py [DESIGNS [BENCHES]]      → benchmarks/loop/coverage.csv     (a minute or two a row)
+python benchmarks/loop_coverage.py [DESIGNS [BENCHES]]      → benchmarks/tables/loop/coverage.csv     (a minute or two a row)
 
 The design is a quick calibration's, run and fitted by the procedure itself; every bench has one pile. Responses are
 quadratics in the seed–seed parameters, of the sizes that 48 piles of loop.py showed, in units of packing noise: angle,
@@ -29,7 +29,7 @@ from calibrate.statistics.box import Box
 from calibrate.statistics.posterior import log_posterior
 from calibrate.statistics.prior import Prior
 
-TABLE = Path("benchmarks/loop/coverage.csv")
+TABLE = Path("benchmarks/tables/loop/coverage.csv")
 COLUMNS = ("repose_angle_deg", "true_centroid_angle_deg", "true_filled_mass_g", "true_retained_mass_g")
 SD = np.array([3.77, 1.65, 1.20, 1.19])
 IN_SD = np.array([  # intercept, A … C, AB … BC, A² … C², in sds of one pile

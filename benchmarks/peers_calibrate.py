@@ -2,7 +2,7 @@
 
 python -m venv benchmark-runs/peers
 benchmark-runs/peers/bin/pip install grainlearning coexist 'setuptools<81'     (GrainLearning asks for numpy 1, we for numpy 2)
-python benchmarks/peers_calibrate.py ours [SEEDS]                              → benchmarks/peers/ours.csv
+python benchmarks/peers_calibrate.py ours [SEEDS]                              → benchmarks/tables/peers/ours.csv
 benchmark-runs/peers/bin/python benchmarks/peers_calibrate.py grainlearning|coexist [SEEDS]
 python benchmarks/peers_calibrate.py                                           the table
 
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-TABLES = Path("benchmarks/peers")
+TABLES = Path("benchmarks/tables/peers")
 NAMES = ("seed_restitution", "seed_static_friction", "seed_rolling_friction")
 LOW, HIGH = np.array([0.45, 0.20, 0.01]), np.array([0.70, 0.70, 0.06])
 NOISE_DEG = (0.28, 1.3)

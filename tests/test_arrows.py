@@ -1,6 +1,7 @@
 """Who may import whom: vision, sim and prove → nothing of ours; calibrate → vision and sim, and only through calibrate/twin/."""
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -39,3 +40,10 @@ def test_the_check_sees_a_wrong_arrow(tmp_path):
     wrong = tmp_path / "wrong.py"
     wrong.write_text("import numpy\nfrom sim.engine import step\n")
     assert our_imports(wrong) == {"sim"}
+
+
+def test_no_folder_on_the_path_bears_a_packages_name():
+    """Installed editable, our packages are found last: `benchmarks/prove/` would stand before `prove` for what runs in benchmarks/."""
+    folders = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["tool"]["pytest"]["ini_options"]["pythonpath"]
+    assert "benchmarks" in folders
+    assert not [path for folder in folders for path in (ROOT / folder).iterdir() if path.stem in OURS]
