@@ -43,7 +43,7 @@ def test_the_check_sees_a_wrong_arrow(tmp_path):
 
 
 def test_no_folder_on_the_path_bears_a_packages_name():
-    """Installed editable, our packages are found last: `benchmarks/prove/` would stand before `prove` for what runs in benchmarks/."""
+    """Installed editable, our packages are found last: `benchmarks/prove/` would stand before `prove` for what runs there."""
     folders = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["tool"]["pytest"]["ini_options"]["pythonpath"]
     assert "benchmarks" in folders
     assert not [path for folder in folders for path in (ROOT / folder).iterdir() if path.stem in OURS]
