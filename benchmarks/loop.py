@@ -53,7 +53,7 @@ def posterior(folder: int, piles: pd.DataFrame, steel: Box, found: dict, shared:
     """One row a seed–seed parameter: folder, parameter, truth, mean, rank (share of the posterior below the truth), sd_ratio
     (posterior over prior), points (effective number)."""
     truth = json.loads((RUNS / f"piles-{folder:02d}.json").read_text(encoding="utf8"))
-    readings = bench_of(RUNS / f"piles-{folder:02d}" / "pile-01").rigs["pile"]
+    readings = bench_of(RUNS / f"piles-{folder:02d}").rigs["pile"]
     seen = observed(piles, readings, Box.of(RANGES), steel, alike=True, shared=shared)
     names, ends = (*RANGES, *steel.names), np.array([*RANGES.values(), *zip(steel.low, steel.high)])
     prior = Prior(Box(names, ends[:, 0], ends[:, 1]), found)

@@ -1,9 +1,9 @@
 """Bench folders whose parameters are known: our own rigs, parameters drawn at random, kept apart from what calibrates them.
 
-python benchmarks/loop_truth.py piles FIRST LAST      → benchmark-runs/loop/piles-00 …: seed–seed parameters differ
-python benchmarks/loop_truth.py steel FIRST LAST      → benchmark-runs/loop/steel-00 …: drop and roll alone
+python benchmarks/loop_truth.py piles FIRST LAST    → benchmark-runs/loop/piles-00 …: seed–seed parameters differ; photos of piles
+python benchmarks/loop_truth.py steel FIRST LAST    → benchmark-runs/loop/steel-00 …: drop, slide and roll, filmed
 
-Each has its truth.json. The same command goes on where it was stopped.
+Each has its truth beside it. The same command goes on where it was stopped.
 """
 
 import json
@@ -13,12 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.procedure.simulated import NOT_FOUND
 from calibrate.twin import Parameters
 from calibrate.twin.job import Job
 
 OUT = Path("benchmark-runs/loop")
-STEEL = {"restitution": (0.45, 0.65), "rolling_friction": (0.01, 0.03)}
+STEEL = {"restitution": (0.45, 0.65), "static_friction": (0.30, 0.50), "rolling_friction": (0.01, 0.03)}
 SEEDS = {"seed_restitution": (0.45, 0.70), "seed_static_friction": (0.20, 0.70), "seed_rolling_friction": (0.01, 0.06)}
 FIRST = {
     "restitution": 0.4858, "static_friction": 0.3780, "rolling_friction": 0.0193,
@@ -28,8 +27,9 @@ SLAB = {
     "box_mm": [60, 20, 200], "gate_mm": [20, 200], "plate_mm": [180, 20], "fill_height_mm": 45, "gate_speed_mm_s": 200,
     "slab": True,
 }  # fmt: skip
-PILES = {"drop": 10, "slide": 4, "roll": 10, "pile": 1}
-RUNS = {"piles": PILES, "steel": {"drop": 10, "roll": 10}}  # a slide's onset is atan μ within 0.02°: nothing to find out
+PILES = {"drop": 10, "slide": 4, "roll": 10, "pile": 3}
+RUNS = {"piles": PILES, "steel": {"drop": 8, "slide": 2, "roll": 4}}
+FILMED = {"piles": ("pile",), "steel": ("drop", "slide", "roll")}  # the other recordings are tracks
 SEED = 2026
 
 
@@ -39,24 +39,23 @@ def truth(kind: str, folder: int) -> dict[str, float]:
         return FIRST
     rng = np.random.default_rng([SEED, folder])
     drawn = {"piles": SEEDS, "steel": STEEL}[kind]
-    known = FIRST if kind == "piles" else FIRST | {"static_friction": NOT_FOUND["static_friction"]}
-    return known | {name: float(f"{rng.uniform(*ends):.4f}") for name, ends in drawn.items()}
+    return FIRST | {name: float(f"{rng.uniform(*ends):.4f}") for name, ends in drawn.items()}
 
 
 def jobs(kind: str, folder: int) -> dict[str, Job]:
-    """The recordings of one bench by name: tracks of drop, slide and roll, the outline and the weights of piles. The piles'
-    benches have the tracks of the first one, as their seed–steel parameters are the same."""
+    """The recordings of one bench by name: FILMED ones rendered, the others as tracks. The piles' benches have the tracks of the
+    first one, as their seed–steel parameters are the same."""
     of = truth(kind, folder)
-    on_steel = FIRST | {name: of[name] for name in (*STEEL, "static_friction")}
+    on_steel = FIRST | {name: of[name] for name in STEEL}
     onset = float(np.floor(np.degrees(np.arctan(of["static_friction"])) - 1.0))
-    sections = {"drop": {}, "slide": {"slide": {"start_deg": onset}}, "roll": {}, "pile": {"pile": SLAB}}
+    sections = {"drop": {"camera": {"fps": 500.0}}, "slide": {"slide": {"start_deg": onset}}, "roll": {}, "pile": {"pile": SLAB}}
     made = {}
     for rig, n in RUNS[kind].items():
         for k in range(n):
             section = {"roll": {"direction": ("+x", "-x")[k % 2]}} if rig == "roll" else sections[rig]
             own = folder if kind == "steel" or rig == "pile" else 0
             values = Parameters(**(of if rig == "pile" else on_steel))
-            made[f"{rig}-{k + 1:02d}"] = Job(rig, values, section, (SEED, own, k), rendered=False)
+            made[f"{rig}-{k + 1:02d}"] = Job(rig, values, section, (SEED, own, k), rendered=rig in FILMED[kind])
     return made
 
 

@@ -22,7 +22,7 @@ Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 HEAPS = ("pile",)
 WEIGHED = ("filled_mass_g", "retained_mass_g")
-MODEL = 2  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
+MODEL = 3  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
 
 
 def simulate(
@@ -69,7 +69,7 @@ def simulate(
 def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generator, watch: Watch = no_watch,
         threads: int = 2) -> tuple[Motion, Recording]:  # fmt: skip
     """The run itself: its motion, and the recording (without evidence) that states all that it assumed."""
-    setup, rig, name = setup_of(recording), rig_of(recording), recording.rig or ""
+    setup, rig, name = setup_of(recording), rig_of(recording), recording.need_rig()
     on_bench = bench(parameters, name, recording.seed, recording.air)
     rate = recording.camera.fps or setup.fps
     more = {"threads": threads} if recording.rig in HEAPS else {}
@@ -103,7 +103,7 @@ def record(recording: Recording, parameters: Parameters, motion: Motion, kind: s
         "schema": 1,
         "rig": recording.rig,
         "evidence": kind,
-        "parameters": parameters.for_rig(recording.rig or "").to_dict(),
+        "parameters": parameters.for_rig(recording.need_rig()).to_dict(),
         "truth": {key: (value if np.isfinite(value) else None) for key, value in motion.truth.items()},
         "versions": versions(),
         "renderer": renderer_name() if kind == "rendered" else None,

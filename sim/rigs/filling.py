@@ -16,6 +16,7 @@ from sim.seed import Seed
 
 PACKED = 0.64  # volume fraction that is never exceeded by such a rain: how many seeds are enough
 SPARE = 1.06  # that many more, to have something to strike off
+POURED = Settled(window_s=0.05, displacement=0.1, kinetic=3e-4)  # packed, though by rolling friction against own spin it may creep on
 QUIET = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)  # rolling friction against own spin creeps by 2e-3 a window
 LONGEST_S = 3.0
 
@@ -46,13 +47,13 @@ def rain(
     bench: Bench, rng: np.random.Generator, seeds: list[Seed], low: Vector, high: Vector, make: Callable[[Placed], World],
     level_m: float, *, threads: int, watch: Watch,
 ) -> Filled:  # fmt: skip
-    """Let seeds fall between corners `low` and `high` (the vessel's inside, [m]), wait until they lie still, and take away those
-    that stand out above `level_m`. make: the vessel, its walls going up to `chute_height`, with given seeds in it."""
+    """Let seeds fall between corners `low` and `high` (the vessel's inside, [m]) until they lie as `POURED` says, and take away
+    those that stand out above `level_m`. make: the vessel, its walls going up to `chute_height`, with given seeds in it."""
     shapes = tuple(dict.fromkeys(seeds))
     shape_of = np.array([shapes.index(seed) for seed in seeds])
     scattered = Scattered(shapes, bench.grain, len(seeds), low, (high[0], high[1], chute_height(seeds, low, high)), (0, 0, -0.5))
     world = make(replace(scatter(scattered, rng), shape_of=shape_of))
-    state = settle(world, init(world, rng), "filling", threads=threads, watch=watch)
+    state = settle(world, init(world, rng), "filling", threads=threads, watch=watch, quiet=POURED)
     top = np.array([reach(s, q, (0, 0, 1)) for s, q in zip(seeds, state.orientations)]) + state.positions[:, 2]
     keep = np.flatnonzero(top <= level_m)
     if len(keep) > 0.995 * len(seeds):
@@ -67,15 +68,17 @@ def chute_height(seeds: list[Seed], low: Vector, high: Vector) -> float:
     return low[2] + pitch * (np.ceil(len(seeds) / a_layer) + 1)
 
 
-def settle(world: World, state: State, stage: str, *, threads: int, watch: Watch, longest_s: float = LONGEST_S) -> State:
-    """Run until every seed lies still; the share done is told from how the kinetic energy falls."""
-    begin, quiet = state.time_s, replace(QUIET)
+def settle(
+    world: World, state: State, stage: str, *, threads: int, watch: Watch, longest_s: float = LONGEST_S, quiet: Settled = QUIET,
+) -> State:  # fmt: skip
+    """Run until the seeds lie `quiet`, or for longest_s; the share done is told from how the kinetic energy falls."""
+    begin, quiet = state.time_s, replace(quiet)
     highest = [1e-12]
 
     def look(world: World, state: State) -> bool:
         now = kinetic_per_seed(state)
         highest[0] = max(highest[0], now)
-        scale = float(state.masses.mean()) * GRAVITY_M_S2 * 0.006 * QUIET.kinetic
+        scale = float(state.masses.mean()) * GRAVITY_M_S2 * 0.006 * quiet.kinetic
         share = np.log(highest[0] / max(now, scale)) / np.log(max(highest[0] / scale, 2.0))
         watch(stage, float(np.clip(share, 0.0, 0.99)))
         return quiet(world, state) or state.time_s - begin > longest_s
