@@ -101,21 +101,23 @@ def _simulated(asked: Asked, simulator) -> Calibration:
 
     if asked.design not in DESIGNS:
         raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
-    effort = replace(QUICK if asked.quick else FULL, design=asked.design, **({"slab": None} if asked.whole_pile else {}))
+    effort = replace(QUICK if asked.quick else FULL, design=asked.design)
+    effort = replace(effort, slab=None) if asked.whole_pile else effort
     options = {k: v for k, v in vars(asked).items() if k in RECORDED and v}
     wishes = Wishes(_pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior"), options=options)
     try:
         checked_ranges(wishes.ranges)
-        Prior(Box(PARAMETERS, [0.0] * len(PARAMETERS), [1.0] * len(PARAMETERS)), wishes.held)
+        Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), wishes.held)
     except ValueError as error:
         raise Misuse(error) from None
     printed = None
     if asked.twin:
         printed = calibrate_tables(asked.bench, seed=asked.rng)
         wishes = _as_tabulated(wishes, printed)
-    cluster = {"rendered": asked.rendered, "workers": asked.workers, "scheduler": asked.scheduler}
     with _progress(asked.quiet) as (say, told), ExitStack() as stack:
-        simulate = simulator or stack.enter_context(campaign(asked.out / "runs", progress=told, **cluster))
+        simulate = simulator or stack.enter_context(
+            campaign(asked.out / "runs", rendered=asked.rendered, workers=asked.workers, scheduler=asked.scheduler, progress=told)
+        )
 
         def so_far(calibration: Calibration) -> None:
             asked.out.mkdir(parents=True, exist_ok=True)

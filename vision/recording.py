@@ -50,6 +50,12 @@ class Recording:
         folder = self.path if self.path.is_dir() else self.path.parent
         return folder / "recording.toml"
 
+    def need_rig(self) -> str:
+        """The rig; MeasurementError naming the file where nothing says which."""
+        if self.rig is None:
+            raise MeasurementError(f"{self.toml}: rig is missing; it is one of {', '.join(RIGS)}")
+        return self.rig
+
     def need(self, key: str, why: str) -> Any:
         """The value of `key` ("section.key"); MeasurementError naming file and key when it is unknown."""
         section, name = key.split(".")

@@ -173,7 +173,7 @@ def _odd_one(taken: list[Seen], alpha: float = 0.01) -> list[str]:
 def _lot(seen: list[Seen]) -> dict:
     """[seed] and [air]: of a recording that states ranges, else the mean of what recordings state of single seeds."""
     sections = [s.description.get("seed", {}) for s in seen]
-    air = next((s.description["air"] for s in seen if s.description.get("air")), {})
+    air: dict = next((s.description["air"] for s in seen if s.description.get("air")), {})
     whole = next((x for x in sections if "length_range_mm" in x), None)
     if whole is None:
         sized = [x for x in sections if all(k in x for k in LOT)]

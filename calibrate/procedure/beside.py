@@ -44,7 +44,7 @@ def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
         for group, said in printed.pile.path.errors.set_index("group")[PILE_RESPONSE].items():
             if group in ours.index:
                 yield "path", f"group {group:g}", "deg", said, ours[group], float("nan"), c.options["effort"]["path"]
-    ours, theirs = (_points(p.pile.design, list(printed.pile.box.names)) for p in (c, printed))
+    ours, theirs = (_points(p.design, list(printed.pile.box.names)) for p in (c.pile, printed.pile))
     for at, row in theirs.iterrows():
         if at in ours.index:
             where = ", ".join(f"{v:g}" for v in at)

@@ -72,7 +72,7 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     if hidden and pile.shown:
         value, edge = float(draws.median()), None
     tail = 1 - LEVEL
-    ends = {"low": (0.0, 1 - tail), "high": (tail, 1.0)}.get(edge, (tail / 2, 1 - tail / 2))
+    ends = {"low": (0.0, 1 - tail), "high": (tail, 1.0)}.get(edge or "", (tail / 2, 1 - tail / 2))
     low, high = (float(v) for v in np.quantile(draws, ends))
     if edge:
         low, high = (float(pile.box.low[j]), high) if edge == "low" else (low, float(pile.box.high[j]))

@@ -173,7 +173,7 @@ def _pile(bench: Bench, tables: Path, printed: dict, rng: np.random.Generator) -
     notes, noise = [], _noise(design, factors)
     readings = bench.rigs["pile"]
     other = (noise.sd, float(noise.df)) if noise else None
-    if readings.values.size == 1 and other:
+    if readings.values.size == 1 and noise:
         notes.append(
             f"one bench pile: its scatter is taken to be that of the simulated piles at the centre, {noise.sd:.2g}° on "
             f"{noise.df} degrees of freedom"

@@ -1,5 +1,6 @@
 """What all recordings together say of all parameters: posterior, resolved directions, what else to measure."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +59,7 @@ def fit_joint(
     rng: np.random.Generator,
     level: float = 0.95,
     given: dict[str, tuple[float, float]] | None = None,
-    candidates: list[Candidate] = (),
+    candidates: Sequence[Candidate] = (),
     ess: int = 1000,
     seen: Seen | None = None,
 ) -> Joint | None:

@@ -48,7 +48,8 @@ def _nearest(c: Calibration, rig: str, entries: dict[str, Recording]) -> Recordi
 def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, out: Path) -> Pair:
     """The twin run as the recording states itself; of a pile as it was simulated for the calibration."""
     _, told = described(recording.toml) if recording.toml.is_file() else (None, {})
-    rig, section = recording.rig, told.get(recording.rig, {})
+    rig = recording.need_rig()
+    section = told.get(rig, {})
     alike = True
     if rig == "pile":
         section, said = pile_description(section or c.bench.rigs["pile"].description.get("pile", {}), effort)

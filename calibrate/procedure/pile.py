@@ -62,21 +62,27 @@ def fit_pile(
     response: str = PILE_RESPONSE,
     notes: tuple[str, ...] = (),
     shown: tuple[str, ...] = (),
-    **found,
+    path: Centre | None = None,
+    noise: Noise | None = None,
+    pairing: Pairing | None = None,
+    plan: Plan | None = None,
 ) -> PileFit:
     """Surface through the design's runs and everything read from it.
 
     near: of the many points that give the bench's angle the one nearest to this is reported, by default to the box's centre;
-    found: path, noise, pairing, plan, verification where there are any. Raises ValueError as `fit_surface` (singular designs …).
+    path, noise, pairing, plan: what came before, where there is any. Raises ValueError as `fit_surface` (singular designs …).
     """
     surface = fit_surface(design, response, box, packing=packing)
     table = anova_table(surface)
     central = optimum(surface, bench.value)
     taken = optimum(surface, bench.value, near=near) if near else central
-    extra = {name: found.get(name) for name in ("path", "noise", "pairing", "plan", "verification")}
     return PileFit(
         bench=bench,
         box=box,
+        path=path,
+        noise=noise,
+        pairing=pairing,
+        plan=plan,
         design=design,
         surface=surface,
         coefficients=coefficients(surface),
@@ -89,9 +95,9 @@ def fit_pile(
         optimum=taken,
         central=central,
         sheet=solution_set(surface, bench.value, rng=rng, band_sd=bench.sd),
+        verification=None,
         notes=(*notes, *_said(surface, taken, bench)),
         shown=shown,
-        **extra,
     )
 
 

@@ -1,5 +1,6 @@
 """Seed–seed piles simulated: noise, path, replicates, design with common packings, verification."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,7 +23,9 @@ from calibrate.statistics.resolution import Candidate
 
 STEPS, MOST_STEPS = 6, 14
 MOST_EFFECT = 5.0  # in packing noise
-DESIGNS = {"box-behnken": box_behnken, "central-composite": partial(central_composite, alpha="face")}  # none leaves the box
+DESIGNS: dict[str, Callable[..., pd.DataFrame]] = {  # none leaves the box
+    "box-behnken": box_behnken, "central-composite": partial(central_composite, alpha="face"),
+}  # fmt: skip
 WIDEST = 5  # groups on either side of the centre that a design may span: all of the path where packing noise asks for it
 
 
@@ -39,17 +42,18 @@ class PileFound:
 def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
     """The whole of it. ValueError, SimulationFailed."""
     box = stage.levels or Box.of(stage.ranges)
-    noise, pairing, seen, notes = measure_noise(stage, box)
+    noise, pairing, middle, notes = measure_noise(stage, box)
     bench = _bench(stage, noise)
     if stage.readings.values.size == 1:
         notes.append(f"one bench pile: its scatter is taken to be that of the simulated piles, {noise.sd:.2g}°")
     notes += too_scattered(stage.readings.values, noise)
-    path, reach = None, 0.0
+    path: Centre | None = None
+    reach = 0.0
     if stage.levels is None:
-        path, steps = climb(stage, bench, noise, seen)
+        path, steps = climb(stage, bench, noise, middle)
         box, reach = box_around(path, steps, noise, stage, pairing)
     elif stage.path is not None:
-        path = walk(stage, bench, noise)
+        path = walk(stage, stage.path, bench, noise)
     design, chosen, more = run_design(stage, box, noise, pairing, reach)
     notes += more
     packing = "packing" if pairing.worth_it else None
@@ -57,12 +61,12 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
     seen = observed(piles, stage.readings, box, stage.steel, alike=stage.alike, shared=pairing.worth_it)
     at = {n: stage.fixed[n] for n in stage.steel.names} if stage.steel is not None else {}
     design = design.assign(**{PILE_RESPONSE: brought(design, seen, stage.steel, at)})
-    found = {"path": path, "noise": noise, "pairing": pairing, "plan": chosen}
-    notes = tuple(dict.fromkeys((*notes, *seen.notes)))
-    telling = shown(design, box, packing, seen)
-    fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing, notes=notes, shown=telling, **found)
-    more = candidates(design, box, packing, stage.readings.values.size, seen.used)
-    return PileFound(_verified(stage, fit), seen, more)
+    fit = fit_pile(
+        design, box, bench, rng=rng, near=stage.near, packing=packing, notes=tuple(dict.fromkeys((*notes, *seen.notes))),
+        shown=shown(design, box, packing, seen), path=path, noise=noise, pairing=pairing, plan=chosen,
+    )  # fmt: skip
+    further = candidates(design, box, packing, stage.readings.values.size, seen.used)
+    return PileFound(_verified(stage, fit), seen, further)
 
 
 def _bench(stage: PileStage, noise: Noise) -> BenchMean:
@@ -125,9 +129,9 @@ def climb(stage: PileStage, bench: BenchMean, noise: Noise, seen: pd.DataFrame) 
     return choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd), done
 
 
-def walk(stage: PileStage, bench: BenchMean, noise: Noise) -> Centre:
+def walk(stage: PileStage, path: pd.DataFrame, bench: BenchMean, noise: Noise) -> Centre:
     """A prescribed path as it is, not lengthened: its groups simulated, the one nearest to the bench."""
-    done, sd = _walked(stage, stage.path), noise.sd / np.sqrt(stage.effort.path)
+    done, sd = _walked(stage, path), noise.sd / np.sqrt(stage.effort.path)
     return choose_centre(done, PILE_RESPONSE, bench.value, tuple(stage.ranges), noise_sd=sd)
 
 
@@ -144,7 +148,7 @@ def _next_steps(done: pd.DataFrame, factors: tuple[str, ...], *, below: bool) ->
     """Two more groups at an end of the path, each factor kept within its limits; none where all stand there already."""
     ends = done.iloc[[0, 1]] if below else done.iloc[[-1, -2]]
     end, step = ends.iloc[0], ends.iloc[0][list(factors)] - ends.iloc[1][list(factors)]
-    rows = []
+    rows: list[dict[str, float]] = []
     for k in (1, 2):
         point = {f: float(f"{np.clip(end[f] + k * step[f], *SEED_LIMITS[f]):.9g}") for f in factors}
         if all(np.isclose(point[f], (rows[-1] if rows else end)[f]) for f in factors):

@@ -89,9 +89,10 @@ def observed(
         plain, said = _surface(there, source, wide, len(box.names), "packing" if shared else None)
         surface = shrink(plain)
         angle = plain if column == PILE_RESPONSE else angle
-        main = {"reading_sd": readings.reading_sd, "shared_sd": readings.shared_sd} if column == PILE_RESPONSE else {}
+        reading_sd, shared_sd = (readings.reading_sd, readings.shared_sd) if column == PILE_RESPONSE else (np.zeros(1), 0.0)
         try:
-            mean = pooled_mean(values, name=column, scatter_sd=surface.noise_sd, df=surface.noise_df, pooled=alike, **main)
+            mean = pooled_mean(values, name=column, scatter_sd=surface.noise_sd, df=surface.noise_df, pooled=alike,
+                               reading_sd=reading_sd, shared_sd=shared_sd)  # fmt: skip
         except ValueError as error:
             notes.append(f"not used in the posterior: {error}")
             continue

@@ -26,8 +26,8 @@ def check_steel(fit: SteelFit, readings: RigReadings, told: dict) -> pd.DataFram
     powers = POWERS[: fit.polynomial.coefficients.size][::-1]
     known |= {f"{equation}, {power}": value for power, value in zip(powers, fit.polynomial.coefficients)}
     ends = [direct(fit.rig.name, v, readings.description) for v in (readings.values.min(), readings.values.max())]
-    if None not in ends:
-        known |= {DIRECT[fit.rig.name].format(which): v for which, v in zip(("least", "greatest"), sorted(ends))}
+    stated = sorted(e for e in ends if e is not None)
+    known |= {DIRECT[fit.rig.name].format(which): v for which, v in zip(("least", "greatest"), stated)}
     known |= _verification(fit, told)
     return _compared(told.get("printed", {}), known, fit.rig.name)
 

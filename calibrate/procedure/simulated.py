@@ -10,12 +10,13 @@ import pandas as pd
 from calibrate.procedure.bench import Bench, bench_of, contradictory, missing, trimmed_before
 from calibrate.procedure.calibration import FOLLOWS, Calibration
 from calibrate.procedure.effort import FULL, Effort, pile_description
-from calibrate.procedure.joint import fit_joint
-from calibrate.procedure.pile_runs import simulate_pile
+from calibrate.procedure.joint import Joint, fit_joint
+from calibrate.procedure.pile_runs import PileFound, simulate_pile
 from calibrate.procedure.pile_stage import RANGES, PileStage
 from calibrate.procedure.pile_surrogate import steel_box
 from calibrate.procedure.rigs import SEED_LIMITS, STEEL
 from calibrate.procedure.simulator import SimulationFailed, Simulator
+from calibrate.procedure.steel import SteelFit
 from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_steel
 from calibrate.statistics.box import Box
 
@@ -93,7 +94,8 @@ class State:
 
     def __init__(self, bench: Bench, effort: Effort, seed: int, wishes: Wishes, refused: dict[str, str]) -> None:
         self.bench, self.effort, self.seed, self.wishes = bench, effort, seed, wishes
-        self.steel, self.pile, self.candidates, self.seen = {}, None, [], None
+        self.steel: dict[str, SteelFit] = {}
+        self.pile: PileFound | None = None
         self.refused, self.findings, self.said = refused, contradictory(bench), list(effort.said())
 
     def steel_rig(self, name: str, simulate: Simulator, rng: np.random.Generator) -> None:
@@ -134,8 +136,7 @@ class State:
     def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
         """The pile."""
         try:
-            found = simulate_pile(self.pile_stage(simulate, ranges), rng)
-            self.pile, self.candidates, self.seen = found.fit, found.candidates, found.seen
+            self.pile = simulate_pile(self.pile_stage(simulate, ranges), rng)
         except (ValueError, SimulationFailed) as error:
             self.refused["pile"] = str(error)
 
@@ -149,11 +150,18 @@ class State:
         air = {"air": self.bench.seed["air"]} if "air" in self.bench.seed else {}
         return {**own, **({"seed": seed} if seed else {}), **air}
 
+    def _joint(self, rng: np.random.Generator) -> Joint | None:
+        held, draws = self.wishes.held, self.effort.draws
+        if self.pile is None:
+            return fit_joint(self.steel, None, rng=rng, given=held, ess=draws)
+        found = self.pile
+        return fit_joint(self.steel, found.fit, rng=rng, given=held, ess=draws, seen=found.seen, candidates=found.candidates)
+
     def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
         """What is known, joined."""
-        more = {"given": self.wishes.held, "candidates": self.candidates, "ess": self.effort.draws, "seen": self.seen}
-        joint = fit_joint(self.steel, self.pile, rng=rng, **more) if finished else None
-        findings = [*self.findings, *(n for n in (self.pile.notes if self.pile else ()) if n.startswith("finding"))]
+        pile = self.pile.fit if self.pile else None
+        joint = self._joint(rng) if finished else None
+        findings = [*self.findings, *(n for n in (pile.notes if pile else ()) if n.startswith("finding"))]
         assumed = [
             f"{STEEL[n].parameter} = {NOT_FOUND[STEEL[n].parameter]:g} was assumed, because {n} was not calibrated"
             for n in STEEL
@@ -164,7 +172,7 @@ class State:
             "simulated",
             self.bench,
             dict(self.steel),
-            self.pile,
+            pile,
             joint,
             dict(self.refused),
             pd.DataFrame(columns=FOLLOWS),

@@ -49,10 +49,10 @@ def fit_steel(rig: Rig, rows: pd.DataFrame, bench: BenchMean, *, rng: np.random.
     """
     sd = rig.sd if rig.sd in rows else None
     repeats = "repeats" if "repeats" in rows else None
-    own = {"sd": sd, "repeats": repeats}
-    polynomial = fit_polynomial(rows, rig.parameter, rig.response, rig.degree, **(own if weighted else {}))
+    weights = (sd, repeats) if weighted else (None, None)
+    polynomial = fit_polynomial(rows, rig.parameter, rig.response, rig.degree, sd=weights[0], repeats=weights[1])
     several = rows[rig.parameter].nunique() >= 4
-    monotone = fit_monotone(rows, rig.parameter, rig.response, rng=rng, **own) if several else None
+    monotone = fit_monotone(rows, rig.parameter, rig.response, rng=rng, sd=sd, repeats=repeats) if several else None
     answers, refused, notes = _answers(polynomial, monotone, bench)
     by, inverse = _choose(answers, polynomial, refused)
     if by != "polynomial":

@@ -73,10 +73,10 @@ def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
             break
         values = _further(stage.rig, rows, beyond, stage.effort.levels)
         if not values.size or attempt == EXTENSIONS:
-            if fit is None:
-                raise Unreachable(_unreachable(stage, beyond)) from None
             break
         notes.append(f"range extended to {stage.rig.parameter} {values.min():.3g} … {values.max():.3g}")
+    if fit is None:
+        raise Unreachable(_unreachable(stage, str(beyond)))
     fit, more = _narrowed(stage, fit, rows, rng)
     fit = replace(fit, notes=(*dict.fromkeys(notes + more), *fit.notes))
     return _verified(stage, fit)
@@ -138,11 +138,11 @@ def _further(rig: Rig, rows: pd.DataFrame, beyond: OutsideRange, levels: int) ->
     return np.unique(new[~np.isin(new, x)])
 
 
-def _unreachable(stage: SteelStage, error: OutsideRange) -> str:
+def _unreachable(stage: SteelStage, why: str) -> str:
     rig = stage.rig
     return (
         f"finding for diagnosis: no {rig.parameter} from {rig.limits[0]:g} to {rig.limits[1]:g} gives the bench's "
-        f"{stage.readings.values.mean():.4g} {rig.unit}: {error}"
+        f"{stage.readings.values.mean():.4g} {rig.unit}: {why}"
     )
 
 

@@ -154,5 +154,4 @@ def _figures(c: Calibration) -> dict[str, dict]:
 
 def _checks(checks: pd.DataFrame) -> dict:
     """Printed values: those that do not follow, and all."""
-    follows = checks["follows"].astype(bool) if len(checks) else []
-    return {"wrong": checks[~follows] if len(checks) else checks, "all": checks}
+    return {"wrong": checks[~checks["follows"].astype(bool)] if len(checks) else checks, "all": checks}

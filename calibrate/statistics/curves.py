@@ -26,6 +26,7 @@ class Curve(ABC):
     x_name: str
     low: float
     high: float
+    df: float
 
     @abstractmethod
     def mean(self, x: ArrayLike) -> np.ndarray:

@@ -23,8 +23,12 @@ from calibrate.statistics.prior import Prior
 class Surrogate(Protocol):
     """What stands in for the simulation: a `Surface`, or anything with these."""
 
-    box: Box
-    df: float
+    @property
+    def box(self) -> Box: ...
+
+    @property
+    def df(self) -> float:
+        """Degrees of freedom of the variance."""
 
     def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Mean (n,) and variance of the mean (n,) at natural points (n, k), columns in the order of `box.names`."""

@@ -71,7 +71,7 @@ def _seen(entry: Recording | MeasurementError) -> Seen:
     nothing = np.zeros(0)
     if isinstance(entry, MeasurementError):
         return Seen(entry.recording, "", "", nothing, nothing, 0.0, {}, "", "", trouble=str(entry))
-    told = (entry.id, entry.rig or "", RESPONSES.get(entry.rig or "", ""))
+    told = (entry.id, entry.rig, RESPONSES[entry.rig]) if entry.rig else (entry.id, "", "")
     rest = (_description(entry), str(entry.path), entry.provenance)
     try:
         return _readings(entry, told, rest) if entry.evidence == "readings.csv" else _measured(entry, told, rest)

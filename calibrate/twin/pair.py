@@ -58,7 +58,7 @@ def pair(bench: Recording, twin: Recording, *, alike: bool = True) -> Pair:
     if seen.x_name != simulated.x_name:  # the bench's slide has no tilt sensor: both over time
         seen, simulated = (curve(r, relative=not alike, timed=True) for r in (bench, twin))
     x, y, other = laid_over(seen, simulated)
-    return Pair(bench.rig or "", bench.id, seen.x_name, seen.y_name, x, y, other, (_picture(bench), _picture(twin)))
+    return Pair(bench.need_rig(), bench.id, seen.x_name, seen.y_name, x, y, other, (_picture(bench), _picture(twin)))
 
 
 def curve(recording: Recording, *, relative: bool = False, timed: bool = False) -> Curve:

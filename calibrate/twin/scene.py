@@ -40,12 +40,13 @@ SETUPS = {
 
 def setup_of(recording: Recording) -> Setup:
     """The setup of a recording's rig; a pile with a cylinder in its description is a lifting cylinder."""
-    return SETUPS["cylinder" if recording.rig == "pile" and recording.pile.cylinder_mm else recording.rig or ""]
+    rig = recording.need_rig()
+    return SETUPS["cylinder" if rig == "pile" and recording.pile.cylinder_mm else rig]
 
 
 def rig_of(recording: Recording) -> Any:
     """The rig as described, lengths in metres; what is not stated has the paper's value. ValueError names what does not fit."""
-    kind, section, given = setup_of(recording).describe, getattr(recording, recording.rig or ""), {}
+    kind, section, given = setup_of(recording).describe, getattr(recording, recording.need_rig()), {}
     for field in fields(kind):
         value = getattr(section, key_of(field.name), None)
         if value is not None:

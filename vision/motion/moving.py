@@ -153,7 +153,7 @@ def _with_scale(recording: Recording, followed: Followed) -> tuple[Recording, li
 
 def _observation(recording: Recording, quantities, notes, pictures, track: Track, bounces=None) -> Observation:
     unique = tuple(dict.fromkeys(notes))
-    return Observation(recording.id, recording.rig or "", tuple(quantities), unique, pictures, track.to_table(), bounces)
+    return Observation(recording.id, recording.need_rig(), tuple(quantities), unique, pictures, track.to_table(), bounces)
 
 
 def _caption(quantities: tuple[Quantity, ...]) -> str:
