@@ -114,8 +114,8 @@ def coexist(bench: Bench, seed: int) -> Iterator[Answer]:
 
 
 def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
-    """The pile's part of the procedure, without its verification: the path's nearest group, then the design's optimum with the
-    posterior's interval."""
+    """The pile's part of the procedure, without its verification: where the path meets the bench (else its nearest group), then
+    the design's optimum with the posterior's interval."""
     from dataclasses import replace
 
     from calibrate.procedure.bench import RigReadings
@@ -140,8 +140,9 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
         ranges = dict(zip(NAMES, zip(LOW, HIGH)))
         rng = np.random.default_rng(seed)
         found = simulate_pile(PileStage(seen, {}, {}, simulate, of, seed, ranges), rng)
-        path = found.fit.path.errors.set_index("group").loc[found.fit.path.group, list(NAMES)].to_numpy(float)
-        yield bench.spent - batches[-1], path, LOW, HIGH
+        path = found.fit.path
+        nearest = path.errors.set_index("group").loc[path.group, list(NAMES)]
+        yield bench.spent - batches[-1], np.array([(path.crossing or nearest)[n] for n in NAMES]), LOW, HIGH
         prior = Prior.uniform(found.fit.box)
         points = prior.draw(20_000, rng)
         density = log_posterior(points, list(found.seen.observables), prior)

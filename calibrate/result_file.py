@@ -100,6 +100,7 @@ def _pile(c: Calibration) -> dict | None:
         "boundary": o.boundary,
         "nearest_the_centre": c.pile.central.point,
         "solutions": c.pile.sheet.statement,
+        "path_meets_bench_at": c.pile.path.crossing if c.pile.path is not None else None,
     }
     if c.joint is not None:
         tension = c.joint.posterior.tension

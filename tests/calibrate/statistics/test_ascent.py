@@ -33,6 +33,22 @@ def test_the_nearest_group_is_the_centre(path):
     assert "group 4 is as near" in choose_centre(path, "repose_angle_deg", 31.0, FACTORS, noise_sd=0.3).notes[0]
 
 
+def test_the_path_meets_the_bench_between_its_groups(path):
+    met = choose_centre(path, "repose_angle_deg", 31.0, FACTORS).crossing
+    assert met["static_friction"] == pytest.approx(np.interp(31.0, path["repose_angle_deg"], path["static_friction"]), abs=0.003)
+    assert choose_centre(path, "repose_angle_deg", 36.0, FACTORS).crossing is None
+    assert choose_centre(path.assign(repose_angle_deg=31.0), "repose_angle_deg", 31.0, FACTORS).crossing is None
+
+
+def test_noise_moves_the_crossing_less_than_one_group(path):
+    rng, found = np.random.default_rng(1), []
+    for _ in range(300):
+        noisy = path.assign(repose_angle_deg=path["repose_angle_deg"] + rng.normal(0, 1.0, len(path)))
+        met = choose_centre(noisy, "repose_angle_deg", 29.0, FACTORS).crossing
+        found.append(np.interp(met["static_friction"], path["static_friction"], path["repose_angle_deg"]))
+    assert abs(np.mean(found) - 29.0) < 0.1 and np.std(found) < 0.5  # one group: 1.0
+
+
 def test_the_papers_levels_are_flagged_and_consistent_ones_are_not(path, levels):
     flags = check_published(path, "repose_angle_deg", 31.0, levels, said_centre=5)
     assert flags == ["the text takes group 5 as level 0, the levels used are groups 3, 4, 5 as −1, 0, +1"]
