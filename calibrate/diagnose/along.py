@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.model import Again, Compared
-from calibrate.twin.along import Path1D, above, filmed, gone, shown
+from calibrate.twin.along import Path1D, Ran, above, filmed, gone, shown
+from calibrate.twin.parameters import Parameters
+from vision.recording import Recording
 
 MOST = 6  # recordings that are run again
 POINTS = 200  # at which ways are compared
@@ -21,8 +23,8 @@ class Twin:
     name: str
     seen: Path1D
     from_mm: float
-    old: tuple
-    new: tuple
+    old: tuple[Recording, Parameters]
+    new: tuple[Recording, Parameters]
 
 
 def compared(again: Again, twins: list[Twin], folder: Path, pictures: bool, say: Callable[[str], None]) -> Again:
@@ -57,13 +59,13 @@ def apart(twin: Twin, path: Path1D) -> float:
 def _followed(twin: Twin, number: int, rig: str, folder: Path, say) -> Compared:
     import shutil
 
-    off = []
+    off: dict[str, float] = {}
     for which, made in (("old", twin.old), ("new", twin.new)):
         out = folder / f"{twin.name.replace('/', '-')}-{which}"
         shutil.rmtree(out, ignore_errors=True)
         out.parent.mkdir(parents=True, exist_ok=True)
-        off.append(apart(twin, filmed(*made, number, out, lambda text: say(f"{rig}: {text}"))))
-    return Compared(twin.name, "way along the path", "mm", *off, "pictures")
+        off[which] = apart(twin, filmed(*made, number, out, lambda text: say(f"{rig}: {text}")))
+    return Compared(twin.name, "way along the path", "mm", off["old"], off["new"], "pictures")
 
 
 def _figure(twin: Twin, old: Path1D, new: Path1D) -> dict:
@@ -83,7 +85,7 @@ def _caption(again: Again, name: str) -> str:
     )
 
 
-def _picture(twin: Twin, old: Path1D, new: Path1D) -> bytes:
+def _picture(twin: Twin, old: Ran, new: Ran) -> bytes:
     """Moments: for a roll several, for a slide, whose plate moves, one."""
     slide = twin.old[0].rig == "slide"
     begin, span = twin.seen.reached(twin.from_mm), twin.seen.time[-1] - twin.seen.reached(twin.from_mm)

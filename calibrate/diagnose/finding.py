@@ -120,22 +120,24 @@ def finding_of(
     """
     best = next((c for c in found.candidates if set(c.names) <= set(found.names)), None) if found.names else None
     chosen = next((c for c in found.candidates if c.names == tuple(sorted(found.names))), best) if found.names else None
-    model = fit(base.problem, free=chosen.names, start=base) if chosen else None
+    names = chosen.names if chosen else ()
+    model = fit(base.problem, free=names, start=base) if names else None
     if draw:
-        curves = (*curves, *draw(without(base, chosen.names) if chosen else base, model or base))
+        curves = (*curves, *draw(without(base, names), model or base))
     return Finding(
         base.problem.rig, base.problem.recordings, found.p_global < ALPHA, found.p_global, where.sectors,
         where.window, where.collapse, found.verdict, found.names, chosen.ln_bayes if chosen else float("nan"),
-        found.ln_bayes_runner_up, parameters_of(model, chosen.names) if model and found.verdict == "name" else {}, law,
-        held_out(model, base, chosen.names) if model else None, found.next_record, found.candidates, curves, notes,
-        left_out_values(model, chosen.names) if model else {},
+        found.ln_bayes_runner_up, parameters_of(model, names) if model and found.verdict == "name" else {}, law,
+        held_out(model, base, names) if model else None, found.next_record, found.candidates, curves, notes,
+        left_out_values(model, names) if model else {},
     )  # fmt: skip
 
 
 def left_out_values(model: Fit, names: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
     """Each effect as the other recordings have it, one value a recording; of a single recording its own. Further parameters
     of an effect stand beside it, under their own names."""
-    every, out = model.reduced, {n: [] for name in names for n in model.problem.columns_of(name)}
+    every = model.reduced
+    out: dict[str, list[float]] = {n: [] for name in names for n in model.problem.columns_of(name)}
     for r in range(len(every)):
         others = every[:r] + every[r + 1 :] or every
         values = ridge(*stacked(others), model.prior_sd)[0]

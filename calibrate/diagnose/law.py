@@ -101,13 +101,14 @@ def _held_out(base: Fit, reduced: tuple[Reduced, ...], column: int) -> HeldOut |
         return None
     with_term = _prior(base, reduced, column)
     without = np.where(np.arange(len(with_term)) == column, 0.0, with_term)
-    sse = np.zeros(2)
+    sse_without = sse_with = 0.0
     rows = 0
     for r, mine in enumerate(reduced):
         others = stacked(reduced[:r] + reduced[r + 1 :])
-        sse += [float(((mine.b - mine.a @ ridge(*others, sd)[0]) ** 2).sum()) for sd in (without, with_term)]
+        sse_without += float(((mine.b - mine.a @ ridge(*others, without)[0]) ** 2).sum())
+        sse_with += float(((mine.b - mine.a @ ridge(*others, with_term)[0]) ** 2).sum())
         rows += len(mine.b)
-    return HeldOut.of(*sse, rows)
+    return HeldOut.of(sse_without, sse_with, rows)
 
 
 def _prior(base: Fit, reduced: tuple[Reduced, ...], column: int) -> np.ndarray:
@@ -115,7 +116,7 @@ def _prior(base: Fit, reduced: tuple[Reduced, ...], column: int) -> np.ndarray:
     a, b = stacked(reduced)
     out = np.zeros(a.shape[1])
     out[: len(base.names)] = base.prior_sd
-    out[column] = 10 * float(np.linalg.norm(b) / max(np.linalg.norm(a[:, column]), 1e-300))
+    out[column] = 10 * float(np.linalg.norm(b)) / max(float(np.linalg.norm(a[:, column])), 1e-300)
     return out
 
 

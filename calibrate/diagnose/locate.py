@@ -104,4 +104,4 @@ def strongest_window(fit: Fit, windows: Windows, rng: np.random.Generator) -> tu
         own = [i for i, entry in enumerate(windows.where) if entry[0] == axis]
         fall, freedom = fall_of_chi2(columns[:, own], project, b)
         gains[axis] = fall - freedom
-    return Window(*windows.where[best], p), max(gains, key=gains.get)
+    return Window(*windows.where[best], p), max(gains, key=lambda axis: gains[axis])

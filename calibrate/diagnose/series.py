@@ -113,7 +113,7 @@ def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray
     prior = np.zeros((int(held.sum()), white.shape[1]))
     prior[:, :count] = np.diag(1 / sd)[held]
     prior[:, -1] = (off / sd)[held]
-    triangle = np.linalg.qr(np.vstack([white, prior]), mode="r")
+    triangle = np.asarray(np.linalg.qr(np.vstack([white, prior]), mode="r"))  # one array, whatever numpy's types say
     across, last = len(sizes) + len(more), triangle.shape[1] - 1
     below = triangle[count:]
     cost = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())

@@ -21,11 +21,10 @@ MOST_PX = 900  # of a picture's width
 
 @dataclass(frozen=True, eq=False)
 class Path1D:
-    """time (n,) [s], way (n,) [mm] along the path; motion: of which they are."""
+    """time (n,) [s], way (n,) [mm] along the path."""
 
     time: np.ndarray
     way: np.ndarray
-    motion: Motion | None = None
 
     def reached(self, way_mm: float) -> float:
         """When `way_mm` was first reached [s]; NaN if never."""
@@ -43,6 +42,13 @@ class Path1D:
         return np.interp(time, self.time, self.way)
 
 
+@dataclass(frozen=True, eq=False)
+class Ran(Path1D):
+    """The way of a twin, and its whole motion."""
+
+    motion: Motion
+
+
 def like(rig: str, description: dict, **changes: Any) -> Recording:
     """A recording with these sections, keys that no recording.toml has left out, and `changes` to the rig's section."""
     kept = {}
@@ -54,11 +60,11 @@ def like(rig: str, description: dict, **changes: Any) -> Recording:
     return Recording("twin", Path("twin"), rig, "", (), **{name: getattr(sections, name) for name in kept})
 
 
-def gone(recording: Recording, parameters: Parameters, number: int) -> Path1D:
+def gone(recording: Recording, parameters: Parameters, number: int) -> Ran:
     """The twin's run; the same number, the same seed and placing."""
     motion, _ = run(recording, parameters, rng=np.random.default_rng([5, number]))
     way = motion.series["travel_mm"]
-    return Path1D(motion.t_s, way - way[0], motion)
+    return Ran(motion.t_s, way - way[0], motion)
 
 
 def filmed(recording: Recording, parameters: Parameters, number: int, out: Path, watch: Callable[[str], None]) -> Path1D:
@@ -67,7 +73,7 @@ def filmed(recording: Recording, parameters: Parameters, number: int, out: Path,
     def told(stage: str, share: float) -> None:
         watch(f"{out.name}: {stage}, {100 * share:.0f} %")
 
-    made = simulate(recording.rig or "", parameters, rng=np.random.default_rng([5, number]), out=out, like=recording, watch=told)
+    made = simulate(recording.need_rig(), parameters, rng=np.random.default_rng([5, number]), out=out, like=recording, watch=told)
     track = observe(made).track
     if track is None:
         raise ValueError(f"{out}: the measuring code found nothing that moves in the twin's film")

@@ -62,7 +62,9 @@ def piles_again(finding: Finding, recordings: list[SeenPile], folder: Path, pict
         for strength in (0.0, *LEVELS[effect]):
             setting(group[0].description, Knobs(FRICTIONS[0], effect, strength), seed_mm)
     kinds = [_learnt(group, effect, seed_mm, f"kind {k + 1} of {len(chosen)}", say) for k, group in enumerate(chosen)]
-    rows, shown, values = [], [], []
+    rows: list[Compared] = []
+    shown: list[tuple[tuple[SeenPile, ...], Shape, Shape, Path]] = []
+    values: list[float] = []
     for half in (0, 1) if len(seen) > 1 else (0,):
         knobs = [_fitted(kinds, half, effect, free) for free in (False, True)]
         values.append(knobs[1].strength)
@@ -71,10 +73,11 @@ def piles_again(finding: Finding, recordings: list[SeenPile], folder: Path, pict
             if not mine:
                 continue
             say(f"pile: running the twin again, half {half + 1}, kind {k + 1} of {len(kinds)}")
-            made = [_run(kind, knob, seed_mm, folder / f"half-{half + 1}-kind-{k + 1}-{which}", pictures)
-                    for which, knob in zip(("old", "new"), knobs, strict=True)]  # fmt: skip
-            rows += _compared(mine, *made, "pictures" if pictures else "outline")
-            shown.append((mine, *made, folder / f"half-{half + 1}-kind-{k + 1}"))
+            at = folder / f"half-{half + 1}-kind-{k + 1}"
+            old, new = (_run(kind, knob, seed_mm, at.with_name(f"{at.name}-{which}"), pictures)
+                        for which, knob in zip(("old", "new"), knobs, strict=True))  # fmt: skip
+            rows += _compared(mine, old, new, "pictures" if pictures else "outline")
+            shown.append((mine, old, new, at))
     change = COUNTERPARTS["pile"][effect].what.format(value=f"{np.mean(values):.2g}")
     how = (
         f"friction between seeds lets old and new twin fit as well as each can; {PACKINGS} packings each, their mean; "
@@ -136,10 +139,10 @@ def _compared(recordings, old: Shape, new: Shape, by: str) -> list[Compared]:
     rows = []
     for r in recordings:
         own = shape_of([r])
-        surface = [float(np.sqrt(np.nanmean((t.surface - own.surface) ** 2))) for t in (old, new)]
-        rows.append(Compared(r.recording, "surface over the heap's height", "1", *surface, by))
-        angles = [abs(t.angle_deg - own.angle_deg) for t in (old, new)]
-        rows.append(Compared(r.recording, "angle of the flank", "°", *angles, by))
+        before, after = (float(np.sqrt(np.nanmean((t.surface - own.surface) ** 2))) for t in (old, new))
+        rows.append(Compared(r.recording, "surface over the heap's height", "1", before, after, by))
+        before, after = (abs(t.angle_deg - own.angle_deg) for t in (old, new))
+        rows.append(Compared(r.recording, "angle of the flank", "°", before, after, by))
     return rows
 
 
@@ -155,8 +158,9 @@ def _figure(recordings, old: Shape, new: Shape) -> dict:
 
 def _pictured(again: Again, at: Path) -> Again:
     """`again` with the twin's photos beside each other."""
-    photos = [cv2.imread(str(at.with_name(f"{at.name}-{which}") / "pile-1" / "photo.png"), 0) for which in ("old", "new")]
-    if any(p is None for p in photos):
+    files = [at.with_name(f"{at.name}-{which}") / "pile-1" / "photo.png" for which in ("old", "new")]
+    photos = [photo for file in files if (photo := cv2.imread(str(file), 0)) is not None]
+    if len(photos) < len(files):
         return again
     wide = 700
     small = [cv2.resize(p, (wide, int(p.shape[0] * wide / p.shape[1])), interpolation=cv2.INTER_AREA) for p in photos]

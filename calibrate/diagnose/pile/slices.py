@@ -62,8 +62,10 @@ def setting(description: dict, knobs: Knobs, seed_mm: float):
     _affordable(pile, seed)
     wide = pile["plate_mm"][0]
     left = -wide / 2 if "cylinder_mm" in pile else 0.0
-    camera = {"mm_per_px": PX_MM, "width_px": int((wide + 40) / PX_MM), "height_px": int(1.2 * _fill(pile) / PX_MM) + 200}
-    camera["target_mm"] = [left + wide / 2, 0.0, 0.5 * _fill(pile)]
+    camera = {
+        "mm_per_px": PX_MM, "width_px": int((wide + 40) / PX_MM), "height_px": int(1.2 * _fill(pile) / PX_MM) + 200,
+        "target_mm": [left + wide / 2, 0.0, 0.5 * _fill(pile)],
+    }  # fmt: skip
     made = like("pile", {"seed": seed, "pile": pile, "camera": camera, "air": description.get("air", {})})
     return made, Parameters(seed_static_friction=float(f"{knobs.friction:.4g}"), laws=laws)
 
