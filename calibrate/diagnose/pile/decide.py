@@ -41,12 +41,12 @@ def decide(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
     shape = _best(possible, before)
     found = [part for part in (_tilt_part(base, tilt, tilts), _shape_part(base, shape, possible, held)) if part]
     tried = tuple(sorted((*tilts, *shapes), key=lambda c: -c.ln_bayes))
-    if not found or _unexplained(base, shape, tilt, shapes, before) or any(part.verdict == "unknown" for part in found):
-        advice = next((part.next_record for part in found if part.next_record), "the same heap again, and a heap with two flanks")
-        return Verdict("unknown", (), p, tried, float("nan"), advice)
+    advice = next((part.next_record for part in found if part.next_record), None)
+    best = shape or tilt
+    if best is None or _unexplained(base, best, shape, shapes, before) or any(part.verdict == "unknown" for part in found):
+        return Verdict("unknown", (), p, tried, float("nan"), advice or "the same heap again, and a heap with two flanks")
     kind = "name" if all(part.verdict == "name" for part in found) else "class"
     runner_up = min(part.ln_bayes_runner_up for part in found)
-    advice = next((part.next_record for part in found if part.next_record), None)
     return Verdict(kind, tuple(n for part in found for n in part.names), p, tried, runner_up, advice)
 
 
@@ -59,12 +59,12 @@ def _alarm(base: Fit, location: Location, rng: np.random.Generator) -> float:
     return min(1.0, 1.5 * alarm(base, location, rng)[0], 3 * len(shapes) * together)
 
 
-def _unexplained(base: Fit, shape: Candidate | None, tilt: Candidate | None, shapes: list[Candidate], before: float) -> bool:
-    """Whether what fits best goes against its own law, or too much is left."""
-    best = max(shapes, key=lambda c: c.ln_bayes)
-    if best.ln_bayes > max(shape.ln_bayes if shape else -np.inf, before + 2.0) + LN_BF_RIVAL:
+def _unexplained(base: Fit, best: Candidate, shape: Candidate | None, shapes: list[Candidate], before: float) -> bool:
+    """Whether what fits best of all goes against its own law, or too much is left; best: what the verdict rests on."""
+    top = max(shapes, key=lambda c: c.ln_bayes)
+    if top.ln_bayes > max(shape.ln_bayes if shape else -np.inf, before + 2.0) + LN_BF_RIVAL:
         return True
-    return _left_over(base, shape or tilt, before if shape else None)
+    return _left_over(base, best, before if shape else None)
 
 
 def _tried(base: Fit, sets, held: tuple[str, ...], rng: np.random.Generator) -> list[Candidate]:
@@ -136,8 +136,9 @@ def _shape_part(base: Fit, best: Candidate | None, possible: list[Candidate], he
 
 
 def _contrasted(effect: str, photos) -> bool:
-    """Whether a stated condition of its law differs between photos."""
-    return bool(CONTRASTS.get(effect, set()) & set(differing(photos)))
+    """Whether a stated condition of its law differs between photos, or heaps were photographed in turn: what goes on is told."""
+    in_turn = effect == "base-vibration" and any(np.isfinite(p.creep_deg) for p in photos)
+    return in_turn or bool(CONTRASTS.get(effect, set()) & set(differing(photos)))
 
 
 def _advice(photos, separating: str) -> str:

@@ -66,12 +66,13 @@ def _law(base: Fit, found: Verdict) -> str | None:
 
 
 def _reported(base: Fit, finding: Finding) -> Finding:
-    """Shapes have no one number: theirs stand as name.crest, name.toe, name.angle and name.bow."""
+    """Shapes have no one number: theirs stand as name.crest, name.toe, name.angle, name.bow and name.creep."""
     shape = next((n for n in finding.names if n in SHAPES), None)
     if finding.verdict != "name" or shape is None:
         return finding
     model = fit(base.problem, free=finding.names, start=base)
     columns = base.problem.columns_of(shape)
     every = parameters_of(model, (*(n for n in finding.names if n != shape), *columns))
-    first = "bow" if base.problem.effects[shape].sector == "middle" else "crest"
+    of = base.problem.effects[shape]
+    first = "bow" if of.sector == "middle" else "creep" if of.unit == "deg" else "crest"
     return replace(finding, parameters={f"{n}.{first}" if n == shape else n: p for n, p in every.items()})

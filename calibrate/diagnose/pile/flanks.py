@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from calibrate.diagnose.pile.creep import creep_deg
+
 LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
 STEP, REACH = 0.0125, 1.4  # of u
 PLATEAU = 1.15  # a line that passes the wall this much above the crest belongs to a heap whose top was never moved
@@ -40,7 +42,8 @@ class Photo:
 
     reference: what angles count from: "plumb" (stated), "plate" (its line in the picture) or "rows" (the picture's, neither being
     known); plate_deg: the plate's line against a stated plumb, clockwise, NaN where either is missing; plate_sd_deg of that line;
-    plumb_sd_deg; the rest: what the recording states, NaN where it does not; rig_mm: size of what was emptied.
+    plumb_sd_deg; creep_deg: how much flatter the heap became from its first to its last photo, NaN where that is not known
+    (creep.py); the rest: what the recording states, NaN where it does not; rig_mm: size of what was emptied.
     """
 
     recording: str
@@ -57,6 +60,7 @@ class Photo:
     seed_mm: float
     rig_mm: float
     notes: tuple[str, ...]
+    creep_deg: float = float("nan")
 
     @property
     def stated(self) -> tuple[float, ...]:
@@ -66,25 +70,30 @@ class Photo:
 
 def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
     """Photos with at least one usable flank, and why others are not (calibrate.twin.piles.SeenPile); ValueError without any."""
-    photos, refused, heaps = [], [], []
+    photos: list[Photo] = []
+    refused: list[str] = []
+    kept: list = []
     for seen in piles:
-        if seen.trouble:
-            refused.append(f"{seen.recording}: {seen.trouble}")
-            continue
-        photo = photo_of(seen)
-        (photos if photo.flanks else refused).append(photo if photo.flanks else f"{seen.recording}: {_why_none(seen)}")
-        heaps += [seen.heap or seen.recording] if photo.flanks else []
+        photo = None if seen.trouble else photo_of(seen)
+        if photo is not None and photo.flanks:
+            photos.append(photo)
+            kept.append(seen)
+        else:
+            refused.append(f"{seen.recording}: {seen.trouble or _why_none(seen)}")
     if not photos:
         raise ValueError("no photo shows a flank from crest to toe" + "".join(f"\n  {r}" for r in refused))
-    return _sized(_by_heap(photos, heaps)), tuple(refused)
+    return _sized(_by_heap(photos, kept)), tuple(refused)
 
 
-def _by_heap(photos: list[Photo], heaps: list[str]) -> list[Photo]:
+def _by_heap(photos: list[Photo], piles: list) -> list[Photo]:
     """Photos of one heap under one state are one: the same grains lie in its skin, and it was packed once."""
-    groups: dict[tuple, list[Photo]] = {}
-    for photo, heap in zip(photos, heaps, strict=True):
-        groups.setdefault((heap, photo.photo_s if np.isfinite(photo.photo_s) else None), []).append(photo)
-    return [_mean(group) for group in groups.values()]
+    groups: dict[tuple, list[int]] = {}
+    for k, (photo, seen) in enumerate(zip(photos, piles, strict=True)):
+        groups.setdefault((seen.heap or seen.recording, photo.photo_s if np.isfinite(photo.photo_s) else None), []).append(k)
+    return [
+        replace(_mean([photos[k] for k in group]), creep_deg=creep_deg([piles[k] for k in group], [photos[k] for k in group]))
+        for group in groups.values()
+    ]
 
 
 def _mean(photos: list[Photo]) -> Photo:

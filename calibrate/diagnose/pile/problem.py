@@ -4,6 +4,7 @@ surface   v(u) = max(1 − u, 0) + usual(u) + the material's own (global bumps) 
           toe and bow of each flank) + effects
 angle     θ = θ₀ + side · (turn of the heap in the picture) + effects
 plate     inclination against the stated plumb = base tilt + camera roll
+creep     how much flatter from the first to the last photo of one heap = settling + base vibration
 """
 
 from dataclasses import dataclass, replace
@@ -11,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from calibrate.diagnose.effects.pile import EFFECTS, LAWS, RIVALS
-from calibrate.diagnose.effects.pile.shapes import crest, toe
+from calibrate.diagnose.effects.pile import candidates
+from calibrate.diagnose.effects.pile.shapes import Law, crest, toe
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, whiten
 from calibrate.diagnose.pile import usual
@@ -23,6 +24,7 @@ from calibrate.diagnose.series import problem_of as series_problem
 
 SIGMA_FLOOR = 0.003  # of the height: drawn surfaces are smoother than the family of shapes is true
 LEVEL_SD_DEG, LOPSIDED_SD_DEG, PLATE_FLOOR_DEG = 0.2, 0.4, 0.05
+SETTLING_SD_DEG, CREEP_SD_DEG = 0.1, 0.1  # by which all heaps settle between photos; of one heap's, before repeats say more
 REPOSE_SD_DEG = 20.0
 LEVEL_DOUBT = 0.15  # of ln of the noise's power: packings are not Gaussian, and repeats are few
 WAVES, SHORT = 6, 5  # orders of what nobody asked about; of shorter waves, whose power is roughness alone
@@ -55,14 +57,15 @@ class Model:
 
 def problem_of(photos: tuple[Photo, ...]) -> Problem:
     """What these photos leave open, their noise and packing scatter estimated from themselves."""
-    effects = {n: e for n, e in (EFFECTS | RIVALS).items() if _can_show(n, photos)}
+    effects, laws = candidates(photos)
     nuisances = _nuisances(photos)
     names = (*effects, *nuisances)
     lags, one = _lags(photos)
     noise, sigma = _noise(photos, lags, one)
     packing = _packing(photos, lags, noise, sigma)
-    model = _model(photos, names, nuisances)
-    series = tuple(_series(p, s, noise, packing["angle_deg"], lags) for p, s in zip(photos, sigma, strict=True))
+    model = _model(photos, names, laws)
+    creep_sd = _creep_sd(photos)
+    series = tuple(_series(p, s, noise, packing["angle_deg"], creep_sd, lags) for p, s in zip(photos, sigma, strict=True))
     held = np.array([0.5, 0.5, packing["crest"], packing["toe"], packing["middle"]] * 2)
     count = len(photos)
     own = Locals(np.zeros((count, len(held))), np.full(len(held), 1e-3), held)
@@ -85,12 +88,6 @@ def _once(problem: Problem):
     return reduce
 
 
-def _can_show(name: str, photos: tuple[Photo, ...]) -> bool:
-    """Angles tell of an effect only where a stated condition of its law differs."""
-    weight = LAWS[name].weight
-    return not name.endswith(".angle") or bool(weight and np.ptp(weight(photos)) > 0.05)
-
-
 def differing(photos: tuple[Photo, ...]) -> tuple[str, ...]:
     """Stated conditions that differ between photos."""
     values = {q: np.array([getattr(p, q) for p in photos]) for q in NATURAL}
@@ -100,26 +97,28 @@ def differing(photos: tuple[Photo, ...]) -> tuple[str, ...]:
 def _nuisances(photos: tuple[Photo, ...]) -> dict[str, float]:
     """Globals beside the candidates, with their sd."""
     known = {"repose": REPOSE_SD_DEG, "lopsided": LOPSIDED_SD_DEG} | {f"usual-{k}": 1.0 for k in range(usual.COLUMNS)}
+    if any(_has_creep(p) for p in photos):
+        known["settling"] = SETTLING_SD_DEG
     for quantity in differing(photos):
         known |= dict(zip((f"{quantity}:{part}" for part in ("crest", "toe", "angle")), NATURAL[quantity], strict=True))
     return known
 
 
-def _model(photos: tuple[Photo, ...], names: tuple[str, ...], nuisances: dict[str, float]) -> Model:
-    weights = {n: LAWS[n].weight(photos) if LAWS[n].weight else np.ones(len(photos)) for n in names if n in LAWS}
+def _model(photos: tuple[Photo, ...], names: tuple[str, ...], laws: dict[str, Law]) -> Model:
+    weights = {n: laws[n].weight(photos) for n in names if n in laws}
     logs = {q: np.log(np.array([getattr(p, q) for p in photos])) for q in differing(photos)}
     centre = _centre_deg(photos)
     base, columns, own = [], [], []
     for r, photo in enumerate(photos):
         made = []
         for name in names:
-            if name in LAWS:
-                made.append(weights[name][r] * _column(photo, LAWS[name]))
+            if name in laws:
+                made.append(weights[name][r] * _column(photo, laws[name]))
             else:
                 made.append(_nuisance(photo, name, {q: v[r] - v.mean() for q, v in logs.items()}))
         columns.append(np.column_stack(made))
         seen = [straight(f.u) + usual.mean(f.u, seeds_high(photo, f)) for f in photo.flanks]
-        base.append(np.concatenate([*seen, np.full(len(photo.flanks), centre), [0.0] * _has_plate(photo)]))
+        base.append(np.concatenate([*seen, np.full(len(photo.flanks), centre), [0.0] * (_has_plate(photo) + _has_creep(photo))]))
         own.append(_locals(photo))
     return Model(photos, names, tuple(base), tuple(columns), tuple(own))
 
@@ -142,19 +141,26 @@ def _has_plate(photo: Photo) -> int:
     return int(np.isfinite(photo.plate_deg))
 
 
-def _rows(photo: Photo, surface, angle, plate: float) -> np.ndarray:
-    """Rows of a photo from what each flank's surface (u) and angle (side) do, and the plate's line."""
+def _has_creep(photo: Photo) -> int:
+    return int(np.isfinite(photo.creep_deg))
+
+
+def _rows(photo: Photo, surface, angle, plate: float, creep: float = 0.0) -> np.ndarray:
+    """Rows of a photo from what each flank's surface (u) and angle (side) do, the plate's line, and what goes on."""
     parts = [np.zeros(len(f.u)) if surface is None else surface(f.u) for f in photo.flanks]
-    return np.concatenate([*parts, [angle(f.side) for f in photo.flanks], [plate] * _has_plate(photo)])
+    last = [[plate] * _has_plate(photo), [creep] * _has_creep(photo)]
+    return np.concatenate([*parts, [angle(f.side) for f in photo.flanks], *last])
 
-
-def _column(photo: Photo, law) -> np.ndarray:
+def _column(photo: Photo, law: Law) -> np.ndarray:
     turn = (law.turn_deg or {}).get(photo.reference, 0.0)
-    return _rows(photo, law.surface, lambda side: law.angle_deg + side * turn, law.plate_deg)
+    return _rows(photo, law.surface, lambda side: law.angle_deg + side * turn, law.plate_deg, law.creep_deg)
 
 
 def _nuisance(photo: Photo, name: str, logs: dict[str, float]) -> np.ndarray:
-    """repose: all flanks steeper; lopsided: one steeper, one less so; usual-k: bumps; quantity:part: natural changes."""
+    """repose: all flanks steeper; lopsided: one steeper, one less so; usual-k: bumps; quantity:part: natural changes; settling:
+    all a little flatter with time."""
+    if name == "settling":
+        return _rows(photo, None, lambda side: 0.0, 0.0, 1.0)
     if name == "repose":
         return _rows(photo, None, lambda side: 1.0, 0.0)
     if name == "lopsided":
@@ -169,7 +175,7 @@ def _nuisance(photo: Photo, name: str, logs: dict[str, float]) -> np.ndarray:
 
 def _locals(photo: Photo) -> np.ndarray:
     """(n_r, 10): level, slope and the packing's crest, toe and bow of the first flank, then of the second."""
-    out = np.zeros((sum(len(f.u) for f in photo.flanks) + len(photo.flanks) + _has_plate(photo), 10))
+    out = np.zeros((sum(len(f.u) for f in photo.flanks) + len(photo.flanks) + _has_plate(photo) + _has_creep(photo), 10))
     row = 0
     for k, f in enumerate(photo.flanks):
         out[row : row + len(f.u), 5 * k : 5 * k + 5] = _packed(f.u)
@@ -177,16 +183,18 @@ def _locals(photo: Photo) -> np.ndarray:
     return out
 
 
-def _series(photo: Photo, sigma: float, noise: Noise, angle_sd_deg: float, lags: dict[int, np.ndarray]) -> Series:
-    alone = np.full(len(photo.flanks) + _has_plate(photo), np.inf)
+def _series(
+    photo: Photo, sigma: float, noise: Noise, angle_sd_deg: float, creep_sd_deg: float, lags: dict[int, np.ndarray]
+) -> Series:
+    alone = np.full(len(photo.flanks) + _has_plate(photo) + _has_creep(photo), np.inf)
     lag = np.concatenate([*(lags[id(f)] for f in photo.flanks), alone])
     angles, plate = [f.angle_deg for f in photo.flanks], [photo.plate_deg] * _has_plate(photo)
     sigmas = [np.full(len(f.u), sigma) for f in photo.flanks]
     plate_sd = [float(np.hypot(photo.plate_sd_deg, PLATE_FLOOR_DEG))] * _has_plate(photo)
-    data = np.concatenate([*(f.v for f in photo.flanks), angles, plate])
-    return Series(
-        photo.recording, data, np.concatenate([*sigmas, [angle_sd_deg] * len(angles), plate_sd]), lag, noise, _smooth(photo)
-    )
+    creep, creep_sd = [photo.creep_deg] * _has_creep(photo), [creep_sd_deg] * _has_creep(photo)
+    data = np.concatenate([*(f.v for f in photo.flanks), angles, plate, creep])
+    sd = np.concatenate([*sigmas, [angle_sd_deg] * len(angles), plate_sd, creep_sd])
+    return Series(photo.recording, data, sd, lag, noise, _smooth(photo))
 
 
 def _smooth(photo: Photo) -> np.ndarray:
@@ -243,7 +251,7 @@ def _noise(photos: tuple[Photo, ...], lags: dict[int, np.ndarray], one: float) -
         power, count = repeated / freedom, freedom
     noise = replace(noise, log_level_sd=float(np.sqrt(2 / count)))
     more = float(np.exp(noise.log_level_sd / 2))  # one sd more than it seems to have: angles have doubts of their own
-    each = {id(p): [] for p in photos}
+    each: dict[int, list[float]] = {id(p): [] for p in photos}
     for (p, _), k in zip(flanks, size, strict=True):
         each[id(p)].append(k)
     return noise, [max(more * float(np.sqrt(power)) * float(np.mean(each[id(p)])), SIGMA_FLOOR) for p in photos]
@@ -254,6 +262,12 @@ def _waves(flank: Flank, lag: np.ndarray, noise: Noise, beside: np.ndarray, orde
     rows = np.column_stack([beside, _cosines(flank.u, orders), flank.v - straight(flank.u)])
     white = whiten(rows[:, None, :], lag[:, None], noise.rho, noise.white)[0][:, 0]
     return np.linalg.qr(white[:, :-1])[0][:, beside.shape[1] :].T @ white[:, -1]
+
+
+def _creep_sd(photos: tuple[Photo, ...]) -> float:
+    """Scatter between heaps of what goes on [deg]."""
+    seen = np.array([p.creep_deg for p in photos if _has_creep(p)])
+    return usual.pooled_sd(seen, np.zeros(len(seen)), [0] * len(seen), CREEP_SD_DEG)
 
 
 def _packed(u: np.ndarray) -> np.ndarray:

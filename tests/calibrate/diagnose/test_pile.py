@@ -115,6 +115,39 @@ def test_photos_of_one_heap_are_one_heap():
     assert np.allclose(photo.flanks[0].v, once.flanks[0].v)
 
 
+def in_turn(lower: float, other_side: bool = False) -> list:
+    """Four heaps, each in three photos: every one `lower` times as high as the one before; or from other sides."""
+    heaps = []
+    for k in range(4):
+        views = [picture(BENCH, np.random.default_rng([21, k, j if other_side else 0])) for j in range(3)]
+        noise = [0.03 * np.random.default_rng([22, k, j]).normal(size=len(v.z)) for j, v in enumerate(views)]
+        heaps += [
+            replace(v, recording=f"pile-{k}/photo-{j}", heap=f"bench/pile-{k}", z=v.z * lower**j + noise[j])
+            for j, v in enumerate(views)
+        ]
+    return heaps
+
+
+def test_heaps_that_sink_from_photo_to_photo_shake():
+    found = diagnose_pile(in_turn(0.97), np.random.default_rng(1))
+    assert (found.verdict, found.names) == ("name", ("base-vibration",))
+    creep = found.parameters["base-vibration.creep"]
+    flatter = 28 - np.degrees(np.arctan(np.tan(np.radians(28)) * 0.97**2))
+    assert creep.low95 < flatter < creep.high95 and creep.unit == "deg"
+
+
+@pytest.mark.parametrize(("lower", "other_side"), [(1.0, False), (0.997, False), (1.0, True)])
+def test_photos_in_turn_of_heaps_at_rest_raise_no_alarm(lower, other_side):
+    """Measuring noise, seeds that settle by a tenth of a degree, and other sides of the heap are no news."""
+    assert diagnose_pile(in_turn(lower, other_side), np.random.default_rng(1)).verdict == "none"
+
+
+def test_heaps_that_rise_or_are_seen_from_other_sides_do_not_shake():
+    assert diagnose_pile(in_turn(1.03), np.random.default_rng(1)).verdict == "unknown"
+    photos, _ = photos_of(in_turn(0.97, other_side=True))
+    assert all(np.isnan(p.creep_deg) for p in photos)
+
+
 def test_cohesion_has_its_name_by_heaps_of_several_sizes_too():
     rng = np.random.default_rng(2)
     heaps = [

@@ -50,15 +50,17 @@ class Law:
     """What one unit of a parameter does to a photo, times `weight`.
 
     surface(u) → (n,) added to the surface; angle_deg: added to every flank's angle; turn_deg, plate_deg: by how much flanks and
-    plate turn clockwise, by what the photo's angles count from (flanks.Photo.reference). weight(photos) → (R,): how strongly it
-    acts in each photo, 1 on average; all the same where nothing stated differs.
+    plate turn clockwise, by what the photo's angles count from (flanks.Photo.reference); creep_deg: how much flatter a heap
+    becomes from its first to its last photo. weight(photos) → (R,): how strongly it acts in each photo, 1 on average; all the
+    same where nothing stated differs.
     """
 
     surface: Callable[[np.ndarray], np.ndarray] | None = None
     angle_deg: float = 0.0
     turn_deg: dict[str, float] | None = None
     plate_deg: float = 0.0
-    weight: Callable[[tuple], np.ndarray] | None = None
+    creep_deg: float = 0.0
+    weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))
 
 
 def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
