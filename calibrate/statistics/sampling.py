@@ -63,6 +63,8 @@ def split_r_hat(chains: np.ndarray) -> np.ndarray:
 
 
 def effective_draws(chains: np.ndarray) -> np.ndarray:
-    """Effective number of draws (k,): all of them over the integrated autocorrelation time, averaged over the ensembles."""
-    tau = np.mean([emcee.autocorr.integrated_time(c, tol=0) for c in chains], axis=0)
-    return chains[..., 0].size / np.maximum(tau, 1.0)
+    """Effective number of draws (k,): all of them over the integrated autocorrelation time, averaged over the ensembles; none
+    where a walker has never moved, whose autocorrelation is not defined."""
+    with np.errstate(invalid="ignore"):
+        tau = np.mean([emcee.autocorr.integrated_time(c, tol=0) for c in chains], axis=0)
+    return np.where(np.isnan(tau), 0.0, chains[..., 0].size / np.maximum(tau, 1.0))

@@ -99,6 +99,8 @@ def test_r_hat_and_effective_draws_see_what_they_are_for(rng):
         slow[:, i] = 0.9 * slow[:, i - 1] + white[:, i]
     assert effective_draws(white)[0] == pytest.approx(40_000, rel=0.1)
     assert effective_draws(slow)[0] == pytest.approx(40_000 * 0.1 / 1.9, rel=0.2)  # τ = (1 + ρ)/(1 − ρ)
+    white[0, :, 0] = 1.0  # a walker that is stuck
+    assert effective_draws(white)[0] == 0
 
 
 def calibration(runs, rng, *, ignore=False, bend=0.0, sim_sd=0.4, bench_sd=0.2):
