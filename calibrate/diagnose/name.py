@@ -103,8 +103,9 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
         for other in _worth_trying(base, chosen, strength):
             tried[tuple(sorted((*chosen, other)))] = candidate(base, (*chosen, other), rng)
         level = [c for key, c in tried.items() if len(key) == len(chosen) + 1 and set(chosen) <= set(key)]
-        best = _best(level)
-        if best.ln_bayes < tried[tuple(sorted(chosen))].ln_bayes + LN_BF_BASELINE:
+        floor = tried[tuple(sorted(chosen))].ln_bayes + LN_BF_BASELINE
+        best = _best(level, floor)
+        if best.ln_bayes < floor:
             break
         chosen = best.names
         if best.left_p > SATURATED_P and _rest(base, chosen, rng) >= alpha:
@@ -113,11 +114,11 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
     return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key))
 
 
-def _best(level: list[Candidate]) -> Candidate:
-    """The greatest evidence; what is physically impossible has no say where something possible is as good."""
-    top = max(level, key=lambda c: c.ln_bayes)
-    possible = [c for c in level if _possible(c) and c.ln_bayes > top.ln_bayes - LN_BF_RIVAL]
-    return max(possible, key=lambda c: c.ln_bayes, default=top)
+def _best(level: list[Candidate], floor: float) -> Candidate:
+    """The greatest evidence; what is physically impossible is no step on the way to a name where something possible is above the
+    floor. It speaks again at the end (`_decide`)."""
+    possible = [c for c in level if _possible(c) and c.ln_bayes > floor]
+    return max(possible or level, key=lambda c: c.ln_bayes)
 
 
 def _possible(candidate: Candidate) -> bool:
@@ -184,7 +185,8 @@ def _decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candid
     members = tuple(dict.fromkeys(n for c in (best, *close) for n in c.names))
     advice = next((effects[n].separating for n in members if effects[n].separating), None)
     left_over = any(flaw.startswith("something else") for flaw in best.flaws)
-    if left_over or not _possible(best):
+    beyond = any(c.ln_bayes > best.ln_bayes + LN_BF_RIVAL for c in ranked if len(c.names) <= len(best.names) and not _possible(c))
+    if left_over or beyond or not _possible(best):
         return Verdict("unknown", (), p, ranked, runner_up, advice)
     if close:
         return Verdict("class", members, p, ranked, runner_up, advice)

@@ -13,6 +13,7 @@ import numpy as np
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced, ridge, stacked
 
+OUTSIDE = 10.0  # of χ²: ln of Bayes factor 5
 POOR = 2.0  # χ² per degree of freedom above which a fit may have ended beside its minimum
 
 
@@ -24,7 +25,8 @@ class Problem:
     reduce(starts, values (G,), extra=None) → (Reduced of each recording, function (change of globals) → change of starts); the
     columns of `extra`, K further accelerations or curves in the rig's own form, follow those of the globals.
     freedom: rows less locals; level_sd: sd of ln of the noise power where missing physics lives; model: the rig's own.
-    restart: candidates have more than one minimum, so that the problem's own start is always tried too.
+    elsewhere: further points (starts, values (G,)) at which a fit begins too, where they hold a candidate that is free: χ² has
+    more than one minimum in it.
     common_smooth: the smooth curves are one law common to all recordings, not each recording's own.
     """
 
@@ -40,7 +42,7 @@ class Problem:
     model: Any
     turns: int = 5
     common_smooth: bool = False
-    restart: bool = False
+    elsewhere: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
 
     @property
     def sectors(self) -> tuple[str, ...]:
@@ -84,20 +86,32 @@ class Fit:
 
 
 def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = None) -> Fit:
-    """From `start`, or from the problem's own start where there is none or it leads nowhere; `free`: candidates with their
-    physical prior."""
-    found = _descended(problem, free, start)
-    if start is None or not free or (found.chi2 < POOR * problem.freedom and not problem.restart):
+    """From `start`, from elsewhere, or from the problem's own start where there is none or it leads nowhere; `free`: candidates
+    with their physical prior."""
+    nil = np.zeros(len(problem.names))
+    found = _descended(problem, free, *((start.starts, start.values) if start else (problem.starts, nil)))
+    if start is None or not free:
         return found
-    return min(found, _descended(problem, free, None), key=lambda f: f.chi2 if np.isfinite(f.chi2) else np.inf)
+    wide = np.isin(problem.names, [n for effect in free for n in problem.columns_of(effect)])
+    points = [point for point in problem.elsewhere if point[1][wide].any()]
+    if not found.chi2 < POOR * problem.freedom:
+        points.append((problem.starts, nil))
+    return min([found, *(_descended(problem, free, *point) for point in points)], key=lambda f: _beside_range(f, free))
 
 
-def _descended(problem: Problem, free: tuple[str, ...], start: Fit | None) -> Fit:
+def _beside_range(found: Fit, free: tuple[str, ...]) -> float:
+    """χ², and OUTSIDE more where a candidate is outside its physical range: of two minima as good the possible one holds."""
+    effects = found.problem.effects
+    possible = all(effects[n].low <= found.by_name[n] <= effects[n].high for n in free)
+    return found.chi2 + (0.0 if possible else OUTSIDE) if np.isfinite(found.chi2) else np.inf
+
+
+def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, values: np.ndarray) -> Fit:
     wide = {n for effect in free for n in problem.columns_of(effect)}
     known = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
     prior = np.hypot(known, physical)
-    starts, values = (start.starts, start.values * (prior > 0)) if start else (problem.starts, np.zeros(len(prior)))
+    values = values * (prior > 0)
     before = lowest = np.inf
     good = starts, values
     for _ in range(problem.turns):

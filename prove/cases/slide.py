@@ -182,7 +182,8 @@ def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {"mass_g": float(f"{scene.mass * 1e3:.4g}")}
-    return Bench({"provenance": "measured", "seed": seed}, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
+    toml = {"provenance": "measured", "seed": seed, "air": {"density_kg_m3": 0.0}}  # as in the world of ground_motion
+    return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 
 def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:

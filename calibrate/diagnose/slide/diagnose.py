@@ -1,16 +1,17 @@
 """Slides, from recordings to a finding."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calibrate.diagnose.finding import Finding, Parameter, finding_of
-from calibrate.diagnose.locate import Sector, locate
-from calibrate.diagnose.name import Verdict, name
+from calibrate.diagnose.locate import Location, Sector, locate
+from calibrate.diagnose.name import LN_BF_BASELINE, Verdict, name
 from calibrate.diagnose.problem import Fit, fit
+from calibrate.diagnose.scores import ln_evidence
 from calibrate.diagnose.slide.law import law_of
 from calibrate.diagnose.slide.model import Model, candidates
-from calibrate.diagnose.slide.problem import Prepared, begin, prepare, problem_of
+from calibrate.diagnose.slide.problem import Prepared, begin, begin_with_jump, prepare, problem_of
 from calibrate.diagnose.slide.readings import grid_of
 from calibrate.diagnose.slide.scan import vibration
 from calibrate.diagnose.slide.session import assemble
@@ -21,23 +22,22 @@ STEP, SHAKEN = "stepped-tilt", "plate-vibration"
 GENTLE_M_S2 = 0.03  # a vibration of less than the runs' friction scatters by
 CERTAIN_P = 1e-9  # of stairs that a column or a list of readings shows by itself
 STEP_SD = 0.005  # relative, of a stair's height
+STILL = "the block moves as on a plate that stands still under a weight that turns: so it is simulated now and then"
 
 
 def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     """Finding of one pair's slides (calibrate.twin.slides.SeenSlide); ValueError where none can be used."""
     prepared = prepare(assemble(recordings))
     model = Model(prepared.session, 0.0, candidates(prepared.session))
-    steps = stairs_of(prepared)
-    base = fitted(prepared, model)
-    if steps and any(r.tilt.stair_deg for r in prepared.session.runs):
-        climbing = fitted(prepared, replace(model, stairs=True))
-        base = min(base, climbing, key=lambda f: f.chi2)
-    where = locate(base, windows_of(base), rng)
-    shaken = vibration(prepared)
+    steps, shaken = stairs_of(prepared), vibration(prepared)
     alone = shaken is not None and shaken.amplitude > GENTLE_M_S2  # it upsets the onset: nothing else can be told beside it
-    verdict = Verdict("none", (), shaken.p, (), float("nan"), None) if alone else honest(base, name(base, where, rng))
-    law = law_of(base) if verdict.verdict == "unknown" else None
-    finding = finding_of(base, where, verdict, law=law, notes=prepared.session.notes)
+    told = _told(fitted(prepared, model, bool(steps)), rng)
+    if told.verdict.verdict != "none" and not alone:
+        told = _or_still(prepared, told, bool(steps), rng)
+    verdict = Verdict("none", (), shaken.p, (), float("nan"), None) if alone else told.verdict
+    law = law_of(told.base) if verdict.verdict == "unknown" else None
+    notes = prepared.session.notes + ((STILL,) if not told.base.problem.model.turning else ())
+    finding = finding_of(told.base, told.where, verdict, law=law, notes=notes)
     if steps:
         finding = with_seen(finding, STEP, _height(steps), "measurement", CERTAIN_P)
     if shaken:
@@ -48,13 +48,59 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     return finding
 
 
-def fitted(prepared: Prepared, model: Model) -> Fit:
-    """The baseline, fitted; candidates that do not find their way from there begin at onsets free of it."""
+@dataclass(frozen=True, eq=False)
+class Told:
+    """A baseline, where it misses, the verdict, and ln of the evidence of what that verdict takes for true."""
+
+    base: Fit
+    where: Location
+    verdict: Verdict
+    ln_evidence: float
+
+
+def _told(base: Fit, rng: np.random.Generator) -> Told:
+    where = locate(base, windows_of(base), rng)
+    verdict = honest(base, name(base, where, rng))
+    best = max((c.ln_bayes for c in verdict.candidates), default=0.0)
+    return Told(base, where, verdict, ln_evidence(base.reduced, base.prior_sd) + max(best, 0.0))
+
+
+def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Generator) -> Told:
+    """Where no hinge is stated: the same on a plate that stands still, if that misses nothing, or explains clearly more."""
+    runs, base = prepared.session.runs, told.base
+    if not runs or any(run.from_hinge for run in runs):
+        return told
+    other = fitted(prepared, replace(base.problem.model, turning=0.0), steps)
+    better = ln_evidence(other.reduced, other.prior_sd) > ln_evidence(base.reduced, base.prior_sd)
+    if not better and told.verdict.verdict != "unknown":
+        return told
+    still = _told(other, rng)
+    taken = still.verdict.verdict == "none" or still.ln_evidence > told.ln_evidence + LN_BF_BASELINE
+    return still if taken else told
+
+
+def fitted(prepared: Prepared, model: Model, steps: bool = False) -> Fit:
+    """The baseline, fitted; with `steps` that of a plate that climbs in its column's stairs where that does better."""
+    base = _fitted(prepared, replace(model, stairs=False))
+    if not steps or not any(run.tilt.stair_deg for run in prepared.session.runs):
+        return base
+    return min(base, _fitted(prepared, replace(model, stairs=True)), key=lambda f: f.chi2)
+
+
+def _fitted(prepared: Prepared, model: Model) -> Fit:
+    """Candidates that do not find their way from the baseline begin elsewhere too."""
     model, starts = begin(prepared, model)
     base = fit(problem_of(prepared, model, starts))
     if model.stairs or not prepared.session.runs:
         return base
-    return replace(base, problem=replace(base.problem, starts=begin(prepared, model, jump=True)[1], restart=True))
+    jumping, lost = begin_with_jump(prepared, model, starts)
+    points = tuple((jumping, _at(base, values)) for values in ({"kinetic-friction": lost}, {"stribeck": lost}))
+    return replace(base, problem=replace(base.problem, elsewhere=points))
+
+
+def _at(base: Fit, values: dict[str, float]) -> np.ndarray:
+    """Globals (G,) at nil but for these."""
+    return np.array([values.get(n, 0.0) for n in base.names])
 
 
 def stairs_of(prepared: Prepared) -> list[float]:

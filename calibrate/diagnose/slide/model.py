@@ -1,9 +1,9 @@
 """From parameters to what is seen of a slide: the travel in the picture, or the angle that is read off.
 
-Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, turning, air:
-nuisances. Locals of a run: its place at rest [mm], its onset [s since the tilt's origin] (on stairs: its friction), its tilt's
-level and rate [sd of what its column leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one
-more row beside those of the track.
+Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, air: nuisances.
+Locals of a run: its place at rest [mm], its onset [s since the tilt's origin] (on stairs: its friction), its tilt's level and
+rate [sd of what its column leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one more row
+beside those of the track.
 """
 
 import math
@@ -15,9 +15,9 @@ from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.slide import EFFECTS, adhesion, angle_offset, clock_offset
 from calibrate.diagnose.effects.slide.reading_delay import overshoot_deg
 from calibrate.diagnose.slide.motion import G_M_S2, Laws, friction_at, travel
-from calibrate.diagnose.slide.session import Run, Session
+from calibrate.diagnose.slide.session import Session
 
-HINGE_STATED, HINGE_UNKNOWN = (1.0, 0.3), (0.5, 0.5)  # centre, sd of turning
+HINGE_M = 0.15  # from the block, where it is not stated: all that depends on it is θ̇² (r₀ − x), 1e-4 of g at 5°/s
 LOCALS = 4
 RIVAL = Effect(  # no candidate, but what a law outside the library looks like: where it wins, nothing is named
     name="(friction by way slid)", sector="sliding", unit="1/m", meaning="friction gained per way slid", prior_sd=0.5, low=-20.0,
@@ -28,12 +28,14 @@ RIVAL = Effect(  # no candidate, but what a law outside the library looks like: 
 @dataclass(frozen=True, eq=False)
 class Model:
     """friction: of the pair to begin with; effects: candidates that this session can show; stairs: each run's tilt goes up in
-    its column's own stairs."""
+    its column's own stairs; turning: 1 where the block goes with a plate that turns, 0 where the weight turns about a plate that
+    stands still (some simulate it so, which is another motion: no Coriolis acceleration lifts the block)."""
 
     session: Session
     friction: float
     effects: dict = field(default_factory=dict)
     stairs: bool = False
+    turning: float = 1.0
 
 
 def candidates(session: Session) -> dict:
@@ -50,23 +52,16 @@ def candidates(session: Session) -> dict:
     return {n: EFFECTS[n] for n in names} | ({RIVAL.name: RIVAL} if session.runs else {})
 
 
-def turning(run: Run) -> tuple[float, float]:
-    """Centre and sd of the share of the turning plate's accelerations. Without a hinge it is open whether the angle in the
-    description is that of a plate, or of a frame that the block's travel does not share."""
-    return HINGE_STATED if run.from_hinge > 0 else HINGE_UNKNOWN
-
-
 def laws_of(model: Model, r: int, values: dict[str, float]) -> Laws:
     """All that acts on run r, its friction apart."""
     run = model.session.runs[r]
     get = values.get
-    centre, sd = turning(run)
     press = adhesion.press(get("adhesion", 0.0), run.mass_g) if np.isfinite(run.mass_g) else 0.0
     return Laws(
         press=press, static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0),
         ln_speed=get("stribeck.ln-speed", 0.0), shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0),
         inertia=get("partial-rolling", 0.0),
-        turning=centre + sd * get("turning", 0.0), from_hinge=run.from_hinge, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
+        turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
         worn=get(RIVAL.name, 0.0),
     )  # fmt: skip
 

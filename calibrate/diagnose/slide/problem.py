@@ -12,6 +12,7 @@ from calibrate.diagnose.problem import Problem
 from calibrate.diagnose.series import Locals, Series
 from calibrate.diagnose.series import problem_of as series_problem
 from calibrate.diagnose.slide.model import LOCALS, Model, moved, predict
+from calibrate.diagnose.slide.motion import G_M_S2
 from calibrate.diagnose.slide.session import RUN_SD, Read, Run, Session
 
 DEGREE = 8  # of the curve beside which noise is what is left of a slide
@@ -22,7 +23,7 @@ EXACT_MM = 1e-4  # a simulated track may be exact
 ANYWHERE_MM, ANYWHEN_S, FRICTION_SD = 1e3, 1e3, 1.0
 TURNS = 25  # of Gauss–Newton: an onset moves much for little
 READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
-NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "turning": 1.0, "air": 1.0, "scale": 1e-3}
+NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0, "scale": 1e-3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +97,7 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     known = {"friction": FRICTION_SD}
     if session.runs:
         scale = float(np.median([r.scale_sd for r in session.runs]))
-        known |= {"scale": scale, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "turning": 1.0, "air": 1.0}
+        known |= {"scale": scale, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0}
     if "angle-offset" in model.effects:
         known["angle-offset"] = ANGLE_SD_DEG
     problem = series_problem(
@@ -136,32 +137,42 @@ def _reading(read: Read, prepared: Prepared) -> Series:
     return Series(read.recording, read.angles, sigma, frame_lag(np.arange(n)), white, np.ones((n, 1)))
 
 
-def begin(prepared: Prepared, model: Model, *, jump: bool = False) -> tuple[Model, np.ndarray]:
-    """Model with the pair's friction, and starts (R, 4): each run's onset where its travel alone fits best; jump: with an
-    acceleration of its own from the onset on, so that what a baseline lacks does not shift it."""
+def begin(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
+    """Model with the pair's friction, and starts (R, 4): each run's onset where its travel alone fits best."""
     session = prepared.session
     model = replace(model, session=session)
     starts = np.zeros((len(session.runs) + len(session.reads), LOCALS))
     frictions = [math.tan(math.radians(float(np.median(r.angles)))) for r in session.reads]
     for k in range(len(session.runs)):
-        starts[k, 0], starts[k, 1], friction = _onset(model, prepared, k, jump)
+        starts[k, 0], starts[k, 1], friction, _ = _onset(model, prepared, k, jump=False)
         frictions.append(friction)
     return replace(model, friction=float(np.median(frictions))), starts
 
 
-def _onset(model: Model, prepared: Prepared, r: int, jump: bool) -> tuple[float, float, float]:
-    """Place at rest [mm], onset [s] and friction of one run by itself."""
+def begin_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tuple[np.ndarray, float]:
+    """Starts where each run may gain an acceleration of its own at its onset, and the friction that this is (median): a block
+    that lets go with a jump seems to let go earlier without one, and no step of a fit leads from the one onset to the other."""
+    starts, lost = starts.copy(), []
+    for k in range(len(prepared.session.runs)):
+        starts[k, 0], starts[k, 1], _, jump = _onset(model, prepared, k, jump=True)
+        lost.append(jump)
+    return starts, float(np.median(lost))
+
+
+def _onset(model: Model, prepared: Prepared, r: int, *, jump: bool) -> tuple[float, float, float, float]:
+    """Place at rest [mm], onset [s], friction of one run by itself, and friction lost at the onset (nil without `jump`)."""
     run, sigma = prepared.session.runs[r], prepared.sigma[r]
     time = run.time - run.tilt.origin
 
-    def misfit(onset: float) -> tuple[float, float, float]:
+    def misfit(onset: float) -> tuple[float, float, float, float]:
         way, _, friction = moved(model, r, np.array([0.0, onset, 0.0, 0.0]), {})
         columns = [np.ones(len(time))] + ([np.clip(time - onset, 0, None) ** 2] if jump else [])
         design, left = np.column_stack(columns) / sigma[:, None], (run.travel - 1e3 * way) / sigma
         solution = np.linalg.lstsq(design, left, rcond=None)[0]
         if jump and solution[1] < 0:  # friction that is greater in motion has no jump: the other minimum
             solution = np.array([left @ design[:, 0] / (design[:, 0] @ design[:, 0]), 0.0])
-        return float(((left - design @ solution) ** 2).sum()), float(solution[0]), friction
+        lost = 2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2 if jump else 0.0
+        return float(((left - design @ solution) ** 2).sum()), float(solution[0]), friction, lost
 
     grid = np.linspace(time[0], time[0] + 0.9 * (time[-1] - time[0]), 120 if model.stairs else 60)
     if model.stairs:
@@ -169,5 +180,5 @@ def _onset(model: Model, prepared: Prepared, r: int, jump: bool) -> tuple[float,
     for _ in range(5):
         at = int(np.argmin([misfit(t)[0] for t in grid]))
         grid = np.linspace(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)], 15)
-    _, place, friction = misfit(grid[7])
-    return place, float(grid[7]), friction
+    _, place, friction, lost = misfit(grid[7])
+    return place, float(grid[7]), friction, lost

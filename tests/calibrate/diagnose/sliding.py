@@ -36,6 +36,7 @@ class Bench:
     offset_sd_deg: float = 0.05
     hinge_mm: float = 150.0
     hinge_stated: bool = True
+    turns: bool = True  # the plate; False: the weight turns about a plate that stands still
     scale_sd: float = 8e-4
     air: float = 0.03  # 1/m
     noise_mm: float = 0.05
@@ -56,7 +57,7 @@ def slide(bench: Bench, mu: float, rate: float, mass: float, rng):
     step = math.radians(bench.step_deg)
 
     def plate(t):
-        return (math.floor(omega * t / step) * step, 0.0) if step else (omega * t, omega)
+        return (math.floor(omega * t / step) * step, 0.0) if step else (omega * t, omega * bench.turns)
 
     def pulls(t, r, speed):
         """Pull down the plate and normal force, over mass, of a block at r from the hinge that moves down at `speed`."""

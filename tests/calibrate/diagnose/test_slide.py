@@ -92,6 +92,22 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
     assert abs(parameter.value - true) < 1.1 * (parameter.high95 - parameter.low95)  # 4.3 sd: six cases must all pass
 
 
+def test_two_effects_are_both_named_though_the_onset_has_two_minima():
+    """Begun at the baseline's onset, a fit beside a clock's offset ends at a friction that is greater in motion than at rest."""
+    finding = found(replace(LIGHT, static=0.0015, clock_s=-0.3, rates=(2.0, 6.0), noise_mm=0.02), 1, count=4)
+    assert finding.verdict == "name" and set(finding.names) == {"kinetic-friction", "clock-offset"}
+    assert finding.parameters["kinetic-friction"].value == pytest.approx(0.0015, rel=0.1)
+    assert finding.parameters["clock-offset"].value == pytest.approx(-0.3, abs=0.1)
+
+
+def test_a_weight_that_turns_about_a_still_plate_is_no_news():
+    """Beside a plate that turns it has no Coriolis acceleration, which looks like friction that grows with speed."""
+    still = replace(LIGHT, turns=False, hinge_stated=False, rates=(2.0, 6.0), noise_mm=0.02)
+    finding = found(still, 1, count=4)
+    assert finding.verdict == "none" and any("stands still" in note for note in finding.notes)
+    assert found(replace(still, hinge_stated=True), 1, count=4).alarm
+
+
 def test_what_one_rate_and_one_load_cannot_tell_is_a_class():
     """A wrong sensor, a wrong clock, a pull and a little rolling all scale the acceleration and do nothing else."""
     finding = found(replace(LIGHT, offset_deg=4.0, noise_mm=0.02), 2, count=4)
