@@ -13,12 +13,14 @@ from scipy import stats
 @dataclass(frozen=True, eq=False)
 class Reduced:
     """One recording: a (m, G) of the globals, smooth (m, …) of its curves, b (m,), all at θ = 0 (not at the fit); cost: χ² at the
-    very point of linearisation, its own prior terms included, None where that is not known."""
+    very point of linearisation, its own prior terms included, None where that is not known; bulk: −ln of what marginalising its
+    own uncertain quantities leaves of the likelihood, where that depends on the globals."""
 
     a: np.ndarray
     smooth: np.ndarray
     b: np.ndarray
     cost: float | None = None
+    bulk: float = 0.0
 
 
 def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:

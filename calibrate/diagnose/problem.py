@@ -137,7 +137,7 @@ def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray, prior: np.ndarray)
     """χ² at `values`, their prior terms included; where a problem does not tell it, with the locals at their linear best."""
     costs = [r.cost for r in reduced]
     held = prior > 0
-    bent = float(((values[held] / prior[held]) ** 2).sum())
+    bent = float(((values[held] / prior[held]) ** 2).sum()) + 2 * sum(r.bulk for r in reduced)
     if None not in costs:
         return sum(costs) + bent
     a, b = stacked(reduced)

@@ -52,7 +52,8 @@ def ln_evidence(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> float:
     """
     a, b = stacked(reduced)
     scaled = a[:, prior_sd > 0] * prior_sd[prior_sd > 0]
-    return -0.5 * (ridge(a, b, prior_sd)[2] + np.linalg.slogdet(scaled.T @ scaled + np.eye(scaled.shape[1]))[1])
+    bulk = sum(r.bulk for r in reduced)
+    return -0.5 * (ridge(a, b, prior_sd)[2] + np.linalg.slogdet(scaled.T @ scaled + np.eye(scaled.shape[1]))[1]) - bulk
 
 
 def predictive_gains(fit: Fit, base: Fit, effects: tuple[str, ...]) -> np.ndarray:

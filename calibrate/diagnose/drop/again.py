@@ -85,7 +85,7 @@ class Flights:
         begin[:, 2:] *= rate
         fastest = max(np.linalg.norm(begin[:, 2:], axis=1).max(), float((2 * s.half[flights] * G_M_S2 - begin[:, 3]).max()))
         laws = laws_of(self.tracks[r].description, s.air[r], values, TYPICAL * fastest)
-        flown = fly(self.tracks[r].description, laws, begin, s.spin[flights] * rate, 2 * s.half[flights].max() / rate)
+        flown = fly(self.tracks[r].description, laws, begin, s.own_spin[flights] * rate, 2 * s.half[flights].max() / rate)
         seen = np.zeros_like(out)
         for k, f in enumerate(flights):
             rows = slice(s.first[f], s.stop[f])

@@ -69,10 +69,13 @@ def forces(model: Model, values: dict[str, float]):
     s = model.session
     air = np.array([[s.air[r].share, s.air[r].reynolds_per_speed, s.air[r].lift, s.air[r].room] for r in s.recording])
     rate = float(np.prod([LAWS[n].clock(v) for n, v in values.items() if LAWS[n].clock]))
+    # the air that drags is the air that blows: a seed that is dragged more than its sizes say is blown aside more
+    dragged = np.where(air[:, :1] > 0, 1 + values.get("drag", 0.0) / np.where(air[:, :1] > 0, air[:, :1], 1.0), 1.0)
+    room = air[:, 3:4] * np.maximum(dragged, 0.0)
     acting = [(LAWS[n].acceleration, v) for n, v in values.items() if LAWS[n].acceleration and v]
 
     def force(velocity: np.ndarray) -> np.ndarray:
-        motion = Motion(velocity * rate, s.spin[:, None] * rate, air[:, 1:2], air[:, 2:3], air[:, 3:4], G_M_S2)
+        motion = Motion(velocity * rate, s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3], room, G_M_S2)
         out = np.zeros_like(velocity)
         out[..., 1] = -G_M_S2
         if air[:, 0].any():

@@ -1,7 +1,7 @@
 """The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
 
-The locals are the flights' own starts, and each seed's own drag beside the lot's; the smooth curves are Legendre polynomials of
-degrees 2 to 6 in each flight.
+The locals are the flights' own starts, each seed's own drag beside the lot's, and, where spin pushes, how much each flight's
+spin is more than its silhouette's turning says; the smooth curves are Legendre polynomials of degrees 2 to 6 in each flight.
 """
 
 from dataclasses import replace
@@ -27,13 +27,14 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
-    lower, change = _eliminate(model, blocks, len(values) + len(pushes))
+    lower, change = _eliminate(model, blocks, len(values) + len(pushes), "magnus" in model.names)
     at = np.concatenate([values, np.zeros(len(pushes))])
     return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
 
 
 def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
-    """Triangle of each flight's whitened rows [4 locals | G globals, K pushes | 10 smooth | residual]; side conditions' rows."""
+    """Triangle of each flight's whitened rows [4 locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
+    rows. There is no column of spin where none was seen."""
     s, names = model.session, model.names
     at = dict(zip(names, values, strict=True))
     seen, side = predict(model, starts, at)
@@ -50,9 +51,20 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
         side_columns.append((over - side) / step)
     columns += list(_pushed_rows(model, pushes))
     side_columns += [_pushed_sides(model, starts, at, push) for push in pushes]
-    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, 4 + G + K + 1)
+    own = _own_spins(model, starts, at) if "magnus" in at else None
+    if own:
+        columns.append(own[0])
+    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, 4 + G + K (+ 1) + 1)
     triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian)]
-    return triangles, _side_rows(model, starts, at, np.array(side_columns).T, side)
+    return triangles, _side_rows(model, starts, at, np.array(side_columns).T, side, own[1] if own else None)
+
+
+def _own_spins(model: Model, starts: np.ndarray, at: dict) -> tuple[np.ndarray, np.ndarray]:
+    """Where one sd more of its own spin moves each flight's rows (n, 2), and its place across at the contacts (2 J,)."""
+    s, still = model.session, accelerations(starts[:, 2:], model.session.half, forces(model, at))
+    faster = replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))
+    push = accelerations(starts[:, 2:], s.half, forces(faster, at)) - still
+    return _pushed_rows(model, push[None])[0], np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
 
 
 def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
@@ -104,14 +116,18 @@ def _joint_sd(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
     return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
 
 
-def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray):
-    """Rows (recording, {flight: its 4 local entries}, globals (G,), right side) of contacts and stated falls."""
+def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray, spun: np.ndarray | None):
+    """Rows (recording, {flight: its 4 local entries, and its spin's}, globals (G,), right side) of contacts and stated falls."""
     s = model.session
+    spun = np.zeros(2 * len(s.joint)) if spun is None else spun
     count, rows, sds = len(s.joint), [], _joint_sd(model, starts, at)
     for j, (before, after) in enumerate(s.joint):
         sd = sds[j]
         taus = model.contacts.tau[[j, count + j]]
-        entries = {before: np.array([-1, 0, -taus[0], 0]) / sd, after: np.array([1, 0, taus[1], 0]) / sd}
+        entries = {
+            before: np.array([-1, 0, -taus[0], 0, -spun[j]]) / sd,
+            after: np.array([1, 0, taus[1], 0, spun[count + j]]) / sd,
+        }
         rows.append((s.recording[before], entries, side_columns[j], -side[j]))
     for r in np.flatnonzero(np.isfinite(s.release)):
         flight = int(np.flatnonzero(s.recording == r)[0])
@@ -120,11 +136,11 @@ def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndar
             continue
         j = int(touched[0])
         slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
-        rows.append((r, {flight: np.array([0, 0, 0, slope])}, side_columns[count + r], -side[count + r]))
+        rows.append((r, {flight: np.array([0, 0, 0, slope, 0])}, side_columns[count + r], -side[count + r]))
     return rows
 
 
-def _eliminate(model: Model, blocks, count: int):
+def _eliminate(model: Model, blocks, count: int, spun: bool):
     """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts (F, 4)."""
     session, drag = model.session, model.names.index("drag")
     triangles, sides = blocks
@@ -136,31 +152,37 @@ def _eliminate(model: Model, blocks, count: int):
             continue
         spot = {int(f): i for i, f in enumerate(flights)}
         own_sd = SEED_DRAG * session.air[r].share
-        local = 4 * len(flights) + (own_sd > 0)
+        spins = 4 * len(flights) + (own_sd > 0)  # the first column of the flights' own spins, in sds
+        local = spins + spun * len(flights)
         total = local + count + extra * len(flights) + 1
-        rows = []
+        rows = [np.eye(total)[spins:local]]
         if own_sd > 0:
-            rows.append(np.eye(1, total, local - 1) / own_sd)
+            rows.append(np.eye(1, total, spins - 1) / own_sd)
         for f in flights:
             triangle, i = triangles[f], spot[int(f)]
             block = np.zeros((len(triangle), total))
             block[:, 4 * i : 4 * i + 4] = triangle[:, :4]
             block[:, local : local + count] = triangle[:, 4 : 4 + count]
             if own_sd > 0:
-                block[:, local - 1] = triangle[:, 4 + drag]
+                block[:, spins - 1] = triangle[:, 4 + drag]
+            if spun:
+                block[:, spins + i] = triangle[:, 4 + count]
             at = local + count + extra * i
-            block[:, at : at + extra] = triangle[:, 4 + count : -1]
+            block[:, at : at + extra] = triangle[:, 4 + count + spun : -1]
             block[:, -1] = triangle[:, -1]
             rows.append(block)
         for _, entries, across, right in (side for side in sides if side[0] == r):
             row = np.zeros((1, total))
             for f, entry in entries.items():
-                row[0, 4 * spot[int(f)] : 4 * spot[int(f)] + 4] = entry
+                row[0, 4 * spot[int(f)] : 4 * spot[int(f)] + 4] = entry[:4]
+                if spun:
+                    row[0, spins + spot[int(f)]] = entry[4]
             row[0, local : local + count], row[0, -1] = across, right
             rows.append(row)
         triangle = np.linalg.qr(np.vstack(rows), mode="r")
         below = triangle[local:]
-        reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1]))
+        bulk = float(np.log(np.abs(np.diag(triangle)[spins:local])).sum())
+        reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1], bulk=bulk))
         back.append((flights, triangle[:local, :local], triangle[:local, local : local + count], triangle[:local, -1]))
 
     def change(theta: np.ndarray) -> np.ndarray:

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrate.diagnose.drop.air import Air, air_of
+from calibrate.diagnose.drop.turning import trusted, turning
 from calibrate.diagnose.effects.effect import View
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
 LEAST_ROWS = 20  # of a flight: fewer tell nothing of physics, and the last hops of a long seed are hardly free
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
-ANGLE_SD_RAD = 0.15  # to which a silhouette's angle is smoothed: a ripple of two a turn then loses 4 % of its height
-MOST_SMOOTHED = 10.0  # of a flight's rows are the fewest that a mean may take
 HEIGHT_SD_M = 1e-3  # how well a release height is known
 
 
@@ -19,7 +18,8 @@ HEIGHT_SD_M = 1e-3  # how well a release height is known
 class Session:
     """R recordings, F flights, n rows. Lengths in m, upright by the stated plumb line (x right, z up), times in s.
 
-    recording (F,), middle (F,) and half (F,) of each flight [s]; spin (F,) [rad/s], 0 where not seen, and its sd; first, stop
+    recording (F,), middle (F,) and half (F,) of each flight [s]; spin (F,) [rad/s] of the silhouette, 0 where not seen, and
+    how far the seed's own about the line of sight may be from it; own_spin (F,): what that is by it, and its sd; first, stop
     (F,): its rows.
     flight (n,), tau (n,) time after the flight's middle, places (n, 2), frame (n,), angle (n,) [rad].
     joint (J, 2): flights before and after each contact, joint_time (J,).
@@ -33,6 +33,8 @@ class Session:
     half: np.ndarray
     spin: np.ndarray
     spin_sd: np.ndarray
+    own_spin: np.ndarray
+    own_spin_sd: np.ndarray
     first: np.ndarray
     stop: np.ndarray
     flight: np.ndarray
@@ -79,11 +81,14 @@ def assemble(tracks) -> Session:
     about = [t.description for t in tracks]
     pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
     view = View((low + high) / 2, float(high[1] - low[1]) / 2, rows["angle"], rows["phase"], pixel)
+    spin = np.array([p["turned"].rate for p in parts])
+    trust, spin_sd = trusted([p["turned"] for p in parts])
     release, release_sd = _releases(tracks)
     release = np.where(fallen, release, np.nan)
     return Session(
         names=tuple(t.recording for t in tracks),
-        **{key: np.array([p[key] for p in parts]) for key in ("recording", "middle", "half", "spin", "spin_sd")},
+        **{key: np.array([p[key] for p in parts]) for key in ("recording", "middle", "half")},
+        spin=spin, spin_sd=spin_sd, own_spin=trust * spin, own_spin_sd=np.sqrt(trust) * spin_sd,
         first=np.cumsum(sizes) - sizes, stop=np.cumsum(sizes), flight=np.repeat(np.arange(len(parts)), sizes),
         tau=rows["tau"], places=rows["places"], frame=rows["frame"], angle=rows["angle"],
         joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2), joint_time=np.array([j[2] for j in joints]),
@@ -120,10 +125,10 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
                 continue
         time = track.time_s[rows]
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
-        angle, spin, spin_sd = _turning(track.angle_deg, rows, time)
+        turned = turning(track.angle_deg, rows, time)
         found.append((k, {
-            "recording": recording, "middle": middle, "half": half, "spin": spin, "spin_sd": spin_sd, "tau": time - middle,
-            "places": places[rows], "frame": track.frame[rows], "angle": angle, "phase": phase[rows],
+            "recording": recording, "middle": middle, "half": half, "turned": turned, "tau": time - middle,
+            "places": places[rows], "frame": track.frame[rows], "angle": turned.angle, "phase": phase[rows],
         }))  # fmt: skip
     return found
 
@@ -167,36 +172,6 @@ def _free_part(part: dict, usual: float) -> dict | None:
         if _roughness(cut) < ROUGH * max(usual, 1e-7):
             return cut
     return None
-
-
-def _turning(angle_deg, rows: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Angle (rows,) [rad] of the silhouette as it was seen, its mean rate and how well that is known; zeros where nothing was.
-
-    A seed that turns about another axis than the line of sight shows a silhouette that turns unevenly: hence no straight line,
-    and a rate no better known than its quarters agree.
-    """
-    seen = np.zeros(len(rows), bool) if angle_deg is None else np.isfinite(angle_deg[rows])
-    if seen.sum() < 5:
-        return np.zeros(len(rows)), 0.0, 0.0
-    late, angle = time[seen] - time[0], np.radians(angle_deg[rows][seen])
-    quarters = zip(np.array_split(late, 4), np.array_split(angle, 4), strict=True)
-    rates = [np.polyfit(t, a, 1)[0] for t, a in quarters if len(t) > 4]
-    white = 12 * _noise(angle) ** 2 / (len(late) * np.ptp(late) ** 2)  # variance of the slope of all that noise alone makes
-    sd = float(np.sqrt(white + max(np.var(rates, ddof=1) - 64 * white, 0.0) / 4)) if len(rates) == 4 else float(np.sqrt(white))
-    return _smoothed(np.interp(time - time[0], late, angle)), float(np.polyfit(late, angle, 1)[0]), sd
-
-
-def _smoothed(angle: np.ndarray) -> np.ndarray:
-    """Means over as many neighbouring rows as leave ANGLE_SD_RAD of the noise that second differences show."""
-    rows = min((_noise(angle) / ANGLE_SD_RAD) ** 2, len(angle) / MOST_SMOOTHED)
-    reach = int(np.ceil(max(rows - 1, 0.0) / 2))
-    ends = [2 * angle[0] - angle[reach:0:-1], angle, 2 * angle[-1] - angle[-2 : -2 - reach : -1]]  # reflected about its ends
-    return np.convolve(np.concatenate(ends), np.full(2 * reach + 1, 1 / (2 * reach + 1)), mode="valid")
-
-
-def _noise(angle: np.ndarray) -> float:
-    """sd [rad] of the angle's white noise, as second differences show it."""
-    return float(np.std(np.diff(angle, 2))) / np.sqrt(6)
 
 
 def _elongation(description: dict) -> float:

@@ -15,7 +15,6 @@ from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.retouch import retouched
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
-from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.locate import Windows
 from calibrate.diagnose.problem import Fit, Problem, fit
 from calibrate.diagnose.scores import score
@@ -116,7 +115,7 @@ def reduce(joint: Joint, count: int, starts: np.ndarray, values: np.ndarray, ext
             a[:, spot] = r.a[:, : len(spot)]
             first = count + sum(more[:k])
             a[:, first : first + more[k]] = r.a[:, len(spot) :]
-            out.append(Reduced(a, r.smooth, r.b))
+            out.append(replace(r, a=a))
         back.append((spot, change))
     return tuple(out), lambda theta: np.vstack([change(theta[spot]) for spot, change in back])
 

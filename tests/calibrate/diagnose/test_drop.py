@@ -9,7 +9,7 @@ from falling import Bench, G, tracks
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
 from calibrate.diagnose.drop.model import build
 from calibrate.diagnose.drop.problem import problem_of
-from calibrate.diagnose.drop.session import _turning, assemble
+from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
 from calibrate.diagnose.locate import locate
 from calibrate.diagnose.name import ALPHA, alarm, name
@@ -44,16 +44,6 @@ def test_flight_with_quadratic_drag_has_its_closed_form():
     assert places[0, 0, 1] == pytest.approx(fall[0] - fall[1], abs=1e-7)
     assert places[0, -1, 1] == pytest.approx(fall[2] - fall[1], abs=1e-7)
     assert speeds[0, -1, 1] == pytest.approx(-terminal * np.tanh(2 * G * half / terminal), abs=1e-7)
-
-
-def test_a_silhouette_that_turns_unevenly_is_followed_and_its_rate_is_in_doubt():
-    rng, time = np.random.default_rng(3), np.linspace(0.0, 0.2, 400)
-    even = 60.0 * time
-    uneven = even + 0.7 * np.sin(80.0 * time)
-    for true, least, most in ((even, 0.0, 1.0), (uneven, 5.0, 40.0)):
-        angle, rate, sd = _turning(np.degrees(true + rng.normal(0, 0.2, 400)), np.arange(400), time)
-        assert np.sqrt(np.mean((angle - true) ** 2)) < 0.14  # of 0.2 a frame
-        assert least < sd < most and abs(rate - 60.0) < max(3 * sd, 1.0)
 
 
 def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
