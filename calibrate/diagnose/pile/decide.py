@@ -35,7 +35,7 @@ def decide(base: Fit, location: Location, rng: np.random.Generator) -> Verdict:
     tilts = _tried(base, TILTS, (), rng)
     tilt = _best(tilts)
     held = tilt.names if tilt else ()
-    shapes = _tried(base, tuple((n,) for n in (*SHAPES, *RIVALS)), held, rng)
+    shapes = _tried(base, tuple((n,) for n in (*SHAPES, *(n for n, e in RIVALS.items() if not e.group))), held, rng)
     before = tilt.ln_bayes if tilt else 0.0
     possible = [c for c in shapes if _possible(base, c, held)]
     shape = _best(possible, before)

@@ -158,6 +158,15 @@ def test_cohesion_has_its_name_by_heaps_of_several_sizes_too():
     assert found.verdict in ("name", "class") and "cohesion" in found.names
 
 
+def test_a_bow_some_seeds_high_is_not_laid_to_the_gate_alone():
+    """In shares it is larger on small heaps: grain shape and walls may do that too."""
+    rng = np.random.default_rng([31, 5])
+    bow_mm = rng.uniform(4, 12) * rng.choice([-1, 1])
+    heaps = [replace(picture(changed(BENCH, bow=bow_mm / s, height_mm=s), rng), description=sized(s)) for s in (30, 60) * 3]
+    found = told(heaps)
+    assert found.verdict == "class" and {"particle-shape", "wall-friction"} < set(found.names)
+
+
 def sized(size: float) -> dict:
     return {
         "camera": {"plumb_deg": 0.0, "plumb_sd_deg": 0.1}, "pile": {"cylinder_mm": [2 * size, 200.0]}, "seed": {"length_mm": 3.0},

@@ -3,7 +3,7 @@
 import numpy as np
 
 from calibrate.diagnose.effects.effect import Effect
-from calibrate.diagnose.effects.pile.shapes import Law
+from calibrate.diagnose.effects.pile.shapes import Law, in_seeds
 
 PLACES = (0.35, 0.5, 0.65)
 
@@ -24,3 +24,7 @@ EFFECTS = {
     for at in PLACES
 }
 LAWS = {name: Law(surface=broken(at)) for name, at in zip(EFFECTS, PLACES, strict=True)}
+for _name, _at in zip(tuple(EFFECTS), PLACES, strict=True):
+    _more, _laws = in_seeds(_name, "middle", 0.06, "two straight pieces", broken(_at))
+    EFFECTS |= _more
+    LAWS |= _laws

@@ -1,7 +1,7 @@
 """Particle shape: grains less round than stated lock: the flank is bowed, and steeper as with more friction."""
 
 from calibrate.diagnose.effects.effect import Effect
-from calibrate.diagnose.effects.pile.shapes import Law, middle
+from calibrate.diagnose.effects.pile.shapes import Law, in_seeds, middle
 
 EFFECT = Effect(
     name="particle-shape", sector="middle", unit="1", meaning="bow of the flank over the heap's height", prior_sd=0.06, low=-0.4,
@@ -9,4 +9,5 @@ EFFECT = Effect(
     twins=("wall-friction", "cohesion"),
     separating="the seeds' own dimensions from a photo of spread seeds, and their friction from the slide: no heap can",
 )  # fmt: skip
-LAWS = {"particle-shape": Law(surface=middle)}
+SIZE, _LAWS = in_seeds("particle-shape", "middle", 0.06, "a bow some seeds high", middle)
+LAWS = {"particle-shape": Law(surface=middle)} | _LAWS

@@ -41,6 +41,16 @@ def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tu
     return tuple(effects), laws
 
 
+def in_seeds(effect: str, sector: str, prior_sd: float, source: str, surface: Callable[[np.ndarray], np.ndarray]):
+    """A further parameter: as much of the same as is fixed in seeds, not in shares of the heap (none where sizes do not differ).
+
+    Small heaps depart from large ones in any way that is some seeds large: by that alone nothing is cohesion.
+    """
+    name = f"{effect}.size"
+    more = Effect(name, sector, "1", "the same, in seeds", prior_sd, -1.0, 1.0, source, group=effect)
+    return {name: more}, {name: Law(surface=surface, weight=as_stated(seed_mm=1.0, rig_mm=-1.0))}
+
+
 def _bump(at: float) -> Callable[[np.ndarray], np.ndarray]:
     return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
 
