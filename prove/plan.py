@@ -21,18 +21,19 @@ SINGLES = {
     "roll": ("slope", "initial-slip", "corner-loss", "shape-barrier"),
     "pile": ("cohesion", "gate-speed", "base-vibration", "base-tilt"),  # of the tilts the one whose flanks stay upright
 }  # fmt: skip
-NEED_SEPARATION = ("film-adhesion", "impact-damage", "adhesion", "clock-offset", "slope", "cohesion")
+NEED_SEPARATION = ("film-adhesion", "impact-damage", "adhesion", "clock-offset", "slope", "cohesion", "gate-speed")
 TWINS = {
     "drop": ("scale-error", "clock-error", "film-adhesion", "impact-damage"),
     "slide": ("stribeck",),
     "roll": ("viscous-rolling", "drag"),
-    "pile": ("wall-friction", "particle-shape", "camera-roll"),  # a rolled picture is that of a heap tilted after it was poured
+    # one kind of heap tells of no gate; a rolled picture is that of a heap tilted after it was poured
+    "pile": ("gate-speed", "wall-friction", "particle-shape", "camera-roll"),
 }
 TOLD_APART = {
     "drop": ("film-adhesion", "impact-damage", "draught", "camera-roll"),
     "slide": ("clock-offset", "adhesion", "stribeck"),
     "roll": ("slope",),
-    "pile": ("cohesion",),
+    "pile": ("cohesion", "gate-speed"),
 }
 PAIRS = {
     "drop": (("drag", "plate-tilt"), ("drag", "camera-roll"), ("drag", "silhouette-wobble"), ("plate-tilt", "perspective"),

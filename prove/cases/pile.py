@@ -2,25 +2,36 @@
 
 No grains are simulated: an effect is put in as it shows. cohesion: the crest's top so many mm higher than the flanks' line, on a
 length that does not grow with the heap, and a toe cut short. wall-friction: the flanks bow out by so many mm. gate-speed:
-rounder crest and longer toe. base-vibration: the same, more in each later photo. base-tilt: plate and heap's foot turned [deg],
+rounder crest and longer toe by so many mm where 50 mm/s are stated, in proportion to what is. base-vibration: the same, more in
+each later photo. base-tilt: plate and heap's foot turned [deg],
 the flanks not, rising along +x. particle-shape: flanks bow in and the skin is rougher. camera-roll: all turned, clockwise
 positive. layered (outside): the flank breaks half way up.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from prove.cases.noise import Noise
 from prove.cases.snr import Channel, Visible, track_snr
 from prove.cases.truth import Bench, Made, Wish, spread
 
 RANGES = {
-    "cohesion": (0.3, 25.0, 1), "wall-friction": (0.2, 10.0, 1), "gate-speed": (0.3, 25.0, 1), "base-vibration": (0.2, 20.0, 1),
+    "cohesion": (0.3, 10.0, 1), "wall-friction": (0.2, 10.0, 1), "gate-speed": (0.3, 25.0, 1), "base-vibration": (0.2, 20.0, 1),
     "base-tilt": (0.1, 4.0, 0), "particle-shape": (0.2, 7.0, 1), "camera-roll": (0.1, 6.0, 0), "layered": (0.3, 12.0, 0),
 }  # fmt: skip
-SEPARATED = ("cohesion",)
+SEPARATED = ("cohesion", "gate-speed")
 PHOTOS = 3
+GATE_MM_S, GATES = 50.0, (25.0, 100.0)
+GATE_POWER_SD = 0.5  # rounding and toe grow by themselves as a power of the gate's speed, by that much
+# What is known of a sound heap before it is seen: how far one material's crest and toe (share of the height; of a grain) and its
+# bow lie from another's; log of rounding and toe from heap to heap; what a gate e times as fast does to crest and toe by itself
+# (a wheat heap: 18.4°, 12.3°, 10.4° at 10, 25, 50 mm/s); how heaps settle between photos [deg; crest and toe, mm].
+KNOWN_ENDS, KNOWN_BOW, PACKING_LOG_SD = (0.03, 0.25), (0.01, 0.05), float(np.log(1.5) / np.sqrt(12))
+KNOWN_GATE, SETTLING_DEG, SETTLING_MM = 0.03, 0.1, 0.15
+PACKING_DEG, SIZE_DEG, GATE_DEG, HALF_MM = 0.6, 1.5, 5.0, 60.0  # angle: of heaps alike; for e times the size, the gate
+REGISTERED = 0.1  # of the skin's noise is left between two photos of one heap: the same grains lie in it
 PLUMB_SD_DEG, SKIN = 0.05, 0.22  # skin: sd of the surface, of a grain's diameter
 PILE, PLATE, GROUND, GREY_SD = 200.0, 95.0, 38.0, 2.0
 
@@ -32,6 +43,7 @@ class Run:
     round_mm: float
     toe_mm: float
     noise_seed: int
+    gate_mm_s: float = GATE_MM_S
 
 
 @dataclass(frozen=True)
@@ -42,28 +54,36 @@ class Scene:
     roll_off_deg: float
     mm_per_px: float
     wish: Wish
+    gate_power: float = 0.0
 
 
 def draw(wish: Wish, rng: np.random.Generator) -> Scene:
-    several = wish.separated or rng.random() < 0.4
+    gates = wish.separated and "gate-speed" in wish.effects
+    several = (wish.separated and not gates) or rng.random() < 0.4
     halves, grain = ((45.0, 80.0) if several else (75.0,)), float(rng.uniform(2.0, 4.0))
     runs = tuple(
-        Run(halves[i % len(halves)] * (1 + rng.normal(0, 0.02)), rng.normal(0, 0.6), grain * spread(0.8, 1.2, rng) * 1.5,
+        Run(halves[i % len(halves)] * (1 + rng.normal(0, 0.02)), rng.normal(0, PACKING_DEG), grain * spread(0.8, 1.2, rng) * 1.5,
             grain * spread(0.8, 1.2, rng) * 2, int(rng.integers(2**62)))
         for i in range(int(rng.integers(5, 9)))
     )  # fmt: skip
-    return Scene(
-        runs, rng.uniform(22, 33), round(grain, 2), rng.normal(0, PLUMB_SD_DEG), round(float(rng.uniform(0.3, 0.4)), 3), wish
-    )
+    scene = Scene(
+        runs, rng.uniform(22, 33), round(grain, 2), rng.normal(0, PLUMB_SD_DEG), round(float(rng.uniform(0.3, 0.4)), 3), wish,
+        rng.normal(0, GATE_POWER_SD),
+    )  # fmt: skip
+    if not (gates or (wish.separated is None and not several and rng.random() < 0.3)):
+        return scene
+    return replace(scene, runs=tuple(replace(run, gate_mm_s=GATES[i % len(GATES)]) for i, run in enumerate(runs)))
 
 
-def profile(x: np.ndarray, scene: Scene, run: Run, sizes: dict[str, float], photo: int, angle_more: float = 0.0) -> np.ndarray:
+def profile(x: np.ndarray, scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> np.ndarray:
     """Height of the heap's skin [mm] at x [mm] from its middle; the plate's where there is none."""
     plate = np.tan(np.radians(sizes.get("base-tilt", 0.0))) * x
-    steep = np.tan(np.radians(scene.angle_deg + run.angle_off_deg + angle_more))
+    steep = np.tan(np.radians(scene.angle_deg + run.angle_off_deg))
     shaken = sizes.get("base-vibration", 0.0) * (1 + photo) / PHOTOS
-    rounding = run.round_mm + sizes.get("gate-speed", 0.0) + shaken
-    toe = run.toe_mm + sizes.get("gate-speed", 0.0) + shaken
+    faster = run.gate_mm_s / GATE_MM_S
+    longer = faster * sizes.get("gate-speed", 0.0) + shaken
+    rounding = run.round_mm * faster**scene.gate_power + longer
+    toe = run.toe_mm * faster**scene.gate_power + longer
     height = run.half_mm * steep
     line = height - steep * (np.sqrt(x**2 + rounding**2) - 0.3 * rounding)
     up = np.clip(line / height, 0, 1)
@@ -90,8 +110,9 @@ def skin(
     return np.maximum(arcs.max(axis=1), plate)
 
 
-def photograph(scene: Scene, run: Run, sizes: dict[str, float], photo: int, rng: np.random.Generator) -> np.ndarray:
-    """One photo (h, w) uint8."""
+def photograph(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> np.ndarray:
+    """One photo (h, w) uint8: in all photos of one heap the same grains lie in its skin, the camera's noise is each one's own."""
+    rng, camera = np.random.default_rng(run.noise_seed), np.random.default_rng([run.noise_seed, photo])
     pixel, wide = scene.mm_per_px, run.half_mm * 1.55 + 20
     tall = run.half_mm * np.tan(np.radians(scene.angle_deg + 6)) + sizes.get("cohesion", 0.0) + 22
     columns, rows = np.arange(-wide, wide, pixel), np.arange(tall, -14, -pixel)
@@ -107,29 +128,69 @@ def photograph(scene: Scene, run: Run, sizes: dict[str, float], photo: int, rng:
     speckle = rng.normal(0, 1, (len(rows) // 6 + 2, len(columns) // 6 + 2)).repeat(6, 0).repeat(6, 1)[: len(rows), : len(columns)]
     picture = GROUND + heap * (PILE + 12 * speckle - GROUND)
     picture += base * (PLATE - picture)
-    return np.clip(np.round(picture + GREY_SD * rng.standard_normal(picture.shape)), 0, 255).astype(np.uint8)
+    return np.clip(np.round(picture + GREY_SD * camera.standard_normal(picture.shape)), 0, 255).astype(np.uint8)
 
 
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
-    """SNR of `name` in the world of all `sizes`, the skin taken for noise correlated over a grain."""
-    recordings, without = [], {k: v for k, v in sizes.items() if k != name}
+    """SNR of `name` in the world of all `sizes`: of the heaps' mean photos beside what packings vary and what is not known of a
+    material, and of what goes on between photos. The skin is taken for noise correlated over a grain."""
     grain = scene.grain_mm
-    noise = Noise(SKIN * grain, float(np.exp(-scene.mm_per_px * 2 / grain)), 0.02, np.inf, 0, 1, 0)
-    for run in scene.runs:
-        x = np.arange(-run.half_mm, run.half_mm, scene.mm_per_px)
-        channels = []
-        for photo in range(PHOTOS):
-            base = profile(x, scene, run, sizes, photo)
-            change = base - profile(x, scene, run, without, photo) + _turned(x, sizes, name)
-            rounder = profile(x, scene, Run(run.half_mm, run.angle_off_deg, run.round_mm * 1.1, run.toe_mm, 0), sizes, photo)
-            longer = profile(x, scene, Run(run.half_mm, run.angle_off_deg, run.round_mm, run.toe_mm * 1.1, 0), sizes, photo)
-            steeper = profile(x, scene, run, sizes, photo, 0.1)
-            own = np.column_stack([np.ones_like(x), np.gradient(base, x), (steeper - base) / 0.1])
-            shared = np.column_stack([np.radians(x), (rounder - base) / 0.1, (longer - base) / 0.1])
-            channels.append(Channel(change, own, shared))
-        # three photos of one heap show one skin, not three
-        recordings.append(Visible(tuple(channels) if name == "base-vibration" else (channels[0],), np.full(3, np.inf)))
-    return track_snr(recordings, np.array([PLUMB_SD_DEG, 0.3, 0.3]), noise)
+    rough = SKIN + 0.02 * sizes.get("particle-shape", 0.0)
+    noise = Noise(rough * grain, float(np.exp(-scene.mm_per_px * 2 / grain)), 0.02, np.inf, 0, 1, 0)
+    recordings = [_visible(scene, run, sizes, name) for run in scene.runs]
+    return track_snr(recordings, np.array([PLUMB_SD_DEG, *[1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM]), noise)
+
+
+def _visible(scene: Scene, run: Run, sizes: dict[str, float], name: str) -> Visible:
+    """Beside the nearest heap without the effect. Own nuisances: level, shift, angle, size, rounding, toe; between photos level,
+    shift, turn. Shared: roll, the material's crest, toe, bow and angle, what size and gate do to them by themselves, settling."""
+    x, without = np.arange(-run.half_mm, run.half_mm, scene.mm_per_px), {k: v for k, v in sizes.items() if k != name}
+    photos = np.array([profile(x, scene, run, sizes, k) for k in range(PHOTOS)])
+    drawn, run = run, _nearest(x, photos.mean(axis=0), scene, run, without)
+    plain = np.array([profile(x, scene, run, without, k) for k in range(PHOTOS)])
+    middle = plain[PHOTOS // 2]
+    height = run.half_mm * np.tan(np.radians(scene.angle_deg + run.angle_off_deg))
+
+    def slope(**changed: float) -> np.ndarray:
+        return profile(x, scene, replace(run, **changed), without, PHOTOS // 2) - middle
+
+    rounder, longer = slope(round_mm=run.round_mm * 1.1) / np.log(1.1), slope(toe_mm=run.toe_mm * 1.1) / np.log(1.1)
+    steeper, larger = slope(angle_off_deg=run.angle_off_deg + 0.1) / 0.1, slope(half_mm=run.half_mm + 0.1) / 0.1
+    changes = photos - plain + _turned(x, sizes, name) + (run.angle_off_deg - drawn.angle_off_deg) * steeper
+    crest, toe = (column / max(float(np.abs(column).max()), 1e-12) for column in (rounder, longer))
+    bow, faster = np.sin(np.pi * np.clip(middle / height, 0, 1)), np.log(run.gate_mm_s / GATE_MM_S)
+    gate, size = KNOWN_GATE * height * faster, np.log(drawn.half_mm / HALF_MM)
+    angles = [20.0 * steeper, SIZE_DEG * size * steeper, GATE_DEG * faster * steeper]
+    scales = (height, scene.grain_mm)
+    known = [
+        sd * scale * part
+        for part, sds in ((crest, KNOWN_ENDS), (toe, KNOWN_ENDS), (bow, KNOWN_BOW))
+        for sd, scale in zip(sds, scales)
+    ]
+    one, nil = np.ones_like(x), np.zeros_like(x)
+    shape = Channel(
+        changes.mean(axis=0), np.column_stack([one, np.gradient(middle, x), steeper, larger, rounder, longer, nil, nil, nil]),
+        np.column_stack([np.radians(x), *known, *angles, gate * crest, gate * toe, nil, nil, nil]),
+    )  # fmt: skip
+    between = Channel(
+        changes[-1] - changes[0], np.column_stack([*[nil] * 6, one, np.gradient(middle, x), x]),
+        np.column_stack([*[nil] * 12, steeper, crest, toe]),
+    )  # fmt: skip
+    between = Channel(*(part / REGISTERED for part in (between.change, between.own, between.shared)))
+    own_sd = np.array([np.inf, np.inf, PACKING_DEG, np.inf, PACKING_LOG_SD, PACKING_LOG_SD, *[np.inf] * 3])
+    return Visible((shape, between) if np.ptp(between.change) > 0 else (shape,), own_sd)
+
+
+def _nearest(x: np.ndarray, seen: np.ndarray, scene: Scene, run: Run, without: dict[str, float]) -> Run:
+    """The heap of this run without the effect, of whatever angle and size comes nearest to what is seen: neither is known."""
+
+    def made(values: np.ndarray) -> Run:
+        return replace(run, angle_off_deg=float(values[0]), half_mm=float(values[1]))
+
+    def off(values: np.ndarray) -> np.ndarray:
+        return np.mean([profile(x, scene, made(values), without, k) for k in range(PHOTOS)], axis=0) - seen
+
+    return made(least_squares(off, [run.angle_off_deg, run.half_mm], x_scale=[1.0, run.half_mm / 20]).x)
 
 
 def _turned(x: np.ndarray, sizes: dict[str, float], name: str) -> np.ndarray:
@@ -151,8 +212,7 @@ def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
         "rig": "pile", "id": name, "session": "day-1",
         "camera": {"mm_per_px": scene.mm_per_px, "mm_per_px_sd": round(0.001 * scene.mm_per_px, 6), "plumb_deg": 0.0,
                    "plumb_sd_deg": PLUMB_SD_DEG},
-        "pile": {"cylinder_mm": [round(0.9 * run.half_mm, 1), 200.0], "gate_speed_mm_s": 50.0},
+        "pile": {"cylinder_mm": [round(0.9 * run.half_mm, 1), 200.0], "gate_speed_mm_s": run.gate_mm_s},
     }  # fmt: skip
-    # one heap photographed again: the same grains lie in its skin
-    photos = tuple(photograph(scene, run, sizes, k, np.random.default_rng(run.noise_seed)) for k in range(PHOTOS))
+    photos = tuple(photograph(scene, run, sizes, k) for k in range(PHOTOS))
     return Made(name, toml, photos=photos)

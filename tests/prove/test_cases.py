@@ -8,6 +8,7 @@ import pytest
 from prove.baselines.drops import bounces, read_drops
 from prove.baselines.methods import METHODS, diagnose
 from prove.cases.folder import write_bench
+from prove.cases.pile import photograph
 from prove.cases.roll import travel
 from prove.cases.truth import Wish
 from prove.effects import EFFECTS, OUTSIDE
@@ -42,6 +43,7 @@ def test_the_vocabulary_is_the_one_that_is_planned_and_made():
 @pytest.mark.parametrize(("rig", "effect", "separated"), [
     ("drop", "drag", None), ("drop", "camera-roll", None), ("drop", "plate-tilt", None), ("slide", "viscous-sliding", None),
     ("slide", "adhesion", True), ("roll", "slope", True), ("roll", "shape-barrier", None), ("pile", "camera-roll", None),
+    ("pile", "base-vibration", None),
 ])  # fmt: skip
 def test_an_effect_is_made_as_visible_as_was_asked_for(rig, effect, separated):
     _, key = make(spec(rig, effect, separated=separated, snr=10.0), 3)
@@ -55,6 +57,21 @@ def test_without_the_second_direction_a_slope_cannot_be_seen():
         scene = RIGS["roll"].draw(Wish(("slope",), separated), np.random.default_rng(4))
         seen.append(RIGS["roll"].visibility(scene, {"slope": 0.1}, "slope"))
     assert seen[1] < 0.2 * seen[0]
+
+
+def test_one_kind_of_heap_hardly_tells_of_its_gate():
+    """Angle, size, crest and toe of a heap are its material's first; between photos of one heap only what goes on changes."""
+    seen = {}
+    for name, separated in (("gate-speed", False), ("base-vibration", None)):
+        scene = RIGS["pile"].draw(Wish((name,), separated), np.random.default_rng(1))
+        seen[name] = [RIGS["pile"].visibility(scene, {name: mm}, name) for mm in (1.5, 6.0)]
+    assert max(seen["gate-speed"]) < 2.5 and min(seen["base-vibration"]) > 2.5
+
+
+def test_photos_of_one_heap_show_one_skin_with_a_noise_of_their_own():
+    scene = RIGS["pile"].draw(Wish(), np.random.default_rng(2))
+    one, other = (photograph(scene, scene.runs[0], {}, k).astype(float) for k in (0, 1))
+    assert 1.0 < (one - other).std() < 6.0  # in grey levels: grains that lie elsewhere would differ by tens
 
 
 def test_the_corner_is_met_exactly_so_that_an_snr_may_ask_for_slopes():
