@@ -12,7 +12,7 @@ from calibrate.diagnose.scores import ln_evidence
 from calibrate.diagnose.slide.law import law_of
 from calibrate.diagnose.slide.model import Model, candidates
 from calibrate.diagnose.slide.problem import Prepared, begin, begin_with_jump, prepare, problem_of
-from calibrate.diagnose.slide.readings import grid_of
+from calibrate.diagnose.slide.readings import SPACING_SD, grid_of
 from calibrate.diagnose.slide.scan import vibration
 from calibrate.diagnose.slide.session import assemble
 from calibrate.diagnose.slide.twins import honest
@@ -21,7 +21,6 @@ from calibrate.diagnose.slide.windows import windows_of
 STEP, SHAKEN = "stepped-tilt", "plate-vibration"
 GENTLE_M_S2 = 0.03  # a vibration of less than the runs' friction scatters by
 CERTAIN_P = 1e-9  # of stairs that a column or a list of readings shows by itself
-STEP_SD = 0.005  # relative, of a stair's height
 STILL = "the block moves as on a plate that stands still under a weight that turns: so it is simulated now and then"
 
 
@@ -31,15 +30,15 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     model = Model(prepared.session, 0.0, candidates(prepared.session))
     steps, shaken = stairs_of(prepared), vibration(prepared)
     alone = shaken is not None and shaken.amplitude > GENTLE_M_S2  # it upsets the onset: nothing else can be told beside it
-    told = _told(fitted(prepared, model, bool(steps)), rng)
+    told = _told(fitted(prepared, model, steps is not None), rng)
     if told.verdict.verdict != "none" and not alone:
-        told = _or_still(prepared, told, bool(steps), rng)
+        told = _or_still(prepared, told, steps is not None, rng)
     verdict = Verdict("none", (), shaken.p, (), float("nan"), None) if alone else told.verdict
     law = law_of(told.base) if verdict.verdict == "unknown" else None
     notes = prepared.session.notes + ((STILL,) if not told.base.problem.model.turning else ())
     finding = finding_of(told.base, told.where, verdict, law=law, notes=notes)
     if steps:
-        finding = with_seen(finding, STEP, _height(steps), "measurement", CERTAIN_P)
+        finding = with_seen(finding, STEP, steps, "measurement", CERTAIN_P)
     if shaken:
         half = 1.96 * shaken.sd
         size = Parameter("m/s^2", shaken.amplitude, shaken.amplitude - half, shaken.amplitude + half)
@@ -103,20 +102,16 @@ def _at(base: Fit, values: dict[str, float]) -> np.ndarray:
     return np.array([values.get(n, 0.0) for n in base.names])
 
 
-def stairs_of(prepared: Prepared) -> list[float]:
-    """Stair heights [deg] that columns climb in, or on which readings lie; empty unless most of them do."""
+def stairs_of(prepared: Prepared) -> Parameter | None:
+    """Height [deg] of stairs that columns climb in, or on which readings lie; None unless most of them do."""
     runs, reads = prepared.session.runs, prepared.session.reads
     seen = [r.tilt.stair_deg for r in runs if r.tilt.stair_deg]
-    if seen and 2 * len(seen) > len(runs):
-        return seen
-    grid = grid_of([r.angles for r in reads])
-    return [grid] if grid else []
-
-
-def _height(steps: list[float]) -> Parameter:
-    height = float(np.median(steps))
-    spread = float(np.std(steps)) / np.sqrt(len(steps)) if len(steps) > 1 else 0.0
-    half = 1.96 * max(spread, STEP_SD * height)
+    if not seen or 2 * len(seen) <= len(runs):
+        grid = grid_of([r.angles for r in reads])
+        return Parameter("deg", *grid) if grid else None
+    height = float(np.median(seen))
+    spread = float(np.std(seen)) / np.sqrt(len(seen)) if len(seen) > 1 else 0.0
+    half = 1.96 * max(spread, SPACING_SD * height)
     return Parameter("deg", height, height - half, height + half)
 
 

@@ -13,6 +13,7 @@ from calibrate.diagnose.slide.diagnose import diagnose_slide, fitted
 from calibrate.diagnose.slide.model import Model, candidates
 from calibrate.diagnose.slide.motion import Laws, friction_at, travel
 from calibrate.diagnose.slide.problem import prepare
+from calibrate.diagnose.slide.readings import grid_of
 from calibrate.diagnose.slide.session import assemble
 from calibrate.diagnose.slide.tilt import seen_tilt
 from calibrate.twin.slides import read_slides
@@ -183,6 +184,16 @@ def test_readings_of_several_rates_and_loads():
     assert pulled.names == ("adhesion",) and pulled.parameters["adhesion"].value == pytest.approx(0.3, abs=0.05)
     assert told(angle_read(), (1, 3, 10), (1, 2, 4)).verdict == "none"
     assert told(angle_read(grid=0.5), (2, 2, 2), (4, 4, 4)).names == ("stepped-tilt",)
+    odd = told(angle_read(grid=0.37), (2, 2, 2), (4, 4, 4))
+    assert odd.names == ("stepped-tilt",) and odd.parameters["stepped-tilt"].value == pytest.approx(0.37, abs=0.005)
+
+
+def test_readings_that_never_differ_were_read_on_one_stair():
+    """Friction differs from run to run, so equal angles are those of a stair; how high it is they do not tell."""
+    same = told(lambda rate, count, rng: 21.74, (2, 2, 2), (4, 4, 4))
+    step = same.parameters["stepped-tilt"]
+    assert same.names == ("stepped-tilt",) and step.low95 < 1 < step.high95 and step.high95 > 5 * step.low95
+    assert grid_of([np.array([21.74, 21.74, 21.74])]) is None
 
 
 def test_one_rate_or_one_load_says_nothing_of_delay_or_pull():
