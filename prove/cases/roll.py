@@ -17,6 +17,8 @@ from prove.cases.snr import Channel, Visible, track_snr
 from prove.cases.truth import Bench, Made, Wish, spread
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
+AT_CORNER = ("corner-loss", "initial-slip")  # what a corner might take by itself besides
+CORNER, CORNER_SD = (0.0, 0.5, 1.0), 0.25  # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
 RANGES = {
     "viscous-rolling": (0.002, 0.2, 1), "slope": (0.006, 1.0, 0), "initial-slip": (0.005, 0.18, 1),
     "corner-loss": (0.003, 0.3, 1), "shape-barrier": (0.001, 0.15, 1), "drag": (0.0005, 0.1, 1),
@@ -122,8 +124,17 @@ def travel(
 
 
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
-    """SNR of `name` in the world of all `sizes`."""
-    recordings, without = [], {k: v for k, v in sizes.items() if k != name}
+    """SNR of `name` in the world of all `sizes`, beside the corner that hides it best."""
+    others = {k: v for k, v in sizes.items() if k != name}
+    sharp = 5 / 7 * (1 - np.cos(np.radians(scene.incline_deg)))
+    corners = [share * sharp for share in CORNER] if name in AT_CORNER else [0.0]
+    worlds = [others | {"corner-loss": max(others.get("corner-loss", 0.0), taken)} for taken in corners]
+    return min(_visible_beside(scene, sizes, without, sharp) for without in worlds)
+
+
+def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float) -> float:
+    """SNR of what the world of `sizes` has beyond the one `without`."""
+    recordings = []
     unit = scene.noise.sd / RUN_SD
     for run in scene.runs:
         t, x, v = travel(scene, run, sizes)
@@ -135,11 +146,14 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
         start = (_padded(travel(scene, later, sizes)[1], n) - x) / 0.01
         incline = (_padded(travel(scene, run, sizes, incline_more=0.01)[1], n) - x) / 0.01
         level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
-        own, shared = np.column_stack([np.ones(n), v, mu, start]), np.column_stack([np.zeros(n), incline, level, x])
+        struck = sizes | {"corner-loss": sizes.get("corner-loss", 0.0) + 1e-3}
+        lost = (_padded(travel(scene, run, struck)[1], n) - x) / 1e-3
+        own, shared = np.column_stack([np.ones(n), v, mu, start]), np.column_stack([np.zeros(n), incline, level, x, lost])
         # its friction is the pair's within RUN_SD: that it was moved to run as far is paid for by one more row
-        paid = Channel(np.array([(like - 1) * unit]), np.array([[0.0, 0.0, -unit, 0.0]]), np.array([[unit, 0.0, 0.0, 0.0]]))
+        paid = Channel(np.array([(like - 1) * unit]), np.array([[0.0, 0.0, -unit, 0.0]]), np.array([[unit, 0.0, 0.0, 0.0, 0.0]]))
         recordings.append(Visible((Channel(x - other, own, shared), paid), np.array([np.inf, np.inf, np.inf, START_SD_MM])))
-    return track_snr(recordings, np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd]), scene.noise)
+    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd, CORNER_SD * sharp])
+    return track_snr(recordings, known, scene.noise)
 
 
 def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]) -> float:

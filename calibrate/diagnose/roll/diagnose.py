@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 
-from calibrate.diagnose.effects.roll import corner_loss
 from calibrate.diagnose.finding import NORMAL_95, Finding, Parameter, finding_of
 from calibrate.diagnose.locate import Location, locate
 from calibrate.diagnose.name import ALPHA, LN_BF_RIVAL, Verdict, name
@@ -60,15 +59,21 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     return _finding(base, where, found, notes, rng)
 
 
+def lost_at_corner(found: Fit) -> tuple[float, float]:
+    """Share of the speed that the corner takes in all, mean over the runs, and its sd."""
+    at, model, names = found.by_name, found.problem.model, ("corner-loss", "corner")
+    usual = [float(np.mean([model.usual_loss(r, at["corner"] + d) for r in range(len(model.runs))])) for d in (-0.01, 0.0, 0.01)]
+    slope = np.array([1.0, (usual[2] - usual[0]) / 0.02])
+    rows = [found.names.index(n) for n in names]
+    return at["corner-loss"] + usual[1], float(np.sqrt(slope @ found.covariance[np.ix_(rows, rows)] @ slope))
+
+
 def usual_loss_of(base: Fit) -> tuple[str, ...]:
-    """What the corner takes, where it is seen and no more than a corner may take: no news, but to be known."""
-    model, name = base.problem.model, "corner-loss"
-    count = range(len(model.runs))
-    lost = base.by_name[name] + float(np.mean([model.usual_loss(r) for r in count]))
-    sharp = float(np.mean([corner_loss.sharp(model.incline[r], model.seed.inertia) for r in count]))
-    if lost < 3 * base.sd(name) or lost > 1.5 * sharp:
+    """What the corner takes by itself, where it is seen: no news, but to be known."""
+    lost, sd = lost_at_corner(base)
+    if lost < 3 * sd:
         return ()
-    return (f"the corner takes {100 * lost:.2g} % of the speed; a sharp one alone takes {100 * sharp:.2g} %: no news",)
+    return (f"the corner takes {100 * lost:.2g} % of the speed, no more than a sharp one may: no news",)
 
 
 def _scales(recordings) -> dict[str, float]:
@@ -132,6 +137,10 @@ def _finding(base: Fit, where: Location, found: Verdict, notes: tuple[str, ...],
         rise, sd, scatter = common_rise(model)
         half = NORMAL_95 * float(np.hypot(sd, scatter / np.sqrt(len(base.problem.recordings))))
         told = {"shape-barrier": Parameter("mm", rise, max(rise - half, 0.0), rise + half)}
+        made = replace(made, parameters=made.parameters | told)
+    if "corner-loss" in made.parameters:
+        lost, sd = lost_at_corner(model)
+        told = {"corner-loss": Parameter("1", lost, lost - NORMAL_95 * sd, lost + NORMAL_95 * sd)}
         made = replace(made, parameters=made.parameters | told)
     if "shape-barrier" in made.left_out:
         made = replace(made, left_out=made.left_out | {"shape-barrier": left_out_rise(model)})

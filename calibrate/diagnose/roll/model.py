@@ -35,9 +35,9 @@ class Model:
     top: float
     seen: dict = field(default_factory=dict)
 
-    def usual_loss(self, r: int) -> float:
-        """Share of the speed that the corner takes at the baseline's centre, of run r."""
-        return corner_loss.USUAL * corner_loss.sharp(self.incline[r], self.seed.inertia)
+    def usual_loss(self, r: int, rank: float) -> float:
+        """Share of the speed that the corner takes of run r by itself; rank: the nuisance `corner`."""
+        return corner_loss.usual(corner_loss.most(self.incline[r], self.seed.inertia, self.mu), rank)
 
     def relevant(self, r: int) -> tuple[str, ...]:
         """Globals on which run r depends."""
@@ -66,11 +66,12 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
         }
     if "oval" in at:  # ln (1 + I/(m h²)) falls by 2 (1 − 1/c) δh/r; half of it, with sd the other half: seeds are no ellipses
         more["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
+    usual = model.usual_loss(r, get("corner", 0.0))
     ripple = (get(f"shape-barrier.cos.{r}", 0.0) / 1000, get(f"shape-barrier.sin.{r}", 0.0) / 1000)
     return Way(
         own[0], own[1], own[1] + length, f, math.sin(beta), math.cos(beta), mu,
         level=slope.drive(get("slope", 0.0) + get("level", 0.0), model.runs[r].sign),
-        keep=corner_loss.kept(get("corner-loss", 0.0), model.usual_loss(r)), ripple=ripple, turn=model.turn[r],
+        keep=corner_loss.kept(get("corner-loss", 0.0), usual), ripple=ripple, turn=model.turn[r],
         phase=model.phase[r], **more,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from calibrate.diagnose.effects.effect import Effect
-from calibrate.diagnose.effects.roll import EFFECTS, corner_loss
+from calibrate.diagnose.effects.roll import EFFECTS
 from calibrate.diagnose.effects.roll.shape_barrier import quadrature
 from calibrate.diagnose.problem import Fit, Problem
 from calibrate.diagnose.roll.model import OWN, Model, moved, predict, way_of
@@ -41,7 +41,7 @@ def build(runs: tuple[Run, ...], seed: Seed, turn: np.ndarray, phase: np.ndarray
         length.append(run.length if math.isfinite(run.length) else run.way.way_down)
     speeds = [math.sqrt(2 * f * max(math.sin(b) - mu * math.cos(b), 0.01) * s) for b, s in zip(incline, length, strict=True)]
     sessions = tuple(dict.fromkeys(f"scale.{run.session}" for run in runs))
-    names = (*effects_of(runs, seed, ripple=ripple), "mu", "incline", "level", "inertia", *sessions)
+    names = (*effects_of(runs, seed, ripple=ripple), "mu", "incline", "level", "inertia", "corner", *sessions)
     names += ("drag",) if "drag" not in names and seed.drag else ()
     return Model(runs, seed, mu, np.array(incline), np.array(length), turn, phase, names, 1.6 * max(speeds))
 
@@ -73,15 +73,12 @@ def roll_problem(
     effects = effects_of(model.runs, model.seed, ripple="shape-barrier" in model.names)
     if shape_known:
         effects = {n: e for n, e in effects.items() if not n.startswith("shape-barrier")}
-    usual = float(np.mean([model.usual_loss(r) for r in range(len(model.runs))]))
-    effects["corner-loss"] = corner_loss.beside(usual)
     noise = estimate_noise(model.runs, model.turn)
     known = {
-        "mu": WIDE_MU, "incline": INCLINE_SD_DEG, "level": LEVEL_SD_DEG, "inertia": model.seed.inertia_sd,
-        "corner-loss": usual * corner_loss.USUAL_SD / corner_loss.USUAL,
+        "mu": WIDE_MU, "incline": INCLINE_SD_DEG, "level": LEVEL_SD_DEG, "inertia": model.seed.inertia_sd, "corner": 1.0,
         **{f"scale.{s}": math.hypot(sd, GRAVITY_SD) for s, sd in scales.items()},
     }  # fmt: skip
-    sizes = {"mu": 0.1, "incline": 0.1, "level": 0.003, "inertia": 0.01} | {f"scale.{s}": 1e-3 for s in scales}
+    sizes = {"mu": 0.1, "incline": 0.1, "level": 0.003, "inertia": 0.01, "corner": 1.0} | {f"scale.{s}": 1e-3 for s in scales}
     if model.seed.drag:
         known["drag"], sizes["drag"] = model.seed.drag_sd, model.seed.drag_sd
     if shape_known:

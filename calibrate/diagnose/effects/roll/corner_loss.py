@@ -2,20 +2,30 @@
 
 The foot on the level is a new point of touch, and only the angular momentum about it is kept: of a seed that rolls round a sharp
 corner of β it takes  (1 − cos β)/(1 + I/(m r²)),  0.024 of a ball's speed at 15°; a bounce changes nothing of that, rolling
-friction under the blow adds to it, and a rounded corner takes nothing. This range belongs to the baseline.
+friction μ under the blow, of impulse m v sin β, adds  μ sin β/(1 + I/(m r²)),  and a rounded corner takes nothing. This range
+belongs to the baseline.
 """
 
 import math
-from dataclasses import replace
+
+from scipy.special import ndtr
 
 from calibrate.diagnose.effects.effect import Effect
-
-USUAL, USUAL_SD = 0.6, 0.5  # of a sharp corner's loss, in the baseline: from a rounded one (0) to one with friction (1.5)
 
 
 def sharp(incline: float, inertia: float) -> float:
     """Share of the speed that a sharp corner of `incline` [rad] takes; inertia: 1 + I/(m r²)."""
     return (1 - math.cos(incline)) / inertia
+
+
+def most(incline: float, inertia: float, rolling: float) -> float:
+    """Share of the speed that a corner takes at most by itself; rolling: friction."""
+    return sharp(incline, inertia) + rolling * math.sin(incline) / inertia
+
+
+def usual(most: float, rank: float) -> float:
+    """Share of the speed that a corner takes, anything from nil to `most` as likely; rank: standard normal."""
+    return most * float(ndtr(rank))
 
 
 def kept(value: float, usual: float = 0.0) -> float:
@@ -29,8 +39,3 @@ EFFECT = Effect(
     twins=("initial-slip",),
     separating="the same roll over a rounded corner, or on a gentler incline: the loss grows as the square of the angle",
 )  # fmt: skip
-
-
-def beside(usual: float) -> Effect:
-    """The effect for a baseline that already loses `usual` of the speed; all that is lost is reported."""
-    return replace(EFFECT, low=-usual, high=1 - usual, reported=lambda value: value + usual)
