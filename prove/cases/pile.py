@@ -55,6 +55,7 @@ class Scene:
     mm_per_px: float
     wish: Wish
     gate_power: float = 0.0
+    gate_deg: float = 0.0  # flatter by itself where the gate is e times as fast
 
 
 def draw(wish: Wish, rng: np.random.Generator) -> Scene:
@@ -68,7 +69,7 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
     )  # fmt: skip
     scene = Scene(
         runs, rng.uniform(22, 33), round(grain, 2), rng.normal(0, PLUMB_SD_DEG), round(float(rng.uniform(0.3, 0.4)), 3), wish,
-        rng.normal(0, GATE_POWER_SD),
+        rng.normal(0, GATE_POWER_SD), abs(rng.normal(0, GATE_DEG)),
     )  # fmt: skip
     if not (gates or (wish.separated is None and not several and rng.random() < 0.3)):
         return scene
@@ -78,9 +79,9 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
 def profile(x: np.ndarray, scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> np.ndarray:
     """Height of the heap's skin [mm] at x [mm] from its middle; the plate's where there is none."""
     plate = np.tan(np.radians(sizes.get("base-tilt", 0.0))) * x
-    steep = np.tan(np.radians(scene.angle_deg + run.angle_off_deg))
-    shaken = sizes.get("base-vibration", 0.0) * (1 + photo) / PHOTOS
     faster = run.gate_mm_s / GATE_MM_S
+    steep = np.tan(np.radians(scene.angle_deg + run.angle_off_deg - scene.gate_deg * np.log(faster)))
+    shaken = sizes.get("base-vibration", 0.0) * (1 + photo) / PHOTOS
     longer = faster * sizes.get("gate-speed", 0.0) + shaken
     rounding = run.round_mm * faster**scene.gate_power + longer
     toe = run.toe_mm * faster**scene.gate_power + longer
@@ -151,11 +152,15 @@ def _visible(scene: Scene, run: Run, sizes: dict[str, float], name: str) -> Visi
     middle = plain[PHOTOS // 2]
     height = run.half_mm * np.tan(np.radians(scene.angle_deg + run.angle_off_deg))
 
-    def slope(**changed: float) -> np.ndarray:
-        return profile(x, scene, replace(run, **changed), without, PHOTOS // 2) - middle
+    def more(changed: Run) -> np.ndarray:
+        return profile(x, scene, changed, without, PHOTOS // 2) - middle
 
-    rounder, longer = slope(round_mm=run.round_mm * 1.1) / np.log(1.1), slope(toe_mm=run.toe_mm * 1.1) / np.log(1.1)
-    steeper, larger = slope(angle_off_deg=run.angle_off_deg + 0.1) / 0.1, slope(half_mm=run.half_mm + 0.1) / 0.1
+    rounder, longer = (
+        more(changed) / np.log(1.1)
+        for changed in (replace(run, round_mm=run.round_mm * 1.1), replace(run, toe_mm=run.toe_mm * 1.1))
+    )
+    steeper = more(replace(run, angle_off_deg=run.angle_off_deg + 0.1)) / 0.1
+    larger = more(replace(run, half_mm=run.half_mm + 0.1)) / 0.1
     changes = photos - plain + _turned(x, sizes, name) + (run.angle_off_deg - drawn.angle_off_deg) * steeper
     crest, toe = (column / max(float(np.abs(column).max()), 1e-12) for column in (rounder, longer))
     bow, faster = np.sin(np.pi * np.clip(middle / height, 0, 1)), np.log(run.gate_mm_s / GATE_MM_S)
