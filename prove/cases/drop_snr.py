@@ -70,16 +70,21 @@ def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: s
         told[1], still[1] = scene.air.drag, 0.0  # of the air that the recording states
         for axis, pushed in enumerate(_pushed(drop, told, still)):
             shared[axis][:, -1] = pushed
-        recordings.append(_visible(drop, change, shared))
+        recordings.append(_visible(drop, change, shared, timed=name.startswith("clock")))
     return track_snr(recordings, shared_sd, scene.noise)
 
 
-def _visible(drop: Flown, change, shared) -> Visible:
-    """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick."""
+def _visible(drop: Flown, change, shared, timed: bool = False) -> Visible:
+    """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick.
+
+    timed: the effect moves the moments of impact too, which nobody states: a seed does not leap there because it is kicked later.
+    """
     flight = _flights(drop)
     inside = flight >= 0
     t, count = drop.true_s, flight.max() + 1
     across = [np.ones_like(t), t] + [np.maximum(t - b, 0) for b in drop.log[: count - 1, [T_BEGIN, T_END]].mean(axis=1)]
+    if timed:
+        across += [(t > b) * 1.0 for b in drop.log[: count - 1, T_END]]
     up = [(flight == k) * f for k in range(count) for f in (np.ones_like(t), t)]
     p, q = len(across), len(up)
     own = [np.zeros((len(t), p + q)) for _ in range(2)]

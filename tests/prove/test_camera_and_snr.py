@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from prove.cases import drop
 from prove.cases.camera import Camera, seen, stated_times, true_times
+from prove.cases.drop_snr import visibility
 from prove.cases.noise import Noise, kept, noisy, whitened
 from prove.cases.snr import Channel, Visible, scatter_snr, track_snr
+from prove.cases.truth import Wish
 
 CAMERA = Camera((0.0, 100.0), 120.0)
 NOTHING = np.zeros(2)
@@ -84,3 +87,10 @@ def test_snr_is_the_spread_of_the_best_estimate():
     noises = whitened(np.column_stack([noisy(np.zeros(n), noise, rng) for _ in range(400)]), 0.9, 0.0, 0.05)
     fitted = np.linalg.lstsq(white, noises, rcond=None)[0][0]
     assert np.std(fitted) == pytest.approx(1 / snr, rel=0.12)  # 400 fits know a spread to 3.5 %
+
+
+def test_a_clock_error_is_no_more_visible_than_its_twin_of_scale_lets_it_be():
+    """Without a stated height only the fall's curvature tells a clock, and twice its error is an error of scale."""
+    scene = drop.draw(Wish(("clock-error",), separated=False), np.random.default_rng(5))
+    most = 2 * 0.004 / np.hypot(scene.scale_sd, 5e-4)
+    assert 0.9 * most < visibility(scene, {"clock-error": 0.004}, "clock-error") < 1.03 * most
