@@ -12,6 +12,7 @@ import numpy as np
 from calibrate.diagnose.drop.bounce import Bounces, bounces_of
 from calibrate.diagnose.drop.impacts import Impacts
 from calibrate.diagnose.drop.scatter import Scatter, scatter_of
+from calibrate.diagnose.effects.drop import plate_tilt
 from calibrate.diagnose.effects.drop.impact import IMPACT_EFFECTS
 from calibrate.diagnose.effects.effect import Hits
 from calibrate.diagnose.linear import Reduced
@@ -211,7 +212,9 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
     hits = Hits(seen.speed, model.impacts.number, 1 - (stick + values["grip"]) * seen.share, seen.drift)
     shape = later * (values["shape.later"] + values["shape.slow"] / np.maximum(seen.speed, SLOW_M_S) ** 2)
     e = model.middle + values["e"] + shape
-    kick = stick * np.nan_to_num(seen.slip) + values["plumb"] * hits.lever
+    tilt = model.impacts.seeds.tilt[model.impacts.recording]
+    e = plate_tilt.restitution(hits, e, tilt)
+    kick = stick * np.nan_to_num(seen.slip) + values["plumb"] * hits.lever + plate_tilt.kick(hits, tilt)
     kick = kick + (turn + np.where(later, values["turn.later"], values["turn.first"])) * seen.turn
     for name, effect in IMPACT_EFFECTS.items():
         value = values.get(name, 0.0)

@@ -23,12 +23,14 @@ HEARD_SD_S = 2e-4  # how well the moment of an impact is heard
 @dataclass(frozen=True, eq=False)
 class Seeds:
     """Of each recording (R,): radius of the stated volume [m], elongation (a − c)/(a + c), reach a − c of the half axes [m],
-    gyration² I/m in the picture plane [m²]; NaN radius where no size is stated."""
+    gyration² I/m in the picture plane [m²]; NaN radius where no size is stated. tilt [deg] of the plate that they fall on, as
+    stated, falling towards +x."""
 
     radius: np.ndarray
     elongation: np.ndarray
     reach: np.ndarray
     gyration: np.ndarray
+    tilt: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,16 +97,16 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
     """From the stated sizes of each recording."""
     rows = []
     for about in descriptions:
-        seed = about.get("seed", {})
+        seed, tilt = about.get("seed", {}), about.get("drop", {}).get("tilt_deg") or 0.0
         half = np.array([seed[k] / 2000 for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)])
         if not len(half):
-            rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan))
+            rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, tilt))
             continue
         radius = float(np.prod(half)) ** (1 / len(half))
         long = (half.max() - half.min()) / (half.max() + half.min()) if len(half) > 1 else ONE_SIZE_LONG
         reach = float(half.max() - half.min()) if len(half) > 1 else 2 * ONE_SIZE_LONG * radius
-        rows.append((radius, long, reach, 0.4 * float((half**2).mean())))
-    return Seeds(*np.array(rows).reshape(-1, 4).T)
+        rows.append((radius, long, reach, 0.4 * float((half**2).mean()), tilt))
+    return Seeds(*np.array(rows).reshape(-1, 5).T)
 
 
 def usable(impacts: Impacts) -> Impacts:

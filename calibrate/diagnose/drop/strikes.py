@@ -71,7 +71,7 @@ def observed(seen: Impacts) -> dict[str, np.ndarray]:
 def outcome(seen: Impacts, told: dict, restitution: float, anchor: float, values: dict[str, float]) -> dict[str, np.ndarray]:
     """The same of the twin, the mean over the ways of lying; the same ways whatever the laws."""
     laws: dict[str, dict] = {"drag": {"factor": 0.0}}  # what a few mm of air do is nothing, and the kernels are one set
-    tilt = values.get("plate-tilt", 0.0)
+    tilt = (told.get("drop", {}).get("tilt_deg") or 0.0) + values.get("plate-tilt", 0.0)
     for name, value in values.items():
         laws |= CHANGES[name](value, restitution, anchor)
     before = np.nan_to_num(seen.before)

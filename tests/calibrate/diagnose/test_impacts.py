@@ -93,6 +93,16 @@ def test_damage_is_a_class_where_each_count_has_its_own_speed():
     assert rising.alarm and rising.verdict in ("class", "unknown")
 
 
+def test_a_stated_tilt_is_no_news_and_only_what_is_beyond_it_is_found():
+    made = drops(replace(BALL, tilt_deg=2.0), 1)
+    told = [replace(t, description=t.description | {"drop": t.description.get("drop", {}) | {"tilt_deg": 2.0}}) for t in made]
+    assert diagnose_drop(told, np.random.default_rng(0)).verdict == "none"
+    half = [replace(t, description=t.description | {"drop": t.description["drop"] | {"tilt_deg": 1.0}}) for t in told]
+    found = diagnose_drop(half, np.random.default_rng(0))
+    assert found.verdict == "name" and found.names == ("plate-tilt",)
+    assert found.parameters["plate-tilt"].low95 < 1.0 < found.parameters["plate-tilt"].high95
+
+
 def test_drag_and_tilt_together_are_both_named():
     found = diagnosed(replace(BALL, tilt_deg=1.0, stated_air=0.0), 1)
     assert found.verdict == "name" and set(found.names) == {"drag", "plate-tilt"}
