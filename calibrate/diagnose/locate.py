@@ -21,7 +21,8 @@ WINDOW_P = 0.05
 
 @dataclass(frozen=True)
 class Sector:
-    """explained: share of the excess χ² (NaN where there is none to share); p: of a fall in χ² as great by chance."""
+    """explained: share of the excess χ² (NaN where there is none to share), of χ² its fall less twice the freedom that it takes
+    (Akaike 1974: sectors of many terms and of few compare); p: of a fall as great by chance."""
 
     name: str
     explained: float
@@ -40,7 +41,8 @@ class Window:
 
 @dataclass(frozen=True)
 class Location:
-    """excess: χ² above chance that freeing everything would remove; p: of it; sectors, best first; window, None where its p is
+    """excess: χ² above chance that freeing everything would remove; p: of it, or of what common terms without a name remove, the
+    stranger one (Bonferroni); sectors, best first; window, None where its p is
     not below .05; collapse: the axis of which what is missing is best a function, "" without a window."""
 
     excess: float
@@ -63,15 +65,41 @@ def locate(fit: Fit, windows: Windows, rng: np.random.Generator) -> Location:
     doubt = noise_doubt(fit, rng)
     by_sector = {s: tuple(n for n in fit.names if _sector(fit, n) == s) for s in fit.problem.sectors}
     fall, count = explained(fit, sum(by_sector.values(), ()), smooth=True)
+    p, terms = chance(fall, count, doubt), unnamed(fit)
+    if terms:
+        common = terms.fall(())
+        fall, p = max(fall, common[0] - common[1] + count), min(1.0, 2 * min(p, chance(*common, doubt)))
     excess = max(fall - count, 0.0)
     found = []
     for name, columns in by_sector.items():
-        part, freedom = explained(fit, columns)
-        share = float(np.clip((part - freedom) / excess, 0, 1)) if excess > 0 else float("nan")
+        ways = [explained(fit, columns)] + ([terms.fall(columns, name)] if terms else [])
+        part, freedom = max(ways, key=lambda way: way[0] - 2 * way[1])
+        share = float(np.clip((part - 2 * freedom) / excess, 0, 1)) if excess > 0 else float("nan")
         found.append(Sector(name, share, chance(part, freedom, doubt)))
     found.sort(key=lambda sector: (-np.nan_to_num(sector.explained), sector.p))
     window, collapse = strongest_window(fit, windows, rng)
-    return Location(excess, chance(fall, count, doubt), tuple(found), window, collapse)
+    return Location(excess, p, tuple(found), window, collapse)
+
+
+@dataclass(frozen=True, eq=False)
+class Unnamed:
+    """A fit's reduced space a (M, G), b (M,), and columns (M, k) by sector of terms of no candidate's (Problem.nameless)."""
+
+    fit: Fit
+    a: np.ndarray
+    b: np.ndarray
+    columns: dict[str, np.ndarray]
+
+    def fall(self, effects: tuple[str, ...], sector: str | None = None) -> tuple[float, int]:
+        """Fall of χ² and its freedom when the terms of `sector` (None: of all) and `effects` are freed."""
+        terms = [c for s, c in self.columns.items() if sector in (None, s)]
+        own = self.a[:, [self.fit.names.index(n) for n in effects]]
+        return fall_of_chi2(np.hstack([own, *terms]), projector(self.a, self.fit.prior_sd), self.b)
+
+
+def unnamed(fit: Fit) -> Unnamed | None:
+    """None where a rig has no such terms."""
+    return Unnamed(fit, *fit.problem.nameless(fit)) if fit.problem.nameless else None
 
 
 def noise_doubt(fit: Fit, rng: np.random.Generator) -> np.ndarray:

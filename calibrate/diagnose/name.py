@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrate.diagnose.linear import chance
-from calibrate.diagnose.locate import Location, noise_doubt
+from calibrate.diagnose.locate import Location, noise_doubt, unnamed
 from calibrate.diagnose.noise import maximum_draws
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.scores import explained, ln_evidence, predictive_gains, score, single_estimates
@@ -77,10 +77,19 @@ def _needed(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Gene
 
 
 def _rest(base: Fit, chosen: tuple[str, ...], rng: np.random.Generator, *, draws: int = 20_000) -> float:
-    """Global p of the greatest score of any other candidate once `chosen` are free: it sees what the smooth excess does not."""
-    found = score(fit(base.problem, free=chosen, start=base))
+    """Global p of the greatest score of any other candidate once `chosen` are free, or of common terms without a name: both see
+    what the smooth excess does not."""
+    at = fit(base.problem, free=chosen, start=base)
+    found = score(at)
     maxima = maximum_draws(found.covariance, rng, level_sd=base.problem.level_sd, draws=draws)
-    return float((1 + (maxima >= np.abs(found.z).max()).sum()) / (1 + draws))
+    p = float((1 + (maxima >= np.abs(found.z).max()).sum()) / (1 + draws))
+    return min(1.0, 2 * min(p, left)) if (left := _nameless_left(at, rng)) is not None else p
+
+
+def _nameless_left(at: Fit, rng: np.random.Generator) -> float | None:
+    """p of what common terms without a name still explain; None where a rig has none."""
+    terms = unnamed(at)
+    return chance(*terms.fall(()), noise_doubt(at, rng)) if terms else None
 
 
 def _strength(at: Fit) -> dict[str, float]:
@@ -111,7 +120,8 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
         if best.left_p > SATURATED_P and _rest(base, chosen, rng) >= alpha:
             break
     chosen = _needed(base, chosen, tried, rng)
-    return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key))
+    left = _nameless_left(fit(base.problem, free=chosen, start=base), rng) if chosen else None
+    return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)
 
 
 def _best(level: list[Candidate], floor: float) -> Candidate:
@@ -174,7 +184,7 @@ def _flaws(effects, names, values, bayes, shared, same, left) -> tuple[str, ...]
     return tuple(flaws)
 
 
-def _decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...]) -> Verdict:
+def _decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...], left: float) -> Verdict:
     ranked = tuple(sorted(candidates, key=lambda c: -c.ln_bayes))
     if not chosen:
         return Verdict("unknown", (), p, ranked, float("nan"), "the same drop again from twice and from half the height")
@@ -184,7 +194,7 @@ def _decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candid
     close = [c for c in rivals if c.ln_bayes > best.ln_bayes - LN_BF_RIVAL]
     members = tuple(dict.fromkeys(n for c in (best, *close) for n in c.names))
     advice = next((effects[n].separating for n in members if effects[n].separating), None)
-    left_over = any(flaw.startswith("something else") for flaw in best.flaws)
+    left_over = left < ALPHA or any(flaw.startswith("something else") for flaw in best.flaws)  # it would be an alarm of its own
     beyond = any(c.ln_bayes > best.ln_bayes + LN_BF_RIVAL for c in ranked if len(c.names) <= len(best.names) and not _possible(c))
     if left_over or beyond or not _possible(best):
         return Verdict("unknown", (), p, ranked, runner_up, advice)

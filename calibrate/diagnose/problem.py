@@ -27,6 +27,8 @@ class Problem:
     freedom: rows less locals; level_sd: sd of ln of the noise power where missing physics lives; model: the rig's own.
     elsewhere: further points (starts, values (G,)) at which a fit begins too, where they hold a candidate that is free: χ² has
     more than one minimum in it.
+    nameless(fit) → (a (M, G), b (M,) of its reduced space, columns (M, k) there by sector): terms of no candidate's, few and
+    common to all recordings; None where there are none.
     common_smooth: the smooth curves are one law common to all recordings, not each recording's own.
     """
 
@@ -42,6 +44,7 @@ class Problem:
     model: Any
     turns: int = 5
     common_smooth: bool = False
+    nameless: Callable | None = None
     elsewhere: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
 
     @property

@@ -10,11 +10,13 @@ from functools import partial
 import numpy as np
 
 from calibrate.diagnose.drop.model import LAWS, build
+from calibrate.diagnose.drop.nameless import LENS, pushes_of
 from calibrate.diagnose.drop.noise_of_track import TrackNoise, estimate_noise
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.retouch import retouched
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
+from calibrate.diagnose.linear import stacked
 from calibrate.diagnose.locate import Windows
 from calibrate.diagnose.problem import Fit, Problem, fit
 from calibrate.diagnose.scores import score
@@ -69,7 +71,7 @@ class Joint:
 def joint_problem(parts: tuple[Problem, ...]) -> Problem:
     """The problem of all sessions; of one session its own."""
     if len(parts) == 1:
-        return parts[0]
+        return replace(parts[0], nameless=nameless)
     order = _by_strength(parts)
     names: list[str] = []
     effects, known, spots = dict(parts[0].effects), {}, []
@@ -90,6 +92,7 @@ def joint_problem(parts: tuple[Problem, ...]) -> Problem:
     return Problem(
         "drop", sum((p.recordings for p in parts), ()), effects, tuple(names), known, np.vstack([p.starts for p in parts]),
         partial(reduce, joint, len(names)), sum(p.freedom for p in parts), max(p.level_sd for p in parts), joint,
+        nameless=nameless,
     )  # fmt: skip
 
 
@@ -133,6 +136,17 @@ def parts_of(whole: Fit) -> tuple[Fit, ...]:
             whole.starts[joint.cuts[k] : joint.cuts[k + 1]], whole.chi2, reduced,
         ))  # fmt: skip
     return tuple(out)
+
+
+def nameless(at: Fit) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """See Problem.nameless; a force is common to all sessions."""
+    pushes = [pushes_of(part) for part in parts_of(at)]
+    reduced, _ = at.problem.reduce(at.starts, at.values, pushes if len(pushes) > 1 else pushes[0])
+    a, b = stacked(reduced)
+    a, columns = np.split(a, [len(at.names)], axis=1)
+    common = columns.reshape(len(b), len(pushes), -1).sum(axis=1)
+    lenses = a[:, [n.startswith(LENS) for n in at.names]]
+    return a, b, {"flight": common[:, :-1], "measurement": np.hstack([lenses, common[:, -1:]])}
 
 
 def all_windows(base: Fit) -> Windows:

@@ -27,6 +27,7 @@ class Bench:
     shape_drag: float = 1.0  # C_d over Abraham's
     lift: float = 0.0  # C of the Magnus law
     wind: float = 0.0
+    lifted: float = 0.0  # 1/s: an upward pull that grows with the speed, which is on nobody's list
     spin: float = 0.0  # about the viewing axis at release
     tip_deg: float = 6.0  # sd of how far from flat a seed is let go
     bounces: int = 3
@@ -53,7 +54,7 @@ def fly(state, bench: Bench, dt: float):
     def pull(v, w):
         u = v - np.array([bench.wind, 0.0, 0.0])
         speed = math.sqrt(u @ u) + 1e-12
-        a = np.array([0.0, 0.0, -G])
+        a = np.array([0.0, 0.0, bench.lifted * speed - G])
         if bench.air:
             re = bench.air * speed * 2 * radius / 1.81e-5
             coefficient = bench.shape_drag * 24 / 9.06**2 * (1 + 9.06 / math.sqrt(re + 1e-9)) ** 2

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from falling import Bench, G, tracks
 
+from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
 from calibrate.diagnose.drop.model import build
 from calibrate.diagnose.drop.problem import problem_of
@@ -142,3 +143,12 @@ def test_power_to_detect_drag(share, least):
 def test_what_happens_in_impacts_is_not_taken_for_flight_or_picture(change):
     for seed in (1, 2):
         assert verdict(replace(LIGHT, **change), seed)[1].verdict == "none"
+
+
+def test_a_force_on_nobodys_list_is_no_camera_and_a_clock_that_drifts_is_no_force():
+    """Few terms common to all drops see both, and tell them apart; a clock that drifts by 3 % in a second, over half a second."""
+    lifted = tracks(replace(LIGHT, lifted=0.2), 6, np.random.default_rng(1))
+    drifting = [replace(t, time_s=t.time_s + 0.03 * t.time_s**2) for t in tracks(LIGHT, 6, np.random.default_rng(1))]
+    for seen, sector in ((lifted, "flight"), (drifting, "measurement")):
+        found = diagnose_drop(seen, np.random.default_rng(0))
+        assert found.alarm and found.verdict == "unknown" and found.sectors[0].name == sector
