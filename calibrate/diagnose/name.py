@@ -94,7 +94,8 @@ def _nameless_left(at: Fit, rng: np.random.Generator) -> float | None:
 
 def _strength(at: Fit) -> dict[str, float]:
     """Greatest |z| of each candidate's columns."""
-    found, strength = score(at), {}
+    found = score(at)
+    strength: dict[str, float] = {}
     for name, z in zip(found.names, np.abs(found.z), strict=True):
         own = at.problem.effects[name].group or name
         strength[own] = max(strength.get(own, 0.0), float(z))
@@ -106,7 +107,7 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
     p, strength = alarm(base, location, rng)
     if p >= alpha:
         return Verdict("none", (), p, (), float("nan"), None)
-    tried = {(): candidate(base, (), rng)}
+    tried: dict[tuple[str, ...], Candidate] = {(): candidate(base, (), rng)}
     chosen: tuple[str, ...] = ()
     for _ in range(MOST_EFFECTS):
         for other in _worth_trying(base, chosen, strength):
@@ -140,7 +141,7 @@ def _worth_trying(base: Fit, chosen: tuple[str, ...], strength: dict[str, float]
     if chosen:
         strength = _strength(fit(base.problem, free=chosen, start=base))
     effects = base.problem.effects
-    order = [n for n in sorted(strength, key=strength.get, reverse=True) if n not in chosen]
+    order = [n for n in sorted(strength, key=lambda n: strength[n], reverse=True) if n not in chosen]
     twins = [t for t in (*effects[order[0]].twins, *(u for c in chosen for u in effects[c].twins)) if t in order]
     return list(dict.fromkeys([*order[:REFITS], *twins]))
 

@@ -138,10 +138,10 @@ def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, valu
 
 def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray, prior: np.ndarray) -> float:
     """χ² at `values`, their prior terms included; where a problem does not tell it, with the locals at their linear best."""
-    costs = [r.cost for r in reduced]
+    costs = [r.cost for r in reduced if r.cost is not None]
     held = prior > 0
     bent = float(((values[held] / prior[held]) ** 2).sum()) + 2 * sum(r.bulk for r in reduced)
-    if None not in costs:
+    if len(costs) == len(reduced):
         return sum(costs) + bent
     a, b = stacked(reduced)
     return float(((b - a @ values) ** 2).sum()) + bent

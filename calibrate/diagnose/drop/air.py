@@ -59,7 +59,7 @@ def air_of(description: dict) -> Air:
     return Air(room, SHAPE_SD * room, room, reynolds, lift) if known else Air(UNKNOWN, UNKNOWN, room, reynolds, lift)
 
 
-def drag_shape(speed, reynolds_per_speed: float):
+def drag_shape(speed, reynolds_per_speed: float | np.ndarray):
     """Drag over drag at 2 m/s, divided by the speed: s in a = −(share g) s u, u the velocity through the air; (…) of `speed`."""
     reference = drag_coefficient(reynolds_per_speed * REFERENCE_SPEED_M_S) * REFERENCE_SPEED_M_S**2
     return drag_coefficient(reynolds_per_speed * speed) * speed / reference

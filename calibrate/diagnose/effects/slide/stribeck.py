@@ -17,11 +17,11 @@ def friction(speed: float, value: float, ln_scale: float, shape: float) -> float
     return value * math.exp(-(ratio ** min(max(EXPONENT + shape, 0.5), 3.0)))
 
 
-_TWINS = {"twins": ("kinetic-friction", "viscous-sliding"),
-          "separating": "the same slide at a tenth of the tilt rate: speeds between rest and a few cm/s"}  # fmt: skip
 EFFECT = Effect(
     name="stribeck", sector="sliding", unit="1", meaning="mu at rest - mu at high speed", prior_sd=0.08, low=0.0, high=0.5,
-    source="Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), Automatica 30, 1083", **_TWINS,
+    source="Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), Automatica 30, 1083",
+    twins=("kinetic-friction", "viscous-sliding"),
+    separating="the same slide at a tenth of the tilt rate: speeds between rest and a few cm/s",
 )  # fmt: skip
 SPEED = Effect(
     name="stribeck.ln-speed", sector="sliding", unit="1", meaning="ln of the speed scale over 0.05 m/s", prior_sd=0.8, low=-3.0,
