@@ -12,6 +12,7 @@ from calibrate.diagnose.model import Again, change_in_words
 from calibrate.twin.along import Path1D, gone, like
 from calibrate.twin.flown import drag_factor
 from calibrate.twin.parameters import Parameters
+from vision.recording import Recording
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
 DRAG_M_S = 0.5  # at which a roll's drag is reported
@@ -52,7 +53,7 @@ def _path(r) -> Path1D:
     return Path1D(r.time_s, r.x_mm - start)
 
 
-def _made(r, mu: float, values: dict[str, float]):
+def _made(r, mu: float, values: dict[str, float]) -> tuple[Recording, Parameters]:
     """(recording to be like, parameters) with what was named."""
     about = {"slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))}  # the rig counts what falls towards +x
     about["direction"] = r.description.get("roll", {}).get("direction") or r.description["roll"].get("seen_direction", "+x")

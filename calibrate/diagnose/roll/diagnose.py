@@ -50,11 +50,12 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
             f"friction changes by {share:.2g} % along each run's own way, which is taken for the seeds' own: they are no balls",
         )
         ripple = find_ripple(base, rng)
+    news: Ripple | None = ripple
     if ripple.p < ALPHA:
-        base, more, ripple = _with_ripple(runs, seed, scales, ripple, scatter, rough)
+        base, more, news = _with_ripple(runs, seed, scales, ripple, scatter, rough)
         notes += more
     notes += usual_loss_of(base)
-    where = _located(base, ripple, rng)
+    where = _located(base, news, rng)
     found = _held_against_the_nameless(base, name(base, where, rng))
     return _finding(base, where, found, notes, rng)
 
@@ -133,6 +134,11 @@ def _finding(base: Fit, where: Location, found: Verdict, notes: tuple[str, ...],
     law = law_of(base, where) if found.verdict == "unknown" else None
     found = _next(base, found)
     made = finding_of(base, where, found, law=law, curves=curves_of(base, model), notes=notes)
+    return made if model is None else _reported(made, base, model)
+
+
+def _reported(made: Finding, base: Fit, model: Fit) -> Finding:
+    """With a ripple's rise and all that the corner takes, for which several globals stand."""
     if "shape-barrier" in made.parameters:
         rise, sd, scatter = common_rise(model)
         half = NORMAL_95 * float(np.hypot(sd, scatter / np.sqrt(len(base.problem.recordings))))

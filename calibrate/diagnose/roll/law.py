@@ -44,8 +44,8 @@ class Asked:
 
 def asked_of(base: Fit) -> Asked:
     """The library of terms, put to a fit."""
-    terms, columns = _library(base)
-    a, b = stacked(base.problem.reduce(base.starts, base.values, columns)[0])
+    terms, library = _library(base)
+    a, b = stacked(base.problem.reduce(base.starts, base.values, library)[0])
     a, columns = np.split(a, [len(base.names)], axis=1)
     return Asked(terms, columns, projector(a, base.prior_sd), b)
 

@@ -3,7 +3,6 @@
 x = x₀ + a B(t; t₀, t₁, t₂),   B: speed grows by 1 from t₀ to t₁ per second and falls to nothing at t₂
 """
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,15 +58,16 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
         left = y - found[0] - found[1] * shape(t, *times)
         return np.log(left @ left + 1e-18) + 10 * (found[1] < 0)
 
-    best = None
-    for release, share in itertools.product((quarter[0],), (0.03, 0.1, 0.25)):
-        start = np.array([release, np.log(share * span), np.log(max(quarter[3] - release - share * span, 0.2 * span))])
-        found = minimize(misfit, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4, "maxfev": 150})
-        best = found if best is None or found.fun < best.fun else best
+    def first(share):
+        up = share * span
+        start = np.array([quarter[0], np.log(up), np.log(max(quarter[3] - quarter[0] - up, 0.2 * span))])
+        return minimize(misfit, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4, "maxfev": 150})
+
+    best = min((first(share) for share in (0.03, 0.1, 0.25)), key=lambda found: found.fun)
     best = minimize(misfit, best.x, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxfev": 300})
     release, up, on = best.x[0], np.exp(best.x[1]), np.exp(best.x[2])
-    times = (release, release + up, release + up + on)
-    place, acceleration = solve(times)
+    corner, stop = release + up, release + up + on
+    place, acceleration = solve((release, corner, stop))
     if not acceleration > 0 or way < 2e-3:
         raise ValueError("the track shows no seed that speeds up and slows down")
-    return Path(*(float(v) for v in times), float(place), float(acceleration))
+    return Path(float(release), float(corner), float(stop), float(place), float(acceleration))

@@ -116,8 +116,9 @@ def locals_of(model: Model, mu_sd: float) -> Locals:
             release = way.stop - top / (f * model.mu) - 2 * s / top
             place = run.x[-1] - top**2 / (2 * f * model.mu) - s
         start.append([release, place, 0.0, 0.0, 0.0])
-    stated = np.array([[math.isfinite(run.length), math.isfinite(run.incline)] for run in model.runs]).all(0)
-    sd = [np.inf, np.inf, LENGTH_SD_M if stated[0] else 0.02, INCLINE_SD_DEG if stated[1] else 5.0, mu_sd]
+    length_stated = all(math.isfinite(run.length) for run in model.runs)
+    incline_stated = all(math.isfinite(run.incline) for run in model.runs)
+    sd = [np.inf, np.inf, LENGTH_SD_M if length_stated else 0.02, INCLINE_SD_DEG if incline_stated else 5.0, mu_sd]
     return Locals(np.array(start), np.array([1e-5, 1e-6, 1e-6, 1e-3, 1e-4]), np.array(sd))
 
 

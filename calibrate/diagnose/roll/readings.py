@@ -57,13 +57,14 @@ def _slope(values: dict[str, np.ndarray], told: dict) -> tuple[float, float, flo
 
 def _finding(names, p: float, slope: Parameter | None, bayes: float, notes, advice: str | None) -> Finding:
     """A finding with a slope, or with none."""
-    alarm = p < ALPHA and slope is not None
-    named = alarm and bayes > 5 and slope.low95 * slope.high95 > 0
+    seen = slope if p < ALPHA else None
+    alarm = seen is not None
+    named = {"slope": seen} if seen and bayes > 5 and seen.low95 * seen.high95 > 0 else {}
     verdict = "name" if named else "class" if alarm else "none"
     sectors = (Sector("run-out", 1.0 if alarm else float("nan"), p),)
     return Finding(
         "roll", names, alarm, p, sectors, None, "", verdict, ("slope",) if alarm else (), bayes if alarm else float("nan"),
-        bayes if alarm else float("nan"), {"slope": slope} if named else {}, None, None,
+        bayes if alarm else float("nan"), named, None, None,
         advice if not alarm else None if named else "more run-outs in either direction, or a film of the roll",
         notes=tuple(notes),
     )  # fmt: skip
