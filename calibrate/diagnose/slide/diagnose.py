@@ -29,11 +29,11 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     prepared = prepare(assemble(recordings))
     model = Model(prepared.session, 0.0, candidates(prepared.session))
     steps, shaken = stairs_of(prepared), vibration(prepared)
-    alone = shaken is not None and shaken.amplitude > GENTLE_M_S2  # it upsets the onset: nothing else can be told beside it
+    alone = shaken if shaken and shaken.amplitude > GENTLE_M_S2 else None  # it upsets the onset: nothing else can be told
     told = _told(fitted(prepared, model, steps is not None), rng)
     if told.verdict.verdict != "none" and not alone:
         told = _or_still(prepared, told, steps is not None, rng)
-    verdict = Verdict("none", (), shaken.p, (), float("nan"), None) if alone else told.verdict
+    verdict = Verdict("none", (), alone.p, (), float("nan"), None) if alone else told.verdict
     law = law_of(told.base) if verdict.verdict == "unknown" else None
     notes = prepared.session.notes + ((STILL,) if not told.base.problem.model.turning else ())
     finding = finding_of(told.base, told.where, verdict, law=law, notes=notes)

@@ -50,8 +50,8 @@ def _columns(base: Fit) -> tuple[dict, dict]:
     for k, run in enumerate(model.session.runs):
         cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[k] > 0)
         scaled = [np.clip(axes[a][k], 0, None) / max(s.max() for s in axes[a]) for a, _ in keys]
-        columns = [pushed(run.time, -cosine * s**p) for s, (_, p) in zip(scaled, keys, strict=True)]
-        extra.append(np.vstack([np.column_stack(columns), np.zeros(len(keys))]))
+        own = [pushed(run.time, -cosine * s**p) for s, (_, p) in zip(scaled, keys, strict=True)]
+        extra.append(np.vstack([np.column_stack(own), np.zeros(len(keys))]))
     extra += [np.zeros((len(read.angles), len(keys))) for read in model.session.reads]
     a, b = stacked(base.problem.reduce(base.starts, base.values, extra)[0])
     a, columns = np.split(a, [len(base.names)], axis=1)

@@ -53,7 +53,7 @@ class Session:
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(r.recording for r in (*self.runs, *self.reads))
+        return (*(r.recording for r in self.runs), *(r.recording for r in self.reads))
 
     @property
     def rates(self) -> np.ndarray:
@@ -64,7 +64,7 @@ class Session:
     @property
     def masses(self) -> np.ndarray:
         """Masses [g] of all blocks, NaN where unknown."""
-        return np.array([r.mass_g for r in (*self.runs, *self.reads)])
+        return np.array([*(r.mass_g for r in self.runs), *(r.mass_g for r in self.reads)])
 
 
 def assemble(recordings) -> Session:

@@ -22,7 +22,8 @@ def windows_of(fit: Fit) -> Windows:
     axes = {
         "t_s": since, "x_mm": [1e3 * x for x, _, _ in flown], "v_m_s": [v for _, v, _ in flown],
     }  # fmt: skip
-    where, columns = [], [[] for _ in runs]
+    where: list[tuple[str, float, float]] = []
+    columns: list[list[np.ndarray]] = [[] for _ in runs]
     for axis, values in axes.items():
         edges = np.linspace(0.0, max(float(v.max()) for v in values), BINS + 1)
         for low, high in pairwise(edges):
