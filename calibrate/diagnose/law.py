@@ -5,7 +5,7 @@ which χ² lies within 3.84 of it, snapped to a simple number inside that range;
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -79,12 +79,20 @@ def in_words(power: float, low: float, high: float) -> str:
 def _best(base: Fit, family: Family):
     """(fall, family, which power, falls of all, reduced space with the family's columns)."""
     reduced, _ = base.problem.reduce(base.starts, base.values, family.columns(np.array(family.powers)))
+    reduced = tuple(_common(r, len(base.names), len(family.powers)) for r in reduced)
     a, b = stacked(reduced)
     a, columns = np.split(a, [len(base.names)], axis=1)
     project = projector(a, base.prior_sd)
     falls = np.array([fall_of_chi2(columns[:, [k]], project, b)[0] for k in range(columns.shape[1])])
     at = int(np.argmax(falls))
     return float(falls[at]), family, at, falls, reduced
+
+
+def _common(mine: Reduced, globals_: int, count: int) -> Reduced:
+    """With `count` columns behind those of the globals: a law is the same in every session, whose columns stand one after the
+    other."""
+    a, columns = np.split(mine.a, [globals_], axis=1)
+    return replace(mine, a=np.hstack([a, columns.reshape(len(a), -1, count).sum(axis=1)]))
 
 
 def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from calibrate.diagnose.scores import explained
 
 DRAWS = 20_000
 WINDOW_P = 0.05
+UNNAMED_SHARE = 0.05  # of the chance of a false alarm: such terms see how badly a seed's C_d(Re) is known, which is no news
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Window:
 @dataclass(frozen=True)
 class Location:
     """excess: χ² above chance that freeing everything would remove; p: of it, or of what common terms without a name remove, the
-    stranger one (Bonferroni); sectors, best first; window, None where its p is
+    stranger one (Bonferroni, with weights); sectors, best first; window, None where its p is
     not below .05; collapse: the axis of which what is missing is best a function, "" without a window."""
 
     excess: float
@@ -68,7 +69,8 @@ def locate(fit: Fit, windows: Windows, rng: np.random.Generator) -> Location:
     p, terms = chance(fall, count, doubt), unnamed(fit)
     if terms:
         common = terms.fall(())
-        fall, p = max(fall, common[0] - common[1] + count), min(1.0, 2 * min(p, chance(*common, doubt)))
+        fall = max(fall, common[0] - common[1] + count)
+        p = min(1.0, p / (1 - UNNAMED_SHARE), chance(*common, doubt) / UNNAMED_SHARE)
     excess = max(fall - count, 0.0)
     found = []
     for name, columns in by_sector.items():
