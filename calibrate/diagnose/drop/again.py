@@ -7,7 +7,7 @@ import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2, Air, drag_shape
 from calibrate.diagnose.drop.flight import accelerations
-from calibrate.diagnose.drop.model import LAWS, Places, build, forces, places, velocities
+from calibrate.diagnose.drop.model import Places, build, forces, pictured, places, rate_of, velocities
 from calibrate.diagnose.drop.model import _at as placed_at
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
@@ -52,7 +52,7 @@ def sessions_of(tracks: list, names: tuple[str, ...]) -> list["Flights"]:
     return out
 
 
-def _most_mended(flown: list):
+def _most_mended(flown: list[tuple["Flights", np.ndarray, np.ndarray]]) -> tuple["Flights", np.ndarray, np.ndarray]:
     return max(flown, key=lambda f: float(((f[0].session.places - f[1]) ** 2 - (f[0].session.places - f[2]) ** 2).sum()))
 
 
@@ -80,7 +80,7 @@ class Flights:
         flights = np.flatnonzero(s.recording == r)
         if not len(flights):
             return
-        rate = float(np.prod([LAWS[n].clock(v) for n, v in values.items() if LAWS[n].clock]))
+        rate = rate_of(values)
         begin = self.begins(starts, values)[flights]
         begin[:, 2:] *= rate
         fastest = max(np.linalg.norm(begin[:, 2:], axis=1).max(), float((2 * s.half[flights] * G_M_S2 - begin[:, 3]).max()))
@@ -90,9 +90,7 @@ class Flights:
         for k, f in enumerate(flights):
             rows = slice(s.first[f], s.stop[f])
             seen[rows] = flown.at(k, (s.tau[rows] + s.half[f]) / rate)
-        for name, value in values.items():
-            if LAWS[name].picture and value:
-                seen = LAWS[name].picture(seen, s.view, value)
+        seen = pictured(seen, s.view, values)
         mine = s.recording[s.flight] == r
         out[mine] = seen[mine]
 

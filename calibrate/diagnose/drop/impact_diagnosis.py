@@ -26,11 +26,14 @@ BINS = 4
 def diagnose_impacts(impacts: Impacts, rng: np.random.Generator, *, alpha: float = ALPHA) -> tuple[Finding, Location] | None:
     """None where the impacts are too few to tell an effect from their scatter. Two questions, law and shape, share `alpha`."""
     elongation = elongation_of(impacts) if len(impacts) else 0.0
-    if problem_of(impacts, elongation) is None:
+    problem = problem_of(impacts, elongation)
+    if problem is None:
         return None
     shape = shape_of(impacts, bounces_of(impacts, elongation), elongation)
     long = shape.p < alpha / 2
-    base = fit(problem_of(impacts, shape.elongation if long else elongation))
+    if long:  # as the contacts show it, not as stated
+        problem = problem_of(impacts, shape.elongation) or problem
+    base = fit(problem)
     where = locate(base, windows_of(base), rng)
     found = by_count(settled(name(base, where, rng, alpha=alpha / 2)))
     finding = finding_of(base, where, found, draw=curves_of)

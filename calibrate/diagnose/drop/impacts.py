@@ -127,7 +127,8 @@ def heard(names: tuple[str, ...], times: list[np.ndarray], descriptions: list[di
     A hop of duration T leaves and lands at g T/2, but for the air: (1 + κ/4) on leaving and (1 − κ/4) on landing, κ drag over
     weight at that speed (first order in κ).
     """
-    rows, flights, sds = [], [], []
+    rows, flights = [], []
+    sds: list[float] = []
     for r, (heard_at, about) in enumerate(zip(times, descriptions, strict=True)):
         hop = np.diff(np.asarray(heard_at, dtype=float))
         speed = G_M_S2 * hop / 2

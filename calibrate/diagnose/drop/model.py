@@ -13,8 +13,8 @@ from calibrate.diagnose.drop.air import G_M_S2
 from calibrate.diagnose.drop.flight import accelerations, shift_basis, speed_basis
 from calibrate.diagnose.drop.nuisances import NUISANCES
 from calibrate.diagnose.drop.session import Session
-from calibrate.diagnose.effects.drop import EFFECTS
-from calibrate.diagnose.effects.effect import Motion
+from calibrate.diagnose.effects.drop import EFFECTS, drag
+from calibrate.diagnose.effects.effect import Motion, View
 
 LAWS = EFFECTS | NUISANCES
 ROUND_JOINT_SD_M = 2e-5  # how far the centre moves sideways during a contact beside what its speeds before and after say
@@ -64,22 +64,36 @@ def _at(session: Session, flight: np.ndarray, time: np.ndarray):
     return flight, tau, shift_basis(tau, half) * half[:, None] ** 2, speed_basis(tau, half) * half[:, None], runs
 
 
+def rate_of(values: dict[str, float]) -> float:
+    """True over stated frame rate."""
+    return float(np.prod([clock(v) for n, v in values.items() if (clock := LAWS[n].clock)]))
+
+
+def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarray:
+    """Places (n, 2) [m] as the camera shows them."""
+    for name, value in values.items():
+        picture = LAWS[name].picture
+        if picture and value:
+            true = picture(true, view, value)
+    return true
+
+
 def forces(model: Model, values: dict[str, float]):
     """force(velocity (F, p, 2)) in stated seconds, gravity and the stated air included."""
     s = model.session
     air = np.array([[s.air[r].share, s.air[r].reynolds_per_speed, s.air[r].lift, s.air[r].room] for r in s.recording])
-    rate = float(np.prod([LAWS[n].clock(v) for n, v in values.items() if LAWS[n].clock]))
+    rate = rate_of(values)
     # the air that drags is the air that blows: a seed that is dragged more than its sizes say is blown aside more
     dragged = np.where(air[:, :1] > 0, 1 + values.get("drag", 0.0) / np.where(air[:, :1] > 0, air[:, :1], 1.0), 1.0)
     room = air[:, 3:4] * np.maximum(dragged, 0.0)
-    acting = [(LAWS[n].acceleration, v) for n, v in values.items() if LAWS[n].acceleration and v]
+    acting = [(law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v]
 
     def force(velocity: np.ndarray) -> np.ndarray:
         motion = Motion(velocity * rate, s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3], room, G_M_S2)
         out = np.zeros_like(velocity)
         out[..., 1] = -G_M_S2
         if air[:, 0].any():
-            out += EFFECTS["drag"].acceleration(motion, air[:, 0][:, None, None])
+            out += drag.acceleration(motion, air[:, 0][:, None, None])
         for law, value in acting:
             out += law(motion, value)
         return out / rate**2
@@ -103,10 +117,7 @@ def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple
     """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated."""
     s = model.session
     push = accelerations(starts[:, 2:], s.half, forces(model, values))
-    seen = places(model.rows, starts, push)
-    for name, value in values.items():
-        if LAWS[name].picture and value:
-            seen = LAWS[name].picture(seen, s.view, value)
+    seen = pictured(places(model.rows, starts, push), s.view, values)
     touch = places(model.contacts, starts, push)
     count = len(s.joint)
     speed = velocities(model.contacts, starts, push)[:, 0]

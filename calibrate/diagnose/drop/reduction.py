@@ -179,7 +179,7 @@ def _eliminate(model: Model, blocks, count: int, spun: bool):
                     row[0, spins + spot[int(f)]] = entry[4]
             row[0, local : local + count], row[0, -1] = across, right
             rows.append(row)
-        triangle = np.linalg.qr(np.vstack(rows), mode="r")
+        triangle = np.asarray(np.linalg.qr(np.vstack(rows), mode="r"))  # one array, whatever numpy's types say
         below = triangle[local:]
         bulk = float(np.log(np.abs(np.diag(triangle)[spins:local])).sum())
         reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1], bulk=bulk))

@@ -103,7 +103,11 @@ def _of_camera(name: str) -> bool:
 def _by_strength(parts: tuple[Problem, ...]) -> dict[str, list[int]]:
     """Sessions in the order in which they show each camera effect."""
     shown = [dict(zip((s := score(fit(p))).names, np.abs(s.z), strict=True)) for p in parts]
-    return {n: sorted((k for k, p in enumerate(parts) if n in p.names), key=lambda k, n=n: -shown[k].get(n, 0.0)) for n in LAWS}
+
+    def ranked(name: str) -> list[int]:
+        return sorted((k for k, p in enumerate(parts) if name in p.names), key=lambda k: -shown[k].get(name, 0.0))
+
+    return {name: ranked(name) for name in LAWS}
 
 
 def reduce(joint: Joint, count: int, starts: np.ndarray, values: np.ndarray, extra=None):

@@ -116,8 +116,8 @@ def _compared(seen: Impacts, key: str, recorded, before, after):
     for r, name in enumerate(seen.names):
         mine = seen.recording == r
         if mine.any():
-            off = [float(np.sqrt(((recorded - twin)[mine] ** 2).mean())) for twin in (before, after)]
-            yield Compared(name, COLUMNS[key], unit, *off, "impacts")
+            old, new = (float(np.sqrt(((recorded - twin)[mine] ** 2).mean())) for twin in (before, after))
+            yield Compared(name, COLUMNS[key], unit, old, new, "impacts")
 
 
 def drawn(seen: Impacts, key: str, recorded, before, after) -> dict:

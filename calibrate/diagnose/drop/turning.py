@@ -29,10 +29,11 @@ class Turning:
 
 def turning(angle_deg: np.ndarray | None, rows: np.ndarray, time: np.ndarray) -> Turning:
     """Of `rows` of a track, at `time` (n,) [s]; nothing turns where fewer than five angles were seen."""
-    seen = np.zeros(len(rows), bool) if angle_deg is None else np.isfinite(angle_deg[rows])
+    angles = np.full(len(rows), np.nan) if angle_deg is None else angle_deg[rows]
+    seen = np.isfinite(angles)
     if seen.sum() < 5:
         return Turning(np.zeros(len(rows)), 0.0, 0.0, 0.0, float(np.ptp(time)))
-    late, angle = time[seen] - time[0], np.radians(angle_deg[rows][seen])
+    late, angle = time[seen] - time[0], np.radians(angles[seen])
     quarters = zip(np.array_split(late, QUARTERS), np.array_split(angle, QUARTERS), strict=True)
     rates = [np.polyfit(t, a, 1)[0] for t, a in quarters if len(t) > QUARTERS]
     white = 12 * noise_of(angle) ** 2 / (len(late) * np.ptp(late) ** 2)  # variance of the slope of all that noise alone makes
