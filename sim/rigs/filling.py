@@ -16,7 +16,7 @@ from sim.seed import Seed
 
 PACKED = 0.64  # volume fraction that is never exceeded by such a rain: how many seeds are enough
 SPARE = 1.06  # that many more, to have something to strike off
-POURED = Settled(window_s=0.05, displacement=0.1, kinetic=3e-4)  # packed, though by rolling friction against own spin it may creep on
+POURED = Settled(window_s=0.05, displacement=0.1, kinetic=3e-4)  # packed; rolling friction may creep on
 QUIET = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)  # rolling friction against own spin creeps by 2e-3 a window
 LONGEST_S = 3.0
 
