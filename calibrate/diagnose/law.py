@@ -92,7 +92,7 @@ def _common(mine: Reduced, globals_: int, count: int) -> Reduced:
     """With `count` columns behind those of the globals: a law is the same in every session, whose columns stand one after the
     other."""
     a, columns = np.split(mine.a, [globals_], axis=1)
-    return replace(mine, a=np.hstack([a, columns.reshape(len(a), -1, count).sum(axis=1)]))
+    return replace(mine, a=np.hstack([a, columns.reshape(len(a), columns.shape[1] // count, count).sum(axis=1)]))
 
 
 def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:

@@ -17,7 +17,6 @@ from calibrate.diagnose.scores import explained
 
 DRAWS = 20_000
 WINDOW_P = 0.05
-UNNAMED_SHARE = 0.05  # of the chance of a false alarm: such terms see how badly a seed's C_d(Re) is known, which is no news
 
 
 @dataclass(frozen=True)
@@ -42,9 +41,12 @@ class Window:
 
 @dataclass(frozen=True)
 class Location:
-    """excess: χ² above chance that freeing everything would remove; p: of it, or of what common terms without a name remove, the
-    stranger one (Bonferroni, with weights); sectors, best first; window, None where its p is
-    not below .05; collapse: the axis of which what is missing is best a function, "" without a window."""
+    """excess: χ² above chance that freeing everything would remove; p: of it; sectors, best first; window, None where its p is
+    not below .05; collapse: the axis of which what is missing is best a function, "" without a window.
+
+    Common terms without a name (`Unnamed`) share in the excess and tell its sector, but raise no alarm: they see how badly a
+    seed's C_d(Re) is known, which is no news.
+    """
 
     excess: float
     p: float
@@ -68,9 +70,8 @@ def locate(fit: Fit, windows: Windows, rng: np.random.Generator) -> Location:
     fall, count = explained(fit, sum(by_sector.values(), ()), smooth=True)
     p, terms = chance(fall, count, doubt), unnamed(fit)
     if terms:
-        common = terms.fall(())
-        fall = max(fall, common[0] - common[1] + count)
-        p = min(1.0, p / (1 - UNNAMED_SHARE), chance(*common, doubt) / UNNAMED_SHARE)
+        common, freedom = terms.fall(())
+        fall = max(fall, common - freedom + count)
     excess = max(fall - count, 0.0)
     found = []
     for name, columns in by_sector.items():
