@@ -65,3 +65,11 @@ def test_an_exponent_that_is_known_to_a_hair_has_a_range():
     powers = np.array([-1.0, 0.0, 0.7, 2.0])
     low, high = _range(powers, np.array([0.0, 2e5, 1e6, 3e5]), 2)
     assert low <= 0.7 <= high and high - low < 0.01
+
+
+def test_a_law_is_one_for_all_sessions_also_where_a_recording_says_nothing():
+    from calibrate.diagnose.law import _common
+
+    full = np.array([[1.0, 2.0, 3.0, 0.0, 0.0], [1.0, 0.0, 0.0, 4.0, 5.0]])  # one of the globals, two powers in two sessions
+    np.testing.assert_array_equal(_common(Reduced(full, full[:, :0], np.ones(2)), 1, 2).a, [[1.0, 2.0, 3.0], [1.0, 4.0, 5.0]])
+    assert _common(Reduced(full[:0], full[:0, :0], np.ones(0)), 1, 2).a.shape == (0, 3)
