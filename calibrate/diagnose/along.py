@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.model import Again, Compared
-from calibrate.twin.along import Path1D, Ran, above, filmed, gone, shown
+from calibrate.twin.along import Path1D, Ran, Recording, above, filmed, gone, shown
 from calibrate.twin.parameters import Parameters
-from vision.recording import Recording
 
 MOST = 6  # recordings that are run again
 POINTS = 200  # at which ways are compared

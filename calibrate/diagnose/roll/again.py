@@ -9,10 +9,9 @@ from calibrate.diagnose.along import MOST, Twin, compared
 from calibrate.diagnose.drop.air import air_of, drag_shape
 from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.model import Again, change_in_words
-from calibrate.twin.along import Path1D, gone, like
+from calibrate.twin.along import Path1D, Recording, gone, like
 from calibrate.twin.flown import drag_factor
 from calibrate.twin.parameters import Parameters
-from vision.recording import Recording
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
 DRAG_M_S = 0.5  # at which a roll's drag is reported
