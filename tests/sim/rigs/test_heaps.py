@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sim.engine.observe import Settled
 from sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from sim.motion import Motion
+from sim.rigs import filling
 from sim.rigs.bench import Bench, turned
 from sim.rigs.cylinder import LiftedCylinder, run_cylinder
+from sim.rigs.filling import settle
 from sim.rigs.pile import Pile, fill_pile, run_pile
 from sim.rigs.profile import centroid_angle, outline, slope_angle
 from sim.seed import Seed
@@ -137,3 +140,30 @@ def test_what_was_filled_in_and_what_is_left_are_weighed(heap, filled):
     seeds = 1e3 * sum(filled.shapes[k].mass_kg for k in filled.shape_of)
     assert heap.truth["filled_mass_g"] == pytest.approx(seeds)
     assert 0 < heap.truth["retained_mass_g"] <= heap.truth["filled_mass_g"]
+
+
+def bed(monkeypatch, convention: str, rolling: float, quiet: Settled) -> tuple[float, float]:
+    """Simulated seconds that a bed of nearly round seeds of great friction takes to be poured, and its mean height then [mm]."""
+    rough = {"static_friction": 0.7, "rolling_friction": rolling, "rolling_convention": convention}
+    contacts = {"seed_seed": replace(SOYBEAN_SOYBEAN, **rough), "seed_wall": replace(SOYBEAN_Q235, **rough)}
+    bench = replace(BENCH, sizes=(0.0075, 0.0071, 0.0069), **contacts)
+    seen = []
+
+    def watched(world, state, stage, **how):
+        out = settle(world, state, stage, **how)
+        seen.append((out.time_s - state.time_s, 1e3 * float(out.positions[:, 2].mean())))
+        return out
+
+    monkeypatch.setattr(filling, "settle", watched)
+    monkeypatch.setattr(filling, "POURED", quiet)
+    fill_pile(SMALL, bench, np.random.default_rng(1))
+    return seen[0]
+
+
+def test_a_bed_is_poured_when_it_holds_and_is_not_left_to_creep(monkeypatch):
+    """Type C holds: waiting until all is quiet changes nothing. EDEM's convention creeps: waiting sinks the bed (the control)."""
+    poured, quiet = filling.POURED, filling.QUIET
+    at_once, later = (bed(monkeypatch, "type_c", 0.18, until) for until in (poured, quiet))
+    assert at_once[0] < 1.0 and at_once[1] == pytest.approx(later[1], abs=0.1)  # mm: a seed is 7
+    at_once, later = (bed(monkeypatch, "edem", 0.09, until) for until in (poured, quiet))
+    assert at_once[0] < 1.0 < later[0] and later[1] < 0.99 * at_once[1]
