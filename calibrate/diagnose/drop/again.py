@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2, Air, drag_shape
-from calibrate.diagnose.drop.flight import accelerations
-from calibrate.diagnose.drop.model import Places, build, forces, pictured, places, rate_of, velocities
+from calibrate.diagnose.drop.model import Places, build, pictured, places, pushed, rate_of, velocities
 from calibrate.diagnose.drop.model import _at as placed_at
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
@@ -98,7 +97,7 @@ class Flights:
         """(F, 4): where and how fast each flight's seed is at its first row, by the model's own flights."""
         model, s = self.after.problem.model, self.session
         at = Places(*placed_at(s, np.arange(len(s.middle)), s.middle - s.half))
-        push = accelerations(starts[:, 2:], s.half, forces(model, values))
+        push = pushed(model, starts, values)
         return np.hstack([places(at, starts, push), velocities(at, starts, push)])
 
     def compared(self, old: np.ndarray, new: np.ndarray):
@@ -113,7 +112,7 @@ class Flights:
 
 
 def left_out(of: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:
-    """Globals as the recordings other than r have them, and the starts (F, 4) that go with them."""
+    """Globals as the recordings other than r have them, and the starts (F, 5) that go with them."""
     flown = sorted(set(of.problem.model.session.recording.tolist()))  # the reduced space holds no others
     k = flown.index(r) if r in flown else len(flown)
     others = of.reduced[:k] + of.reduced[k + 1 :]

@@ -6,8 +6,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2, Air
-from calibrate.diagnose.drop.flight import accelerations
-from calibrate.diagnose.drop.model import forces, predict, velocities
+from calibrate.diagnose.drop.model import predict, pushed, velocities
 from calibrate.diagnose.drop.noise_of_track import TrackNoise
 from calibrate.diagnose.drop.reduction import whitened
 from calibrate.diagnose.problem import Fit
@@ -65,7 +64,7 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
     """From fitted flights (any effects of flight and picture that were freed are allowed for)."""
     model, used = fit.problem.model, [t for t in tracks if not t.trouble]
     s = model.session
-    push = accelerations(fit.starts[:, 2:], s.half, forces(model, fit.by_name))
+    push = pushed(model, fit.starts, fit.by_name)
     speed = velocities(model.contacts, fit.starts, push)
     count = len(s.joint)
     recording = s.recording[s.joint[:, 0]] if count else np.zeros(0, dtype=int)
@@ -87,7 +86,7 @@ def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
     model, starts = fit.problem.model, fit.starts
     seen = predict(model, starts, fit.by_name)[0]
     step = 1e-6
-    columns = [(predict(model, starts + step * unit, fit.by_name)[0] - seen) / step for unit in np.eye(4)]
+    columns = [(predict(model, starts + step * unit, fit.by_name)[0] - seen) / step for unit in np.eye(5)[:4]]
     jacobian = np.stack([*columns, np.zeros_like(seen)], axis=-1)
     own = [white[:, :4] for white in whitened(model, noise, jacobian)]
     return np.array([np.sqrt(np.diag(np.linalg.inv(w.T @ w))[2:]) for w in own])

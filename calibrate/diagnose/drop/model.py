@@ -1,6 +1,7 @@
 """From parameters to what a camera sees of one session: flights, then the picture.
 
-Every flight has a start of its own (x, z, v_x, v_z at its middle): impacts are free, the sector-saturated model. The globals are
+Every flight has a start of its own (x, z, v_x, v_z at its middle; v_y², of the speed that no picture shows but the air feels):
+impacts are free, the sector-saturated model. The globals are
 the effects and nuisances by name, in their own units, common to all recordings of the session; 0 is the baseline's centre.
 """
 
@@ -19,6 +20,7 @@ from calibrate.diagnose.effects.effect import Motion, View
 LAWS = EFFECTS | NUISANCES
 ROUND_JOINT_SD_M = 2e-5  # how far the centre moves sideways during a contact beside what its speeds before and after say
 LONG_JOINT_SD_M = 3e-4  # a long seed touches with one end, then with the other: some ms at a speed in between
+LEAST_ASIDE_M_S = 0.01
 ROUND = 0.02  # elongation of what is taken for a ball
 
 
@@ -35,10 +37,12 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A session with the names of its globals, and the bases that never change."""
+    """A session with the names of its globals, and what never changes: the bases; aside (F,) [m²/s²]: mean of v_y² of such
+    flights, a seed being thrown as far to the camera as across."""
 
     session: Session
     names: tuple[str, ...]
+    aside: np.ndarray
     rows: Places
     contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
 
@@ -48,7 +52,16 @@ def build(session: Session) -> Model:
     names = tuple(n for n, law in LAWS.items() if _seen(law, session))
     contacts = Places(*_at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2)))
     rows = Places(*_at(session, session.flight, session.tau + session.middle[session.flight]))
-    return Model(session, names, rows, contacts)
+    return Model(session, names, _aside(session), rows, contacts)
+
+
+def _aside(session: Session) -> np.ndarray:
+    """(F,): the mean square of v_x, of first flights and of those after an impact."""
+    rows = zip(session.first, session.stop, strict=True)
+    across = np.array([np.polyfit(session.tau[a:b], session.places[a:b, 0], 1)[0] for a, b in rows])
+    first = np.array([f == np.flatnonzero(session.recording == r)[0] for f, r in enumerate(session.recording)])
+    means = [np.mean(across[kind] ** 2) if kind.any() else 0.0 for kind in (~first, first)]
+    return np.maximum(np.array(means)[first.astype(int)], LEAST_ASIDE_M_S**2)
 
 
 def _seen(law, session: Session) -> bool:
@@ -78,8 +91,13 @@ def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarr
     return true
 
 
-def forces(model: Model, values: dict[str, float]):
-    """force(velocity (F, p, 2)) in stated seconds, gravity and the stated air included."""
+def pushed(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
+    """Accelerations (F, POINTS, 2) at the flights' nodes, per stated second squared."""
+    return accelerations(starts[:, 2:4], model.session.half, forces(model, values, np.sqrt(np.maximum(starts[:, 4], 0.0))))
+
+
+def forces(model: Model, values: dict[str, float], aside: np.ndarray):
+    """force(velocity (F, p, 2)) in stated seconds, gravity and the stated air included; aside (F,): speed out of the picture."""
     s = model.session
     air = np.array([[s.air[r].share, s.air[r].reynolds_per_speed, s.air[r].lift, s.air[r].room] for r in s.recording])
     rate = rate_of(values)
@@ -89,7 +107,7 @@ def forces(model: Model, values: dict[str, float]):
     acting = [(law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v]
 
     def force(velocity: np.ndarray) -> np.ndarray:
-        motion = Motion(velocity * rate, s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3], room, G_M_S2)
+        motion = Motion(velocity * rate, aside[:, None] * rate, s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3], room, G_M_S2)
         out = np.zeros_like(velocity)
         out[..., 1] = -G_M_S2
         if air[:, 0].any():
@@ -102,21 +120,21 @@ def forces(model: Model, values: dict[str, float]):
 
 
 def places(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """True places (n, 2) [m] for starts (F, 4) and accelerations `push` (F, POINTS, 2)."""
+    """True places (n, 2) [m] for starts (F, 5) and accelerations `push` (F, POINTS, 2)."""
     start = starts[at.flight]
     moved = [at.shift[a:b] @ push[f] for f, a, b in at.runs]
-    return start[:, :2] + start[:, 2:] * at.tau[:, None] + np.concatenate(moved or [np.zeros((0, 2))])
+    return start[:, :2] + start[:, 2:4] * at.tau[:, None] + np.concatenate(moved or [np.zeros((0, 2))])
 
 
 def velocities(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
     """Velocities (n, 2) [m per stated second]."""
-    return starts[at.flight, 2:] + np.einsum("np,npc->nc", at.speed, push[at.flight])
+    return starts[at.flight, 2:4] + np.einsum("np,npc->nc", at.speed, push[at.flight])
 
 
 def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
     """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated."""
     s = model.session
-    push = accelerations(starts[:, 2:], s.half, forces(model, values))
+    push = pushed(model, starts, values)
     seen = pictured(places(model.rows, starts, push), s.view, values)
     touch = places(model.contacts, starts, push)
     count = len(s.joint)

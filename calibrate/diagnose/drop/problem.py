@@ -22,7 +22,7 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
     noise = noise or estimate_noise(s)
     rows = 2 * len(s.tau) + int(np.isfinite(s.release).sum()) + len(s.joint)
     return Problem(
-        "drop", s.names, EFFECTS, model.names, baseline_sd(s), _parabolas(s), partial(reduce, model, noise),
+        "drop", s.names, EFFECTS, model.names, baseline_sd(s), _parabolas(model), partial(reduce, model, noise),
         rows - 4 * len(s.middle), noise.level_sd, model,
     )  # fmt: skip
 
@@ -36,13 +36,14 @@ def baseline_sd(session: Session) -> dict[str, float]:
     return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens"))}
 
 
-def _parabolas(session: Session) -> np.ndarray:
-    """Starts (F, 4) of a straight line across and a parabola of g upwards."""
-    out = np.empty((len(session.middle), 4))
+def _parabolas(model: Model) -> np.ndarray:
+    """Starts (F, 5) of a straight line across and a parabola of g upwards."""
+    session = model.session
+    out = np.empty((len(session.middle), 5))
     for f in range(len(out)):
         rows = slice(session.first[f], session.stop[f])
         tau = session.tau[rows]
         up = session.places[rows, 1] + G_M_S2 * tau**2 / 2
         slope, level = np.polynomial.polynomial.polyfit(tau, np.column_stack([session.places[rows, 0], up]), 1)[::-1]
-        out[f] = [*level, *slope]
+        out[f] = [*level, *slope, model.aside[f]]
     return out

@@ -1,46 +1,49 @@
 """The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
 
-The locals are the flights' own starts, each seed's own drag beside the lot's, and, where spin pushes, how much each flight's
+The locals are the flights' own starts (v_y² among them, of which only its usual size is known), each seed's own drag beside the lot's, and, where spin pushes, how much each flight's
 spin is more than its silhouette's turning says; the smooth curves are Legendre polynomials of degrees 2 to 6 in each flight.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.flight import POINTS, accelerations
-from calibrate.diagnose.drop.model import LAWS, Model, forces, joint_sd, predict, velocities
+from calibrate.diagnose.drop.flight import POINTS
+from calibrate.diagnose.drop.model import LAWS, Model, joint_sd, predict, pushed, velocities
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
 
+LOCALS = 5  # of a flight
+STEPS = (1e-6, 1e-6, 1e-6, 1e-6, 1e-3)
+ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
 SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
-    """Linearised about `starts` (F, 4) and `values` (G,): Reduced of each recording, and a function (change of θ) → change of
+    """Linearised about `starts` (F, 5) and `values` (G,): Reduced of each recording, and a function (change of θ) → change of
     starts. The last entry of each b is the residual that no parameter can change, so that χ² of different points compare.
 
     pushes (K, F, POINTS, 2): accelerations at the flights' nodes, whose columns follow those of the globals.
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
-    lower, change = _eliminate(model, blocks, len(values) + len(pushes), "magnus" in model.names)
+    lower, change = _eliminate(model, starts, blocks, len(values) + len(pushes), "magnus" in model.names)
     at = np.concatenate([values, np.zeros(len(pushes))])
     return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
 
 
 def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
-    """Triangle of each flight's whitened rows [4 locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
+    """Triangle of each flight's whitened rows [5 locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
     rows. There is no column of spin where none was seen."""
     s, names = model.session, model.names
     at = dict(zip(names, values, strict=True))
     seen, side = predict(model, starts, at)
     columns, side_columns = [], []
-    for p in range(4):
-        step = 1e-6
+    for p, step in enumerate(STEPS):
         moved = starts.copy()
         moved[:, p] += step
         columns.append((predict(model, moved, at)[0] - seen) / step)
@@ -54,21 +57,21 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
     own = _own_spins(model, starts, at) if "magnus" in at else None
     if own:
         columns.append(own[0])
-    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, 4 + G + K (+ 1) + 1)
+    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, 5 + G + K (+ 1) + 1)
     triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian)]
     return triangles, _side_rows(model, starts, at, np.array(side_columns).T, side, own[1] if own else None)
 
 
 def _own_spins(model: Model, starts: np.ndarray, at: dict) -> tuple[np.ndarray, np.ndarray]:
     """Where one sd more of its own spin moves each flight's rows (n, 2), and its place across at the contacts (2 J,)."""
-    s, still = model.session, accelerations(starts[:, 2:], model.session.half, forces(model, at))
+    s, still = model.session, pushed(model, starts, at)
     faster = replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))
-    push = accelerations(starts[:, 2:], s.half, forces(faster, at)) - still
+    push = pushed(faster, starts, at) - still
     return _pushed_rows(model, push[None])[0], np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
 
 
 def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
-    """Whitened rows (2 n_f, 4 + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
+    """Whitened rows (2 n_f, 5 + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
     s, extra = model.session, len(SMOOTH)
     width = jacobian.shape[2]
     size = s.stop - s.first
@@ -111,13 +114,13 @@ def _pushed_sides(model: Model, starts: np.ndarray, at: dict, push: np.ndarray) 
 def _joint_sd(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
     """(J,) [m]: how well a seed's place across is the same before and after a contact."""
     s = model.session
-    push = accelerations(starts[:, 2:], s.half, forces(model, at))
+    push = pushed(model, starts, at)
     speed = velocities(model.contacts, starts, push)[:, 0]
     return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
 
 
 def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray, spun: np.ndarray | None):
-    """Rows (recording, {flight: its 4 local entries, and its spin's}, globals (G,), right side) of contacts and stated falls."""
+    """Rows (recording, {flight: its 5 local entries, and its spin's}, globals (G,), right side) of contacts and stated falls."""
     s = model.session
     spun = np.zeros(2 * len(s.joint)) if spun is None else spun
     count, rows, sds = len(s.joint), [], _joint_sd(model, starts, at)
@@ -125,8 +128,8 @@ def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndar
         sd = sds[j]
         taus = model.contacts.tau[[j, count + j]]
         entries = {
-            before: np.array([-1, 0, -taus[0], 0, -spun[j]]) / sd,
-            after: np.array([1, 0, taus[1], 0, spun[count + j]]) / sd,
+            before: np.array([-1, 0, -taus[0], 0, 0, -spun[j]]) / sd,
+            after: np.array([1, 0, taus[1], 0, 0, spun[count + j]]) / sd,
         }
         rows.append((s.recording[before], entries, side_columns[j], -side[j]))
     for r in np.flatnonzero(np.isfinite(s.release)):
@@ -136,12 +139,12 @@ def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndar
             continue
         j = int(touched[0])
         slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
-        rows.append((r, {flight: np.array([0, 0, 0, slope, 0])}, side_columns[count + r], -side[count + r]))
+        rows.append((r, {flight: np.array([0, 0, 0, slope, 0, 0])}, side_columns[count + r], -side[count + r]))
     return rows
 
 
-def _eliminate(model: Model, blocks, count: int, spun: bool):
-    """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts (F, 4)."""
+def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
+    """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts (F, 5)."""
     session, drag = model.session, model.names.index("drag")
     triangles, sides = blocks
     extra = 2 * len(SMOOTH)
@@ -152,7 +155,7 @@ def _eliminate(model: Model, blocks, count: int, spun: bool):
             continue
         spot = {int(f): i for i, f in enumerate(flights)}
         own_sd = SEED_DRAG * session.air[r].share
-        spins = 4 * len(flights) + (own_sd > 0)  # the first column of the flights' own spins, in sds
+        spins = LOCALS * len(flights) + (own_sd > 0)  # the first column of the flights' own spins, in sds
         local = spins + spun * len(flights)
         total = local + count + extra * len(flights) + 1
         rows = [np.eye(total)[spins:local]]
@@ -161,22 +164,27 @@ def _eliminate(model: Model, blocks, count: int, spun: bool):
         for f in flights:
             triangle, i = triangles[f], spot[int(f)]
             block = np.zeros((len(triangle), total))
-            block[:, 4 * i : 4 * i + 4] = triangle[:, :4]
-            block[:, local : local + count] = triangle[:, 4 : 4 + count]
+            block[:, LOCALS * i : LOCALS * (i + 1)] = triangle[:, :LOCALS]
+            block[:, local : local + count] = triangle[:, LOCALS : LOCALS + count]
             if own_sd > 0:
-                block[:, spins - 1] = triangle[:, 4 + drag]
+                block[:, spins - 1] = triangle[:, LOCALS + drag]
             if spun:
-                block[:, spins + i] = triangle[:, 4 + count]
+                block[:, spins + i] = triangle[:, LOCALS + count]
             at = local + count + extra * i
-            block[:, at : at + extra] = triangle[:, 4 + count + spun : -1]
+            block[:, at : at + extra] = triangle[:, LOCALS + count + spun : -1]
             block[:, -1] = triangle[:, -1]
             rows.append(block)
+        for f in flights:
+            row = np.zeros((1, total))
+            sd = ASIDE_SD * model.aside[f]
+            row[0, LOCALS * spot[int(f)] + 4], row[0, -1] = 1 / sd, (model.aside[f] - starts[f, 4]) / sd
+            rows.append(row)
         for _, entries, across, right in (side for side in sides if side[0] == r):
             row = np.zeros((1, total))
             for f, entry in entries.items():
-                row[0, 4 * spot[int(f)] : 4 * spot[int(f)] + 4] = entry[:4]
+                row[0, LOCALS * spot[int(f)] : LOCALS * (spot[int(f)] + 1)] = entry[:LOCALS]
                 if spun:
-                    row[0, spins + spot[int(f)]] = entry[4]
+                    row[0, spins + spot[int(f)]] = entry[LOCALS]
             row[0, local : local + count], row[0, -1] = across, right
             rows.append(row)
         triangle = np.asarray(np.linalg.qr(np.vstack(rows), mode="r"))  # one array, whatever numpy's types say
@@ -186,9 +194,9 @@ def _eliminate(model: Model, blocks, count: int, spun: bool):
         back.append((flights, triangle[:local, :local], triangle[:local, local : local + count], triangle[:local, -1]))
 
     def change(theta: np.ndarray) -> np.ndarray:
-        out = np.zeros((len(session.middle), 4))
+        out = np.zeros((len(session.middle), LOCALS))
         for flights, own, across, right in back:
-            out[flights] = solve_triangular(own, right - across @ theta)[: 4 * len(flights)].reshape(-1, 4)
+            out[flights] = solve_triangular(own, right - across @ theta)[: LOCALS * len(flights)].reshape(-1, LOCALS)
         return out
 
     return reduced, change

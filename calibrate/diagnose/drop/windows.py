@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from calibrate.diagnose.drop.flight import NODES, accelerations, positions_at_nodes
-from calibrate.diagnose.drop.model import forces
+from calibrate.diagnose.drop.flight import NODES, positions_at_nodes
+from calibrate.diagnose.drop.model import pushed
 from calibrate.diagnose.locate import Windows
 from calibrate.diagnose.problem import Fit
 
@@ -30,8 +30,7 @@ def windows_of(fit: Fit) -> Windows:
 def flown(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Places and velocities (F, POINTS, 2) at the flights' nodes."""
     half = fit.problem.model.session.half
-    push = accelerations(fit.starts[:, 2:], half, forces(fit.problem.model, fit.by_name))
-    return positions_at_nodes(fit.starts, half, push)
+    return positions_at_nodes(fit.starts, half, pushed(fit.problem.model, fit.starts, fit.by_name))
 
 
 def axes_of(fit: Fit) -> dict[str, np.ndarray]:

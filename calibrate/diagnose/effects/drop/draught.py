@@ -11,7 +11,7 @@ def acceleration(motion: Motion, value: float) -> np.ndarray:
     wind = np.array([value, 0.0])
 
     def drag(velocity):
-        speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
+        speed = np.hypot(np.linalg.norm(velocity, axis=-1, keepdims=True), motion.aside[..., None])
         return -(motion.room * motion.g)[..., None] * drag_shape(speed, motion.reynolds[..., None]) * velocity
 
     return drag(motion.velocity - wind) - drag(motion.velocity)
