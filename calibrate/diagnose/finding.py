@@ -10,9 +10,10 @@ from calibrate.diagnose.linear import ridge, stacked
 from calibrate.diagnose.locate import Location, Sector, Window
 from calibrate.diagnose.name import ALPHA, Candidate, Verdict
 from calibrate.diagnose.problem import Fit, fit
-from calibrate.diagnose.scores import HeldOut, held_out
+from calibrate.diagnose.scores import HeldOut, held_out, unbound
 
 NORMAL_95 = 1.959964
+WEAK = 5.0  # times its sd, a prior moves what is known to a fifth of it by 0.2 %
 
 
 @dataclass(frozen=True)
@@ -153,11 +154,14 @@ def without(base: Fit, effects: tuple[str, ...]) -> Fit:
 
 
 def parameters_of(model: Fit, names: tuple[str, ...]) -> dict[str, Parameter]:
-    """Value and 95 % interval of each effect; the noise's own doubt widens it."""
+    """Value and 95 % interval of each effect; the noise's own doubt widens it. A prior tells what is likely to be there, not how
+    much of it was seen: here it counts for little."""
     wider = math.exp(model.problem.level_sd**2 / 2)
+    values, covariance, _ = ridge(*stacked(model.reduced), unbound(model, names, WEAK).prior_sd)
     out = {}
     for n in names:
-        value, half = model.by_name[n], NORMAL_95 * wider * model.sd(n)
+        i = model.names.index(n)
+        value, half = float(values[i]), NORMAL_95 * wider * math.sqrt(covariance[i, i])
         shown = model.problem.effects[n].reported or float
         out[n] = Parameter(model.problem.effects[n].unit, shown(value), shown(value - half), shown(value + half))
     return out

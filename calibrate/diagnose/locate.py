@@ -44,8 +44,7 @@ class Location:
     """excess: χ² above chance that freeing everything would remove; p: of it; sectors, best first; window, None where its p is
     not below .05; collapse: the axis of which what is missing is best a function, "" without a window.
 
-    Common terms without a name (`Unnamed`) share in the excess and tell its sector, but raise no alarm: they see how badly a
-    seed's C_d(Re) is known, which is no news.
+    Common terms without a name (`Unnamed`) share in all this; p is then the lesser of both, doubled.
     """
 
     excess: float
@@ -71,6 +70,7 @@ def locate(fit: Fit, windows: Windows, rng: np.random.Generator) -> Location:
     p, terms = chance(fall, count, doubt), unnamed(fit)
     if terms:
         common, freedom = terms.fall(())
+        p = min(1.0, 2 * min(p, chance(common, freedom, doubt)))
         fall = max(fall, common - freedom + count)
     excess = max(fall - count, 0.0)
     found = []

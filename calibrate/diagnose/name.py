@@ -13,7 +13,7 @@ from calibrate.diagnose.linear import chance
 from calibrate.diagnose.locate import Location, noise_doubt, unnamed
 from calibrate.diagnose.noise import maximum_draws
 from calibrate.diagnose.problem import Fit, fit
-from calibrate.diagnose.scores import explained, ln_evidence, predictive_gains, score, single_estimates
+from calibrate.diagnose.scores import explained, ln_evidence, predictive_gains, score, single_estimates, unbound
 
 ALPHA = 0.005
 LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
@@ -76,10 +76,24 @@ def _needed(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Gene
     return _needed(base, best.names, tried, rng)
 
 
+def _swapped(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Generator) -> tuple[str, ...]:
+    """With a twin in the place of one of them where that has more evidence: what was found first may have stood for two."""
+    effects = base.problem.effects
+    if len(chosen) < 2:
+        return chosen
+    for n in chosen:
+        for twin in effects[n].twins:
+            key = tuple(sorted({*chosen, twin} - {n}))
+            if twin not in chosen and twin in base.names:
+                tried[key] = tried.get(key) or candidate(base, key, rng)
+    same = [c for key, c in tried.items() if len(key) == len(chosen) and _possible(c)]
+    return max((tried[tuple(sorted(chosen))], *same), key=lambda c: c.ln_bayes).names
+
+
 def _rest(base: Fit, chosen: tuple[str, ...], rng: np.random.Generator, *, draws: int = 20_000) -> float:
     """Global p of the greatest score of any other candidate once `chosen` are free, or of common terms without a name: both see
     what the smooth excess does not."""
-    at = fit(base.problem, free=chosen, start=base)
+    at = unbound(fit(base.problem, free=chosen, start=base), chosen)
     found = score(at)
     maxima = maximum_draws(found.covariance, rng, level_sd=base.problem.level_sd, draws=draws)
     p = float((1 + (maxima >= np.abs(found.z).max()).sum()) / (1 + draws))
@@ -120,8 +134,8 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
         chosen = best.names
         if best.left_p > SATURATED_P and _rest(base, chosen, rng) >= alpha:
             break
-    chosen = _needed(base, chosen, tried, rng)
-    left = _nameless_left(fit(base.problem, free=chosen, start=base), rng) if chosen else None
+    chosen = _needed(base, _swapped(base, chosen, tried, rng), tried, rng)
+    left = _nameless_left(unbound(fit(base.problem, free=chosen, start=base), chosen), rng) if chosen else None
     return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)
 
 
@@ -153,7 +167,7 @@ def candidate(base: Fit, names: tuple[str, ...], rng: np.random.Generator) -> Ca
     bayes = ln_evidence(found.reduced, found.prior_sd) - ln_evidence(base.reduced, base.prior_sd) if names else 0.0
     values = tuple(found.by_name[n] for n in names)
     sds = tuple(found.sd(n) for n in names)
-    fall, freedom = explained(found, (), smooth=True)
+    fall, freedom = explained(unbound(found, names), (), smooth=True)
     left = chance(fall, freedom, noise_doubt(base, rng))
     gains = predictive_gains(found, base, names) if names else np.zeros(0)
     gain = float(gains.mean()) if len(gains) else float("nan")

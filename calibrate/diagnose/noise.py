@@ -91,7 +91,7 @@ def estimate(stretches: list[Stretch]) -> Noise:
     if not usable:
         return Noise(0.0, 0.0, 1.0)
     packed = _pack(usable)
-    highest = max(1 - CELLS / float(np.median([len(s.data) for s in usable])), 0.5)
+    highest = max(1 - CELLS / _usual_length(usable), 0.5)
 
     def loss(rho: float, white: float) -> float:
         return _loss(packed, rho, white)[0] + np.log(Noise(rho, white, 0.0).low_frequency)
@@ -108,6 +108,12 @@ def estimate(stretches: list[Stretch]) -> Noise:
         spare = sum(len(s.data) - s.design.shape[1] for s in usable)
         return Noise(0.0, 0.0, float(np.sqrt(2 / spare)))
     return Noise(rho, white, _log_level_sd(packed, found.x, highest))
+
+
+def _usual_length(stretches: list[Stretch]) -> float:
+    """Rows of the stretch that holds the middle one of all rows: the many short hops at the end of a drop tell least."""
+    lengths = np.sort([len(s.data) for s in stretches])
+    return float(lengths[np.searchsorted(np.cumsum(lengths), lengths.sum() / 2)])
 
 
 def _natural(u: np.ndarray, highest: float) -> tuple[float, float]:

@@ -4,12 +4,15 @@ With nuisances n of prior sd T marginalised,  P = I − A_n (A_nᵀA_n + T⁻²)
 z = aᵀPb / √(aᵀPa), normal with variance 1 where the baseline is true. Rao (1948); Kass & Raftery (1995) for the evidence.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calibrate.diagnose.linear import Reduced, block_diagonal, fall_of_chi2, projector, ridge, stacked
 from calibrate.diagnose.problem import Fit
+
+
+FLAT = 1e3  # times its sd, a prior says nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,12 @@ def explained(fit: Fit, free: tuple[str, ...], *, smooth: bool = False) -> tuple
         curves = [r.smooth for r in fit.reduced]
         parts.append(np.vstack(curves) if fit.problem.common_smooth else block_diagonal(curves))
     return fall_of_chi2(np.hstack(parts), projector(a, fit.prior_sd), b)
+
+
+def unbound(fit: Fit, effects: tuple[str, ...], wider: float = FLAT) -> Fit:
+    """The fit with the priors of `effects` taken off, or so many times wider: what a prior is strained by is no sign that something else is left."""
+    wide = np.isin(fit.names, [n for effect in effects for n in fit.problem.columns_of(effect)])
+    return replace(fit, prior_sd=np.where(wide, wider * fit.prior_sd, fit.prior_sd))
 
 
 def ln_evidence(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> float:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 SHAPE_SD = 0.15  # of C_d beside a sphere's, relative
+SLOPE_SD = 0.15  # of d ln C_d/d ln v: a sphere's is −0.2 at a seed's speeds, a bluff body's nil
 UNKNOWN = 0.018  # drag over weight at 2 m/s of a seed that nobody described (soybean .018, wheat .03), with as large an sd
 REFERENCE_SPEED_M_S = 2.0
 G_M_S2 = 9.80665
@@ -59,7 +60,11 @@ def air_of(description: dict) -> Air:
     return Air(room, SHAPE_SD * room, room, reynolds, lift) if known else Air(UNKNOWN, UNKNOWN, room, reynolds, lift)
 
 
-def drag_shape(speed, reynolds_per_speed: float | np.ndarray):
-    """Drag over drag at 2 m/s, divided by the speed: s in a = −(share g) s u, u the velocity through the air; (…) of `speed`."""
+def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0):
+    """Drag over drag at 2 m/s, divided by the speed: s in a = −(share g) s u, u the velocity through the air; (…) of `speed`.
+
+    slope: of ln C_d over ln v, beside a sphere's.
+    """
     reference = drag_coefficient(reynolds_per_speed * REFERENCE_SPEED_M_S) * REFERENCE_SPEED_M_S**2
-    return drag_coefficient(reynolds_per_speed * speed) * speed / reference
+    bent = np.maximum(speed / REFERENCE_SPEED_M_S, 1e-6) ** slope if slope else 1.0
+    return drag_coefficient(reynolds_per_speed * speed) * speed / reference * bent

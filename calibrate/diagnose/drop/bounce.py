@@ -17,8 +17,9 @@ SPREAD_M_S = 0.15  # below this closing speed of the point of contact its restit
 @dataclass(frozen=True, eq=False)
 class Bounces:
     """(n,) each: speed [m/s] closing of the point of contact, e, e_usable, offset b [m] (NaN unseen); kick Δv_x/Δv_n, slip
-    (v_x + h ω)/Δv_n before, turn h Δω/Δv_n (0 where unseen), share v_n/Δv_n before; drift (v_x' + e v_x)/v_n (0 where unseen);
-    e_error, kick_error (n, n): covariances; offset_sd [m], of its measuring."""
+    (v_x + h ω)/Δv_n before, turn h Δω/Δv_n (0 where unseen), share v_n/Δv_n before; drift (2, n): v_x/v_n and v_x'/v_n
+    (0 where unseen), with h ω and h ω' where the offset was allowed for, which takes a tilt for itself;
+    e_error, kick_error (n, n): covariances; spin_error (n, n): of h ω'/Δv_n; offset_sd [m], of its measuring."""
 
     speed: np.ndarray
     e: np.ndarray
@@ -31,6 +32,7 @@ class Bounces:
     drift: np.ndarray
     e_error: np.ndarray
     kick_error: np.ndarray
+    spin_error: np.ndarray
     offset_sd: np.ndarray
 
 
@@ -42,19 +44,21 @@ def bounces_of(impacts: Impacts, elongation: float, g: float = 9.80665) -> Bounc
     with np.errstate(invalid="ignore"):
         turn = np.where(spun, radius * (w2 - w) / gain, 0.0)
         offset = np.where(spun, (gyration * (w2 - w) - radius * (vx2 - vx)) / gain, np.nan)
-        arm = np.where(spun & (elongation >= ROUND), offset, 0.0)
+        arm, reach = (np.where(spun & (elongation >= ROUND), length, 0.0) for length in (offset, radius))
         closing = -(vz + np.where(spun, arm * w, 0.0))
         leaving = vz2 + np.where(spun, arm * w2, 0.0)
         slip = (vx + np.where(spun, radius * w, 0.0)) / gain
     usable = (closing > SPREAD_M_S) & (leaving > 0)
     safe = np.where(usable, closing, 1.0)
     e, kick = leaving / safe, (vx2 - vx) / gain
+    across = [v + np.where(spun, reach * np.nan_to_num(turning), 0.0) for v, turning in ((vx, w), (vx2, w2))]
     e_error = _error(impacts, 1, -e / safe, 1 / safe) + np.diag((g * impacts.time_sd * (1 + e) / safe) ** 2)
     kick_error = _error(impacts, 0, -1 / gain, 1 / gain) + _error(impacts, 1, kick / gain, -kick / gain)
     offset_error = _error(impacts, 2, -gyration / gain, gyration / gain) + _error(impacts, 0, radius / gain, -radius / gain)
+    spin_error = np.nan_to_num(_error(impacts, 2, 0 * gain, np.nan_to_num(radius / gain)))
     offset_sd = np.sqrt(np.diag(offset_error))
-    drift = np.nan_to_num((vx2 + e * vx) / safe)
-    return Bounces(safe, e, usable, offset, kick, slip, turn, vz / gain, drift, e_error, kick_error, offset_sd)
+    drift = np.nan_to_num(np.array(across) / safe)
+    return Bounces(safe, e, usable, offset, kick, slip, turn, vz / gain, drift, e_error, kick_error, spin_error, offset_sd)
 
 
 def _error(impacts: Impacts, axis: int, before: np.ndarray, after: np.ndarray) -> np.ndarray:

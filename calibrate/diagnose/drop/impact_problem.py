@@ -4,7 +4,7 @@ Two levels: what was measured badly, and the bounces' own scatter (scatter.py), 
 to the mean is left open as well: a seed that is dropped flat bounces otherwise the first time than later, when it turns.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -52,7 +52,6 @@ class Friction:
 
 
 STUCK_SD = 5.0
-STICKING = Friction(-0.95, 0.15, -0.95, 0.15)  # −1 but for the radius, which is not the same all round
 
 
 def friction_of(elongation: float, spun: bool) -> Friction:
@@ -79,19 +78,31 @@ class ImpactModel:
     friction: Friction
 
 
-def sticking(seen: Bounces, rows: np.ndarray, push: Friction) -> tuple[np.ndarray, Friction]:
+def stuck_friction(elongation: float) -> Friction:
+    """With slip and turn as `_stuck` has them: −1 but for the radius, which is not the same all round, and the spin's noise."""
+    return Friction(-1.0, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
+
+
+def sticking(seen: Bounces, rows: np.ndarray, push: Friction, impacts: Impacts, long: float) -> tuple[Bounces, np.ndarray, Friction]:
     """Where the contacts of a long seed stick, all but a few, the few that slid are left out: kick + slip + turn is nearly one
     number for those that stick, whatever the shape, and that number is the tilt's."""
     if push.turn_sd == 0 or len(rows) < 5:
-        return rows, push
+        return seen, rows, push
     off, spread = _off_and_spread((seen.kick + seen.slip + seen.turn)[rows])
     usual = 0.3 * float(np.std(seen.turn[rows]))
     if push.turn_sd <= 0.05:  # a ball's angular momentum is a law of its own, and better but for what roughness does to it
         usual = 0.4 * _off_and_spread((seen.kick - push.turn * seen.turn)[rows])[1]
     stuck = off < STUCK_SD * spread
     if stuck.mean() < 0.6 or spread > usual:
-        return rows, push
-    return rows[stuck], STICKING
+        return seen, rows, push
+    return _stuck(seen, impacts), rows[stuck], stuck_friction(long)
+
+
+def _stuck(seen: Bounces, impacts: Impacts) -> Bounces:
+    """What sticks forgets how it came, v_x' + h ω' = α v_z': slip is v_x, turn h ω', over Δv_n, that the noise of the spin before,
+    which stands in both else, weakens neither."""
+    slip = impacts.before[:, 0] / (impacts.after[:, 1] - impacts.before[:, 1])
+    return replace(seen, slip=slip, turn=seen.turn + seen.slip - slip, kick_error=seen.kick_error + seen.spin_error)
 
 
 def _off_and_spread(left: np.ndarray) -> tuple[np.ndarray, float]:
@@ -120,7 +131,7 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
         E_FLOOR + E_FLOOR_LONG * long**2,
         asked=1,  # e itself is nobody's news
     )
-    kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun))
+    seen, kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun), impacts, long)
     sure = push.turn_sd < 0.5
     beside = seen.kick - sure * np.nan_to_num(push.turn * seen.turn + push.stick * seen.slip)
     design = _kick_design(seen, later, push)

@@ -107,7 +107,7 @@ def forces(model: Model, values: dict[str, float], aside: np.ndarray):
     acting = [(law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v]
 
     def force(velocity: np.ndarray) -> np.ndarray:
-        motion = Motion(velocity * rate, aside[:, None] * rate, s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3], room, G_M_S2)
+        motion = Motion(velocity * rate, aside[:, None] * rate, s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3], room, G_M_S2, values.get("drag-slope", 0.0))
         out = np.zeros_like(velocity)
         out[..., 1] = -G_M_S2
         if air[:, 0].any():

@@ -10,6 +10,7 @@ from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, tail_w
 
 DEGREE = 6  # of the curve; forces bend a flight in degrees 2 to 5
 EXACT_M = 1e-7  # a simulated track may be exact; nothing is gained from less than a tenth of a micrometre
+TRACKER_PX = 0.01  # uneven light and pixels shift a silhouette's centre by as much, smoothly with the place: no scatter shows it
 UNSEEN_M = 10.0  # a place that never changes at all was not looked at (heights only)
 SMOOTH = range(2, DEGREE + 1)  # what the curve has beyond a straight line
 
@@ -37,6 +38,7 @@ def smooth_columns(tau: np.ndarray, half: float) -> np.ndarray:
 def estimate_noise(session: Session) -> TrackNoise:
     """ρ and white share by REML over all flights of the session; σ of each recording from its innovations."""
     axes, sigma, kept = [], np.empty((len(session.names), 2)), []
+    least = max(EXACT_M, TRACKER_PX * session.view.pixel)
     for axis in (0, 1):
         stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
         noise = estimate(stretches)
@@ -49,7 +51,7 @@ def estimate_noise(session: Session) -> TrackNoise:
         spread = np.sqrt(power / np.maximum(freedom, 1))
         known = freedom >= 10
         pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
-        sigma[:, axis] = np.maximum(np.where(known, spread, pooled), EXACT_M)
+        sigma[:, axis] = np.maximum(np.where(known, spread, pooled), least)
         if np.ptp(session.places[:, axis]) < EXACT_M:
             sigma[:, axis] = UNSEEN_M
         axes.append(noise)

@@ -1,7 +1,8 @@
-"""What is always a little wrong with a picture, and is nobody's news: lens distortion and pixel lock."""
+"""What is always a little wrong, and is nobody's news: lens distortion, pixel lock, how C_d changes with the speed."""
 
 import numpy as np
 
+from calibrate.diagnose.drop.air import SLOPE_SD
 from calibrate.diagnose.effects.effect import Effect, View
 
 LENS = 2e-4  # distortion that a good lens has at the edge of the view
@@ -47,4 +48,5 @@ _LENSES = (
     _off_centre(1),
 )
 _LOCKS = tuple(_lock(axis, wave) for axis in (0, 1) for wave in (np.sin, np.cos))
-NUISANCES: dict[str, Effect] = {effect.name: effect for effect in (*_LENSES, *_LOCKS)}
+_SLOPE = Effect("drag-slope", "nuisance", "1", "d ln C_d/d ln v beside a sphere's", SLOPE_SD, -1.0, 1.0, "Haider & Levenspiel (1989)")
+NUISANCES: dict[str, Effect] = {effect.name: effect for effect in (*_LENSES, *_LOCKS, _SLOPE)}

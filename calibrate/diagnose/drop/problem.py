@@ -33,7 +33,7 @@ def baseline_sd(session: Session) -> dict[str, float]:
         "scale-error": float(np.hypot(session.scale_sd, GRAVITY_SD)), "camera-roll": session.plumb_sd_deg,
         "perspective": PERSPECTIVE_SD, "drag": float(np.median([a.sd for a in session.air])),
     }  # fmt: skip
-    return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens"))}
+    return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens", "drag-slope"))}
 
 
 def _parabolas(model: Model) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 class Motion:
     """Seeds in flight at many moments: velocity (f, n, 2) [m/s] along x (right) and z (up); aside (f, 1) [m/s]: speed along the
     line of sight, which no picture shows; spin (f, 1) [rad/s] anticlockwise in the picture; reynolds, lift, room (f, 1): see
-    drop.air.Air; g [m/s²]."""
+    drop.air.Air; g [m/s²]; slope: see drop.air.drag_shape."""
 
     velocity: np.ndarray
     aside: np.ndarray
@@ -19,6 +19,7 @@ class Motion:
     lift: np.ndarray
     room: np.ndarray
     g: float
+    slope: float
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class View:
 class Hits:
     """Impacts (n,): closing speed of the point of contact along the plate's normal [m/s], how many impacts this seed has had with
     this one (1: the first); by how much a tilt of 1 rad turns Δv_x over Δv_n (1: no friction), and takes from e of the upright
-    speeds."""
+    speeds, before and after over the closing one (2, n)."""
 
     speed: np.ndarray
     count: np.ndarray

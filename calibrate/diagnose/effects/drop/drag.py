@@ -9,7 +9,7 @@ from calibrate.diagnose.effects.effect import Effect, Motion
 def acceleration(motion: Motion, value: float | np.ndarray) -> np.ndarray:
     """a = −value g s(|v|) v: `value`, one or (f, 1, 1), is drag over weight at 2 m/s [-], s of drop.air.drag_shape [s/m]."""
     speed = np.hypot(np.linalg.norm(motion.velocity, axis=-1, keepdims=True), motion.aside[..., None])
-    return -value * motion.g * drag_shape(speed, motion.reynolds[..., None]) * motion.velocity
+    return -value * motion.g * drag_shape(speed, motion.reynolds[..., None], motion.slope) * motion.velocity
 
 
 EFFECT = Effect(

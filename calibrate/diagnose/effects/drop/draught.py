@@ -12,7 +12,7 @@ def acceleration(motion: Motion, value: float) -> np.ndarray:
 
     def drag(velocity):
         speed = np.hypot(np.linalg.norm(velocity, axis=-1, keepdims=True), motion.aside[..., None])
-        return -(motion.room * motion.g)[..., None] * drag_shape(speed, motion.reynolds[..., None]) * velocity
+        return -(motion.room * motion.g)[..., None] * drag_shape(speed, motion.reynolds[..., None], motion.slope) * velocity
 
     return drag(motion.velocity - wind) - drag(motion.velocity)
 

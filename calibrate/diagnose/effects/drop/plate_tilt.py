@@ -11,8 +11,8 @@ def kick(hits: Hits, value: float) -> np.ndarray:
 
 
 def restitution(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
-    """e − α (v_x' + e v_x)/v: what runs down the plate strikes it more gently than it falls, and leaves it less steeply."""
-    return e - np.radians(value) * hits.drift
+    """e − tan α (v_x' + e v_x)/v: what runs down the plate strikes it more gently than it falls, and leaves it less steeply."""
+    return e - np.tan(np.radians(value)) * (hits.drift[1] + e * hits.drift[0])
 
 
 EFFECT = Effect(
