@@ -11,7 +11,6 @@ import numpy as np
 from calibrate.diagnose.linear import Reduced, block_diagonal, fall_of_chi2, projector, ridge, stacked
 from calibrate.diagnose.problem import Fit
 
-
 FLAT = 1e3  # times its sd, a prior says nothing
 
 

@@ -38,11 +38,13 @@ class Places:
 @dataclass(frozen=True, eq=False)
 class Model:
     """A session with the names of its globals, and what never changes: the bases; aside (F,) [m²/s²]: mean of v_y² of such
-    flights, a seed being thrown as far to the camera as across."""
+    flights, a seed being thrown as far to the camera as across; rolled (F,) [rad/m]: its spin over its speed that way, as across.
+    """
 
     session: Session
     names: tuple[str, ...]
     aside: np.ndarray
+    rolled: np.ndarray
     rows: Places
     contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
 
@@ -52,16 +54,18 @@ def build(session: Session) -> Model:
     names = tuple(n for n, law in LAWS.items() if _seen(law, session))
     contacts = Places(*_at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2)))
     rows = Places(*_at(session, session.flight, session.tau + session.middle[session.flight]))
-    return Model(session, names, _aside(session), rows, contacts)
+    return Model(session, names, *_aside(session), rows, contacts)
 
 
-def _aside(session: Session) -> np.ndarray:
-    """(F,): the mean square of v_x, of first flights and of those after an impact."""
+def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
+    """(F,) each: the mean square of v_x, and the spin's share in it; of first flights and of those after an impact."""
     rows = zip(session.first, session.stop, strict=True)
     across = np.array([np.polyfit(session.tau[a:b], session.places[a:b, 0], 1)[0] for a, b in rows])
     first = np.array([f == np.flatnonzero(session.recording == r)[0] for f, r in enumerate(session.recording)])
     means = [np.mean(across[kind] ** 2) if kind.any() else 0.0 for kind in (~first, first)]
-    return np.maximum(np.array(means)[first.astype(int)], LEAST_ASIDE_M_S**2)
+    aside = np.maximum(np.array(means)[first.astype(int)], LEAST_ASIDE_M_S**2)
+    rolled = ~first * (session.own_spin @ (~first * across)) / max(float((~first * across**2).sum()), LEAST_ASIDE_M_S**2)
+    return aside, rolled
 
 
 def _seen(law, session: Session) -> bool:
@@ -107,7 +111,10 @@ def forces(model: Model, values: dict[str, float], aside: np.ndarray):
     acting = [(law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v]
 
     def force(velocity: np.ndarray) -> np.ndarray:
-        motion = Motion(velocity * rate, aside[:, None] * rate, s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3], room, G_M_S2, values.get("drag-slope", 0.0))
+        motion = Motion(
+            velocity * rate, aside[:, None] * rate, model.rolled[:, None], s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3],
+            room, G_M_S2, values.get("drag-slope", 0.0),
+        )  # fmt: skip
         out = np.zeros_like(velocity)
         out[..., 1] = -G_M_S2
         if air[:, 0].any():

@@ -19,7 +19,7 @@ def speed(value: float) -> float:
 
 
 EFFECT = Effect(
-    name="film-adhesion", sector="impact", unit="m/s", meaning="sqrt(2 W / m) of the energy W lost per impact", prior_sd=0.01,
+    name="film-adhesion", sector="impact", unit="m/s", meaning="sqrt(2 W / m) of the energy W lost per impact", prior_sd=0.15**2,
     low=0.0, high=0.25, source="energy balance; films on seeds hold 0.01 to 0.15 m/s, dry JKR adhesion 0.002 m/s",
     twins=("impact-damage",), separating="drops from 30 and 100 mm: a film takes most from slow impacts, damage does not",
     restitution=restitution, reported=speed,

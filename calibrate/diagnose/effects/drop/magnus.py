@@ -6,9 +6,13 @@ from calibrate.diagnose.effects.effect import Effect, Motion
 
 
 def acceleration(motion: Motion, value: float) -> np.ndarray:
-    """a = C (ρ A r/2m) ω × v, C = `value` [-], ω anticlockwise in the picture: ω × v = ω (−v_z, v_x)."""
+    """a = C (ρ A r/2m) ω × v, C = `value` [-], ω anticlockwise in the picture: ω × v = ω (−v_z, v_x).
+
+    A seed that rolled off towards the camera is lifted as well, by what its speed that way and the usual spin with it say.
+    """
     vx, vz = motion.velocity[..., 0], motion.velocity[..., 1]
-    return value * (motion.lift * motion.spin)[..., None] * np.stack([-vz, vx], axis=-1)
+    unseen = (motion.rolled * motion.aside**2)[..., None] * np.array([0.0, 1.0])
+    return value * motion.lift[..., None] * (motion.spin[..., None] * np.stack([-vz, vx], axis=-1) + unseen)
 
 
 EFFECT = Effect(
