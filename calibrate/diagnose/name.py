@@ -164,7 +164,8 @@ def candidate(base: Fit, names: tuple[str, ...], rng: np.random.Generator) -> Ca
     """Full refit with the effects `names` at their physical prior, and all that the decision rules ask."""
     names = tuple(sorted(names))
     found = fit(base.problem, free=names, start=base) if names else base
-    bayes = min(ln_evidence(found.reduced, found.prior_sd) - ln_evidence(base.reduced, base.prior_sd), _most(found, base)) if names else 0.0
+    bayes = ln_evidence(found.reduced, found.prior_sd) - ln_evidence(base.reduced, base.prior_sd)
+    bayes = min(bayes, _most(found, base)) if names else 0.0
     values = tuple(found.by_name[n] for n in names)
     sds = tuple(found.sd(n) for n in names)
     fall, freedom = explained(unbound(found, names), (), smooth=True)

@@ -48,7 +48,8 @@ def explained(fit: Fit, free: tuple[str, ...], *, smooth: bool = False) -> tuple
 
 
 def unbound(fit: Fit, effects: tuple[str, ...], wider: float = FLAT) -> Fit:
-    """The fit with the priors of `effects` taken off, or so many times wider: what a prior is strained by is no sign that something else is left."""
+    """The fit with the priors of `effects` taken off, or so many times wider: a strained prior is no sign that something else is
+    left."""
     wide = np.isin(fit.names, [n for effect in effects for n in fit.problem.columns_of(effect)])
     return replace(fit, prior_sd=np.where(wide, wider * fit.prior_sd, fit.prior_sd))
 

@@ -123,7 +123,7 @@ def test_a_solver_that_never_speaks_fails():
     rows = scores(lambda k: said("none"))
     assert rows["false alarms on clean"].met
     failed = (
-        "right name, SNR ≥ 7, identifiable", "without the separator: class holds the truth",
+        "right name, SNR ≥ 7, identifiable", "without the separator: class (or name) holds the truth",
         "compound, exact set, SNR ≥ 10 each", "outside the library: said to be unknown", "held-out removed fraction, SNR ≥ 10",
     )  # fmt: skip
     assert all(rows[name].met is False and rows[name].value == 0 for name in failed)

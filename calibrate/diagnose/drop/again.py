@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2, Air, drag_shape
-from calibrate.diagnose.drop.model import Places, build, pictured, places, pushed, rate_of, velocities
+from calibrate.diagnose.drop.model import Places, build, nearer, pictured, places, pushed, rate_of, velocities
 from calibrate.diagnose.drop.model import _at as placed_at
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
@@ -88,7 +88,7 @@ class Flights:
         seen = np.zeros_like(out)
         for k, f in enumerate(flights):
             rows = slice(s.first[f], s.stop[f])
-            seen[rows] = flown.at(k, (s.tau[rows] + s.half[f]) / rate)
+            seen[rows] = nearer(flown.at(k, (s.tau[rows] + s.half[f]) / rate), s, starts, s.flight[rows], s.tau[rows])
         seen = pictured(seen, s.view, values)
         mine = s.recording[s.flight] == r
         out[mine] = seen[mine]
@@ -112,7 +112,7 @@ class Flights:
 
 
 def left_out(of: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:
-    """Globals as the recordings other than r have them, and the starts (F, 5) that go with them."""
+    """Globals as the recordings other than r have them, and the starts (F, 5 or 7) that go with them."""
     flown = sorted(set(of.problem.model.session.recording.tolist()))  # the reduced space holds no others
     k = flown.index(r) if r in flown else len(flown)
     others = of.reduced[:k] + of.reduced[k + 1 :]

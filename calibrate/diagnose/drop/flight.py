@@ -42,7 +42,7 @@ def speed_basis(tau: np.ndarray, half: np.ndarray) -> np.ndarray:
 
 
 def positions_at_nodes(starts: np.ndarray, half: np.ndarray, push: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places and velocities (F, POINTS, 2) at the nodes, for starts (F, 4 or more: x, z, v_x, v_z) and accelerations `push` (F, POINTS, 2)."""
+    """Places and velocities (F, POINTS, 2) at the nodes, for starts (F, ≥ 4: x, z, v_x, v_z) and accelerations `push`."""
     tau = half[:, None, None] * NODES[None, :, None]
     shift = np.einsum("ij,fjc->fic", chebyshev.chebvander(NODES, POINTS + 1) @ _TWICE.T, push) * half[:, None, None] ** 2
     speed = np.einsum("ij,fjc->fic", _SPEEDS_AT_NODES, push) * half[:, None, None]

@@ -83,7 +83,9 @@ def stuck_friction(elongation: float) -> Friction:
     return Friction(-1.0, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
 
 
-def sticking(seen: Bounces, rows: np.ndarray, push: Friction, impacts: Impacts, long: float) -> tuple[Bounces, np.ndarray, Friction]:
+def sticking(
+    seen: Bounces, rows: np.ndarray, push: Friction, impacts: Impacts, long: float
+) -> tuple[Bounces, np.ndarray, Friction]:
     """Where the contacts of a long seed stick, all but a few, the few that slid are left out: kick + slip + turn is nearly one
     number for those that stick, whatever the shape, and that number is the tilt's."""
     if push.turn_sd == 0 or len(rows) < 5:
@@ -99,8 +101,8 @@ def sticking(seen: Bounces, rows: np.ndarray, push: Friction, impacts: Impacts, 
 
 
 def _stuck(seen: Bounces, impacts: Impacts) -> Bounces:
-    """What sticks forgets how it came, v_x' + h ω' = α v_z': slip is v_x, turn h ω', over Δv_n, that the noise of the spin before,
-    which stands in both else, weakens neither."""
+    """What sticks forgets how it came, v_x' + h ω' = α v_z': slip is v_x and turn h ω', over Δv_n. Else the noise of the spin
+    before stands in both, and weakens both."""
     slip = impacts.before[:, 0] / (impacts.after[:, 1] - impacts.before[:, 1])
     return replace(seen, slip=slip, turn=seen.turn + seen.slip - slip, kick_error=seen.kick_error + seen.spin_error)
 

@@ -86,7 +86,7 @@ def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
     model, starts = fit.problem.model, fit.starts
     seen = predict(model, starts, fit.by_name)[0]
     step = 1e-6
-    columns = [(predict(model, starts + step * unit, fit.by_name)[0] - seen) / step for unit in np.eye(5)[:4]]
+    columns = [(predict(model, starts + step * unit, fit.by_name)[0] - seen) / step for unit in np.eye(starts.shape[1])[:4]]
     jacobian = np.stack([*columns, np.zeros_like(seen)], axis=-1)
     own = [white[:, :4] for white in whitened(model, noise, jacobian)]
     return np.array([np.sqrt(np.diag(np.linalg.inv(w.T @ w))[2:]) for w in own])

@@ -1,7 +1,7 @@
 """From parameters to what a camera sees of one session: flights, then the picture.
 
-Every flight has a start of its own (x, z, v_x, v_z at its middle; v_y², of the speed that no picture shows but the air feels):
-impacts are free, the sector-saturated model. The globals are
+Every flight has a start of its own (x, z, v_x, v_z at its middle; v_y², of the speed that no picture shows but the air feels; and
+where the camera stands at a stated distance y, v_y towards it): impacts are free, the sector-saturated model. The globals are
 the effects and nuisances by name, in their own units, common to all recordings of the session; 0 is the baseline's centre.
 """
 
@@ -49,6 +49,9 @@ class Model:
     contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
 
 
+PLAIN, NEARING = 5, 7  # numbers of a start
+
+
 def build(session: Session) -> Model:
     """All globals that this session can say something about."""
     names = tuple(n for n, law in LAWS.items() if _seen(law, session))
@@ -84,6 +87,15 @@ def _at(session: Session, flight: np.ndarray, time: np.ndarray):
 def rate_of(values: dict[str, float]) -> float:
     """True over stated frame rate."""
     return float(np.prod([clock(v) for n, v in values.items() if (clock := LAWS[n].clock)]))
+
+
+def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """Places (n, 2) [m] in the plane in which the scale holds, of seeds that are y + v_y τ nearer: r → r (1 + (y + v_y τ)/distance)
+    about the middle of the view. Another middle would but move them evenly."""
+    if starts.shape[1] < NEARING:
+        return true
+    larger = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[session.recording[flight]]
+    return true + (true - session.view.middle) * larger[:, None]
 
 
 def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarray:
@@ -127,7 +139,7 @@ def forces(model: Model, values: dict[str, float], aside: np.ndarray):
 
 
 def places(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """True places (n, 2) [m] for starts (F, 5) and accelerations `push` (F, POINTS, 2)."""
+    """True places (n, 2) [m] for starts (F, 5 or 7) and accelerations `push` (F, POINTS, 2)."""
     start = starts[at.flight]
     moved = [at.shift[a:b] @ push[f] for f, a, b in at.runs]
     return start[:, :2] + start[:, 2:4] * at.tau[:, None] + np.concatenate(moved or [np.zeros((0, 2))])
@@ -142,7 +154,8 @@ def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple
     """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated."""
     s = model.session
     push = pushed(model, starts, values)
-    seen = pictured(places(model.rows, starts, push), s.view, values)
+    true = nearer(places(model.rows, starts, push), s, starts, model.rows.flight, model.rows.tau)
+    seen = pictured(true, s.view, values)
     touch = places(model.contacts, starts, push)
     count = len(s.joint)
     speed = velocities(model.contacts, starts, push)[:, 0]

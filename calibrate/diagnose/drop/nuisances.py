@@ -48,5 +48,7 @@ _LENSES = (
     _off_centre(1),
 )
 _LOCKS = tuple(_lock(axis, wave) for axis in (0, 1) for wave in (np.sin, np.cos))
-_SLOPE = Effect("drag-slope", "nuisance", "1", "d ln C_d/d ln v beside a sphere's", SLOPE_SD, -1.0, 1.0, "Haider & Levenspiel (1989)")
+_SLOPE = Effect(
+    "drag-slope", "nuisance", "1", "d ln C_d/d ln v beside a sphere's", SLOPE_SD, -1.0, 1.0, "Haider & Levenspiel (1989)"
+)
 NUISANCES: dict[str, Effect] = {effect.name: effect for effect in (*_LENSES, *_LOCKS, _SLOPE)}

@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.model import LAWS, Model
-from calibrate.diagnose.drop.noise_of_track import TrackNoise, estimate_noise
+from calibrate.diagnose.drop.model import LAWS, NEARING, PLAIN, Model
+from calibrate.diagnose.drop.noise_of_track import TRACKER_PX, TrackNoise, estimate_noise
 from calibrate.diagnose.drop.reduction import reduce
 from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.effects.drop import EFFECTS
@@ -14,6 +14,7 @@ from calibrate.diagnose.problem import Problem
 
 GRAVITY_SD = 5e-4  # of g at an unknown place on earth, beside 9.80665: a twin of the scale, so part of what is known of it
 PERSPECTIVE_SD = 1e-3
+WOBBLE = "silhouette-wobble"
 
 
 def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
@@ -33,17 +34,19 @@ def baseline_sd(session: Session) -> dict[str, float]:
         "scale-error": float(np.hypot(session.scale_sd, GRAVITY_SD)), "camera-roll": session.plumb_sd_deg,
         "perspective": PERSPECTIVE_SD, "drag": float(np.median([a.sd for a in session.air])),
     }  # fmt: skip
+    turning = 1e3 * TRACKER_PX * session.view.pixel  # of an outline that turns, the tracker's own
+    known |= {n: turning for n, law in LAWS.items() if law.name == WOBBLE or law.group == WOBBLE}
     return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens", "drag-slope"))}
 
 
 def _parabolas(model: Model) -> np.ndarray:
-    """Starts (F, 5) of a straight line across and a parabola of g upwards."""
+    """Starts (F, 5 or 7) of a straight line across and a parabola of g upwards."""
     session = model.session
-    out = np.empty((len(session.middle), 5))
+    out = np.zeros((len(session.middle), PLAIN if np.isinf(session.away).all() else NEARING))
     for f in range(len(out)):
         rows = slice(session.first[f], session.stop[f])
         tau = session.tau[rows]
         up = session.places[rows, 1] + G_M_S2 * tau**2 / 2
         slope, level = np.polynomial.polynomial.polyfit(tau, np.column_stack([session.places[rows, 0], up]), 1)[::-1]
-        out[f] = [*level, *slope, model.aside[f]]
+        out[f, :PLAIN] = [*level, *slope, model.aside[f]]
     return out

@@ -1,7 +1,8 @@
 """The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
 
-The locals are the flights' own starts (v_y² among them, of which only its usual size is known), each seed's own drag beside the lot's, and, where spin pushes, how much each flight's
-spin is more than its silhouette's turning says; the smooth curves are Legendre polynomials of degrees 2 to 6 in each flight.
+The locals are the flights' own starts (v_y² among them, of which only its usual size is known), each seed's own drag beside the
+lot's, and, where spin pushes, how much each flight's spin is more than its silhouette's turning says; the smooth curves are
+Legendre polynomials of degrees 2 to 6 in each flight.
 """
 
 import math
@@ -12,19 +13,19 @@ from scipy.linalg import solve_triangular
 
 from calibrate.diagnose.drop.air import G_M_S2
 from calibrate.diagnose.drop.flight import POINTS
-from calibrate.diagnose.drop.model import LAWS, Model, joint_sd, predict, pushed, velocities
+from calibrate.diagnose.drop.model import LAWS, LONG_JOINT_SD_M, NEARING, Model, joint_sd, predict, pushed, velocities
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
 
-LOCALS = 5  # of a flight
-STEPS = (1e-6, 1e-6, 1e-6, 1e-6, 1e-3)
+STEPS = (1e-6, 1e-6, 1e-6, 1e-6, 1e-3, 1e-4, 1e-3)  # of a start
 ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
+DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
 SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
-    """Linearised about `starts` (F, 5) and `values` (G,): Reduced of each recording, and a function (change of θ) → change of
+    """Linearised about `starts` (F, 5 or 7) and `values` (G,): Reduced of each recording, and a function (change of θ) → change of
     starts. The last entry of each b is the residual that no parameter can change, so that χ² of different points compare.
 
     pushes (K, F, POINTS, 2): accelerations at the flights' nodes, whose columns follow those of the globals.
@@ -37,13 +38,13 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
 
 
 def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
-    """Triangle of each flight's whitened rows [5 locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
+    """Triangle of each flight's whitened rows [locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
     rows. There is no column of spin where none was seen."""
     s, names = model.session, model.names
     at = dict(zip(names, values, strict=True))
     seen, side = predict(model, starts, at)
     columns, side_columns = [], []
-    for p, step in enumerate(STEPS):
+    for p, step in enumerate(STEPS[: starts.shape[1]]):
         moved = starts.copy()
         moved[:, p] += step
         columns.append((predict(model, moved, at)[0] - seen) / step)
@@ -57,7 +58,7 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
     own = _own_spins(model, starts, at) if "magnus" in at else None
     if own:
         columns.append(own[0])
-    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, 5 + G + K (+ 1) + 1)
+    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, locals + G + K (+ 1) + 1)
     triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian)]
     return triangles, _side_rows(model, starts, at, np.array(side_columns).T, side, own[1] if own else None)
 
@@ -71,7 +72,7 @@ def _own_spins(model: Model, starts: np.ndarray, at: dict) -> tuple[np.ndarray, 
 
 
 def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
-    """Whitened rows (2 n_f, 5 + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
+    """Whitened rows (2 n_f, locals + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
     s, extra = model.session, len(SMOOTH)
     width = jacobian.shape[2]
     size = s.stop - s.first
@@ -120,7 +121,7 @@ def _joint_sd(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
 
 
 def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray, spun: np.ndarray | None):
-    """Rows (recording, {flight: its 5 local entries, and its spin's}, globals (G,), right side) of contacts and stated falls."""
+    """Rows (recording, {flight: entries of its x, z, v_x, v_z, and its spin's}, globals (G,), right side) of contacts and stated falls."""
     s = model.session
     spun = np.zeros(2 * len(s.joint)) if spun is None else spun
     count, rows, sds = len(s.joint), [], _joint_sd(model, starts, at)
@@ -128,8 +129,8 @@ def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndar
         sd = sds[j]
         taus = model.contacts.tau[[j, count + j]]
         entries = {
-            before: np.array([-1, 0, -taus[0], 0, 0, -spun[j]]) / sd,
-            after: np.array([1, 0, taus[1], 0, 0, spun[count + j]]) / sd,
+            before: np.array([-1, 0, -taus[0], 0, -spun[j]]) / sd,
+            after: np.array([1, 0, taus[1], 0, spun[count + j]]) / sd,
         }
         rows.append((s.recording[before], entries, side_columns[j], -side[j]))
     for r in np.flatnonzero(np.isfinite(s.release)):
@@ -139,15 +140,39 @@ def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndar
             continue
         j = int(touched[0])
         slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
-        rows.append((r, {flight: np.array([0, 0, 0, slope, 0, 0])}, side_columns[count + r], -side[count + r]))
+        rows.append((r, {flight: np.array([0, 0, 0, slope, 0])}, side_columns[count + r], -side[count + r]))
     return rows
 
 
+def _unseen(model: Model, starts: np.ndarray, r: int):
+    """What is known of recording r's speeds and places along the line of sight: ((flight, number of its start), …), entries, right
+    side. v_y² has its usual size; y begins in the plane of the scale, and is the same before and after a contact."""
+    s, flights = model.session, np.flatnonzero(model.session.recording == r)
+    for f in flights:
+        sd = ASIDE_SD * model.aside[f]
+        yield ((f, 4),), 1 / sd, (model.aside[f] - starts[f, 4]) / sd
+    if starts.shape[1] < NEARING:
+        return
+    joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
+    for f in flights:
+        sd = math.sqrt(model.aside[f])
+        yield ((f, 6),), 1 / sd, -starts[f, 6] / sd
+        j = joints.get(int(f))
+        if j is None:
+            sd = DEPTH_SD_M if f == flights[0] else s.half[flights].sum() * sd  # how it came there was not seen
+            yield ((f, 5),), 1 / sd, -starts[f, 5] / sd
+            continue
+        before, taus = s.joint[j, 0], model.contacts.tau[[j, len(s.joint) + j]]
+        apart = starts[f, 5] + taus[1] * starts[f, 6] - starts[before, 5] - taus[0] * starts[before, 6]
+        entries = np.array([1, taus[1], -1, -taus[0]]) / LONG_JOINT_SD_M
+        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / LONG_JOINT_SD_M
+
+
 def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
-    """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts (F, 5)."""
+    """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts."""
     session, drag = model.session, model.names.index("drag")
     triangles, sides = blocks
-    extra = 2 * len(SMOOTH)
+    extra, each = 2 * len(SMOOTH), starts.shape[1]
     reduced, back = [], []
     for r in range(len(session.names)):
         flights = np.flatnonzero(session.recording == r)
@@ -155,7 +180,7 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
             continue
         spot = {int(f): i for i, f in enumerate(flights)}
         own_sd = SEED_DRAG * session.air[r].share
-        spins = LOCALS * len(flights) + (own_sd > 0)  # the first column of the flights' own spins, in sds
+        spins = each * len(flights) + (own_sd > 0)  # the first column of the flights' own spins, in sds
         local = spins + spun * len(flights)
         total = local + count + extra * len(flights) + 1
         rows = [np.eye(total)[spins:local]]
@@ -164,27 +189,26 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         for f in flights:
             triangle, i = triangles[f], spot[int(f)]
             block = np.zeros((len(triangle), total))
-            block[:, LOCALS * i : LOCALS * (i + 1)] = triangle[:, :LOCALS]
-            block[:, local : local + count] = triangle[:, LOCALS : LOCALS + count]
+            block[:, each * i : each * (i + 1)] = triangle[:, :each]
+            block[:, local : local + count] = triangle[:, each : each + count]
             if own_sd > 0:
-                block[:, spins - 1] = triangle[:, LOCALS + drag]
+                block[:, spins - 1] = triangle[:, each + drag]
             if spun:
-                block[:, spins + i] = triangle[:, LOCALS + count]
+                block[:, spins + i] = triangle[:, each + count]
             at = local + count + extra * i
-            block[:, at : at + extra] = triangle[:, LOCALS + count + spun : -1]
+            block[:, at : at + extra] = triangle[:, each + count + spun : -1]
             block[:, -1] = triangle[:, -1]
             rows.append(block)
-        for f in flights:
+        for at, entries, right in _unseen(model, starts, r):
             row = np.zeros((1, total))
-            sd = ASIDE_SD * model.aside[f]
-            row[0, LOCALS * spot[int(f)] + 4], row[0, -1] = 1 / sd, (model.aside[f] - starts[f, 4]) / sd
+            row[0, [each * spot[int(f)] + p for f, p in at]], row[0, -1] = entries, right
             rows.append(row)
         for _, entries, across, right in (side for side in sides if side[0] == r):
             row = np.zeros((1, total))
             for f, entry in entries.items():
-                row[0, LOCALS * spot[int(f)] : LOCALS * (spot[int(f)] + 1)] = entry[:LOCALS]
+                row[0, each * spot[int(f)] : each * spot[int(f)] + 4] = entry[:4]
                 if spun:
-                    row[0, spins + spot[int(f)]] = entry[LOCALS]
+                    row[0, spins + spot[int(f)]] = entry[4]
             row[0, local : local + count], row[0, -1] = across, right
             rows.append(row)
         triangle = np.asarray(np.linalg.qr(np.vstack(rows), mode="r"))  # one array, whatever numpy's types say
@@ -194,9 +218,9 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         back.append((flights, triangle[:local, :local], triangle[:local, local : local + count], triangle[:local, -1]))
 
     def change(theta: np.ndarray) -> np.ndarray:
-        out = np.zeros((len(session.middle), LOCALS))
+        out = np.zeros((len(session.middle), each))
         for flights, own, across, right in back:
-            out[flights] = solve_triangular(own, right - across @ theta)[: LOCALS * len(flights)].reshape(-1, LOCALS)
+            out[flights] = solve_triangular(own, right - across @ theta)[: each * len(flights)].reshape(-1, each)
         return out
 
     return reduced, change

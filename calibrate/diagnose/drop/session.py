@@ -24,6 +24,7 @@ class Session:
     flight (n,), tau (n,) time after the flight's middle, places (n, 2), frame (n,), angle (n,) [rad].
     joint (J, 2): flights before and after each contact, joint_time (J,).
     release (R,): stated fall [m] of recordings whose release was seen, NaN else; release_sd (R,): height ± 1 mm and shape.
+    away (R,): stated distance of the camera [m], infinite where none is.
     roundness_sd: sd of the height of the centre at contact [m], from the stated sizes.
     """
 
@@ -47,6 +48,7 @@ class Session:
     release: np.ndarray
     release_sd: np.ndarray
     frame_s: float
+    away: np.ndarray
     air: tuple[Air, ...]
     view: View
     spin_seen: bool
@@ -93,6 +95,7 @@ def assemble(tracks) -> Session:
         tau=rows["tau"], places=rows["places"], frame=rows["frame"], angle=rows["angle"],
         joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2), joint_time=np.array([j[2] for j in joints]),
         release=release, release_sd=release_sd, frame_s=float(np.median([_step(t) for t in tracks])),
+        away=np.array([1e-3 * (d["camera"].get("distance_mm") or np.inf) for d in about]),
         air=tuple(air_of(d) for d in about), view=view, spin_seen=spin_seen,
         scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),

@@ -37,11 +37,13 @@ class Bench:
     clock: float = 0.0
     roll_deg: float = 0.0
     keystone: float = 0.0  # 1/m
+    away: float = math.inf  # distance of a pinhole from the plane in which the seed is let go
     wobble_mm: float = 0.0
     noise_mm: float = 0.05
     rho: float = 0.9
     white: float = 0.0
     lost: float = 0.0
+    stated_away_mm: float | None = None
     angle: bool = True
     more: dict = field(default_factory=dict)
 
@@ -111,7 +113,7 @@ def bounce(state, bench: Bench, normal, count):
 
 
 def motion(bench: Bench, rng):
-    """t, x, z, angle in the picture, and the times of contact, one row a frame."""
+    """t, x, z, angle in the picture, y away from the camera, and the times of contact, one row a frame."""
     tip = np.radians(bench.tip_deg) * rng.normal()
     turn = (
         rotation(np.array([0, 0, rng.uniform(0, 2 * math.pi)]))
@@ -129,7 +131,7 @@ def motion(bench: Bench, rng):
     dt = min(1e-3, 1 / bench.fps)
     per_frame = max(round(1 / bench.fps / dt), 1)
     dt = 1 / bench.fps / per_frame
-    rows, hits, angle, t = [(0.0, *state[0][[0, 2]], 0.0)] * 1, [], 0.0, 0.0
+    rows, hits, angle, t = [(0.0, *state[0][[0, 2]], 0.0, 0.0)] * 1, [], 0.0, 0.0
     for frame in range(1, 40_000):
         for _ in range(per_frame):
             new = fly(state, bench, dt)
@@ -148,7 +150,7 @@ def motion(bench: Bench, rng):
                 new = fly(there, bench, dt - low)
             angle -= new[3][1] * dt
             state, t = new, t + dt
-        rows.append((frame / bench.fps, state[0][0], state[0][2], angle))
+        rows.append((frame / bench.fps, state[0][0], state[0][2], angle, state[0][1]))
         if len(hits) > bench.bounces or t > 3:
             break
     return np.array(rows), hits
@@ -166,7 +168,9 @@ def noise(n, bench: Bench, rng):
 def film(bench: Bench, rng):
     """Columns of a track.csv [s, mm, mm, deg] and the frame numbers."""
     rows, _ = motion(bench, rng)
-    t, x, z, angle = rows.T
+    t, x, z, angle, y = rows.T
+    smaller = bench.away / (bench.away + y) if bench.away < math.inf else 1.0
+    x, z = x * smaller, bench.height / 3 + (z - bench.height / 3) * smaller
     x, z = 1e3 * x + bench.wobble_mm * np.cos(2 * angle), 1e3 * z + bench.wobble_mm * np.sin(2 * angle)
     middle = 500 * bench.height
     roll = math.radians(bench.roll_deg)
@@ -197,7 +201,7 @@ def tracks(bench: Bench, count: int, rng, *, heights=None):
     for i in range(count):
         here = replace(bench, height=heights[i % len(heights)]) if heights else bench
         t, x, z, angle, frame = film(here, rng)
-        camera = Camera(fps=bench.fps, mm_per_px=0.25, mm_per_px_sd=0.0002, plumb_deg=0.0, plumb_sd_deg=0.05)
+        camera = Camera(fps=bench.fps, mm_per_px=0.25, mm_per_px_sd=0.0002, plumb_deg=0.0, plumb_sd_deg=0.05, distance_mm=bench.stated_away_mm)
         seed, air = Seed(**STATED), Air(density_kg_m3=bench.stated_air)
         told = Recording(
             f"drop-{i:02d}", Path(), "drop", "track.csv", (), seed=seed, camera=camera, air=air,
