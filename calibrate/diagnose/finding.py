@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from calibrate.diagnose.decide import ALPHA, Candidate, Verdict
 from calibrate.diagnose.linear import ridge, stacked
 from calibrate.diagnose.locate import Location, Sector, Window
-from calibrate.diagnose.name import ALPHA, Candidate, Verdict
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.scores import HeldOut, held_out, unbound
 

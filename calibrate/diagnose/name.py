@@ -1,59 +1,30 @@
 """Name the missing physics: score test, refits of what is above threshold and of its near twins, evidence, prediction, decision.
 
-Rules. Alarm: global p < .005. Definite name: ln BF ≥ 5 over the baseline and ≥ 3 over every rival,
-predictive gain > 2 standard errors, the same sign in ≥ 80 % of the recordings, parameter inside its physical range, and nothing
-left that the saturated model would still explain (p > .01). Else a class with the recording that best separates it; else unknown.
+The rules are decide.py's.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
+from calibrate.diagnose.decide import (
+    ALPHA,
+    LN_BF_BASELINE,
+    LN_BF_RIVAL,
+    SATURATED_P,
+    Candidate,
+    Verdict,
+    decide,
+    flaws_of,
+    possible,
+)
 from calibrate.diagnose.linear import chance
 from calibrate.diagnose.locate import Location, noise_doubt, unnamed
 from calibrate.diagnose.noise import maximum_draws
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.scores import explained, ln_evidence, predictive_gains, score, single_estimates, unbound
 
-ALPHA = 0.005
-LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
-SAME_SIGN, SIGNS_COUNT = 0.8, 2.0  # a recording that sees the effect at less than 2 sd has no say about its sign
-SATURATED_P = 0.01
+SIGNS_COUNT = 2.0  # a recording that sees the effect at less sds has no say about its sign
 MOST_EFFECTS = 3  # named together
 REFITS = 5  # candidates at a time that are fitted in full
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One set of effects fitted together.
-
-    value, sd: of each one's reported parameter; ln_bayes: over the baseline; gain, gain_se: mean predictive gain a recording (NaN
-    for one recording); same_sign: share of the recordings that see it; left_p: of what the saturated model still explains;
-    flaws: which rules it breaks, in words.
-    """
-
-    names: tuple[str, ...]
-    value: tuple[float, ...]
-    sd: tuple[float, ...]
-    ln_bayes: float
-    gain: float
-    gain_se: float
-    same_sign: float
-    left_p: float
-    flaws: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """verdict: none | name | class | unknown; names: of the effects (class: its members); candidates: all that was fitted, best
-    first; p_global of the alarm; next_record: what would separate or settle it, None where nothing is open."""
-
-    verdict: str
-    names: tuple[str, ...]
-    p_global: float
-    candidates: tuple[Candidate, ...]
-    ln_bayes_runner_up: float
-    next_record: str | None
 
 
 def alarm(base: Fit, location: Location, rng: np.random.Generator, *, draws: int = 40_000) -> tuple[float, dict[str, float]]:
@@ -70,7 +41,7 @@ def _needed(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Gene
     fewer = [tuple(sorted(set(chosen) - {n})) for n in chosen] if len(chosen) > 1 else []
     for key in fewer:
         tried[key] = tried.get(key) or candidate(base, key, rng)
-    best = max((tried[key] for key in fewer if _possible(tried[key])), key=lambda c: c.ln_bayes, default=None)
+    best = max((tried[key] for key in fewer if possible(tried[key])), key=lambda c: c.ln_bayes, default=None)
     if best is None or best.ln_bayes < whole.ln_bayes - LN_BF_BASELINE:
         return chosen
     return _needed(base, best.names, tried, rng)
@@ -86,7 +57,7 @@ def _swapped(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Gen
             key = tuple(sorted({*chosen, twin} - {n}))
             if twin not in chosen and twin in base.names:
                 tried[key] = tried.get(key) or candidate(base, key, rng)
-    same = [c for key, c in tried.items() if len(key) == len(chosen) and _possible(c)]
+    same = [c for key, c in tried.items() if len(key) == len(chosen) and possible(c)]
     return max((tried[tuple(sorted(chosen))], *same), key=lambda c: c.ln_bayes).names
 
 
@@ -136,18 +107,14 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
             break
     chosen = _needed(base, _swapped(base, chosen, tried, rng), tried, rng)
     left = _nameless_left(unbound(fit(base.problem, free=chosen, start=base), chosen), rng) if chosen else None
-    return _decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)
+    return decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)
 
 
 def _best(level: list[Candidate], floor: float) -> Candidate:
     """The greatest evidence; what is physically impossible is no step on the way to a name where something possible is above the
-    floor. It speaks again at the end (`_decide`)."""
-    possible = [c for c in level if _possible(c) and c.ln_bayes > floor]
-    return max(possible or level, key=lambda c: c.ln_bayes)
-
-
-def _possible(candidate: Candidate) -> bool:
-    return not any("physical range" in flaw for flaw in candidate.flaws)
+    floor. It speaks again at the end (`decide`)."""
+    able = [c for c in level if possible(c) and c.ln_bayes > floor]
+    return max(able or level, key=lambda c: c.ln_bayes)
 
 
 def _worth_trying(base: Fit, chosen: tuple[str, ...], strength: dict[str, float]) -> list[str]:
@@ -175,7 +142,7 @@ def candidate(base: Fit, names: tuple[str, ...], rng: np.random.Generator) -> Ca
     error = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else float("nan")
     shared = gain > 2 * error or (len(gains) > 2 and gains.sum() - gains.max() > LN_BF_RIVAL)
     same = min((_same_sign(found, n) for n in names), default=1.0)
-    flaws = _flaws(base.problem.effects, names, values, bayes, shared, same, left)
+    flaws = flaws_of(base.problem.effects, names, values, bayes, shared, same, left)
     return Candidate(names, values, sds, bayes, gain, error, same, left, flaws)
 
 
@@ -189,39 +156,3 @@ def _same_sign(found: Fit, effect: str) -> float:
     values, sds = single_estimates(found, effect)
     says = np.abs(values) > SIGNS_COUNT * sds
     return float((values[says] * found.by_name[effect] > 0).mean()) if says.any() else 1.0
-
-
-def _flaws(effects, names, values, bayes, shared, same, left) -> tuple[str, ...]:
-    """The rules that a candidate breaks by itself; rivals are `_decide`'s business."""
-    flaws = [f"{n} = {v:.3g} {effects[n].unit} is outside its physical range" for n, v in zip(names, values, strict=True)
-             if not effects[n].low <= v <= effects[n].high]  # fmt: skip
-    if bayes < LN_BF_BASELINE:
-        flaws.append(f"ln Bayes factor {bayes:.1f} over the baseline is below {LN_BF_BASELINE:g}")
-    if not shared:  # drops from several heights gain unequally: then it must do without the recording that gains most
-        flaws.append("it does not predict left-out recordings better by 2 standard errors")
-    if same < SAME_SIGN:
-        flaws.append(f"its sign is the same in only {100 * same:.0f} % of the recordings")
-    if left <= SATURATED_P:
-        flaws.append(f"something else is left (p = {left:.1g})")
-    return tuple(flaws)
-
-
-def _decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...], left: float) -> Verdict:
-    ranked = tuple(sorted(candidates, key=lambda c: -c.ln_bayes))
-    if not chosen:
-        return Verdict("unknown", (), p, ranked, float("nan"), "the same drop again from twice and from half the height")
-    best = next(c for c in ranked if c.names == chosen)
-    rivals = [c for c in ranked if c is not best and len(c.names) <= len(best.names) and _possible(c)]
-    runner_up = best.ln_bayes - max((c.ln_bayes for c in rivals), default=0.0)
-    close = [c for c in rivals if c.ln_bayes > best.ln_bayes - LN_BF_RIVAL]
-    members = tuple(dict.fromkeys(n for c in (best, *close) for n in c.names))
-    advice = next((effects[n].separating for n in members if effects[n].separating), None)
-    left_over = left < ALPHA or any(flaw.startswith("something else") for flaw in best.flaws)  # it would be an alarm of its own
-    beyond = any(c.ln_bayes > best.ln_bayes + LN_BF_RIVAL for c in ranked if len(c.names) <= len(best.names) and not _possible(c))
-    if left_over or beyond or not _possible(best):
-        return Verdict("unknown", (), p, ranked, runner_up, advice)
-    if close:
-        return Verdict("class", members, p, ranked, runner_up, advice)
-    if best.flaws:
-        return Verdict("class", best.names, p, ranked, runner_up, advice or "more recordings of the same drop")
-    return Verdict("name", best.names, p, ranked, runner_up, None)

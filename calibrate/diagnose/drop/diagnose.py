@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.drop.air import air_of
 from calibrate.diagnose.drop.curves import curves_of
 from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, with_law
@@ -13,7 +14,7 @@ from calibrate.diagnose.drop.sessions import Sitting, all_windows, joint_problem
 from calibrate.diagnose.drop.unnamed import law_of_flights
 from calibrate.diagnose.finding import Finding, finding_of
 from calibrate.diagnose.locate import locate
-from calibrate.diagnose.name import ALPHA, name
+from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 
 LEAST_IMPACTS = 3

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from calibrate.diagnose.decide import ALPHA, LN_BF_RIVAL, Verdict
 from calibrate.diagnose.drop.bounce import bounces_of
 from calibrate.diagnose.drop.impact_problem import elongation_of, predict, problem_of
 from calibrate.diagnose.drop.impacts import Impacts
@@ -15,7 +16,7 @@ from calibrate.diagnose.effects.drop.impact import FALLING, IMPACT_EFFECTS
 from calibrate.diagnose.finding import Curve, Finding, finding_of, parameters_of
 from calibrate.diagnose.law import Law
 from calibrate.diagnose.locate import Location, Sector, Windows, locate
-from calibrate.diagnose.name import ALPHA, LN_BF_RIVAL, Verdict, name
+from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 
 CLEARLY_WORSE = 10.0  # ln Bayes factor below which a law of e(v) is out: bounces scatter by no normal law

@@ -90,8 +90,8 @@ def rate_of(values: dict[str, float]) -> float:
 
 
 def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """Places (n, 2) [m] in the plane in which the scale holds, of seeds that are y + v_y τ nearer: r → r (1 + (y + v_y τ)/distance)
-    about the middle of the view. Another middle would but move them evenly."""
+    """Places (n, 2) [m] in the plane of the scale, of seeds that are y + v_y τ nearer: r → r (1 + (y + v_y τ)/distance) about the
+    middle of the view. Another middle would but move them evenly."""
     if starts.shape[1] < NEARING:
         return true
     larger = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[session.recording[flight]]

@@ -5,29 +5,26 @@ lot's, and, where spin pushes, how much each flight's spin is more than its silh
 Legendre polynomials of degrees 2 to 6 in each flight.
 """
 
-import math
 from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from calibrate.diagnose.drop.air import G_M_S2
 from calibrate.diagnose.drop.flight import POINTS
-from calibrate.diagnose.drop.model import LAWS, LONG_JOINT_SD_M, NEARING, Model, joint_sd, predict, pushed, velocities
+from calibrate.diagnose.drop.model import LAWS, Model, predict, pushed
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
+from calibrate.diagnose.drop.sides import pushed_sides, side_rows, unseen_rows
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
 
 STEPS = (1e-6, 1e-6, 1e-6, 1e-6, 1e-3, 1e-4, 1e-3)  # of a start
-ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
-DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
 SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
-    """Linearised about `starts` (F, 5 or 7) and `values` (G,): Reduced of each recording, and a function (change of θ) → change of
-    starts. The last entry of each b is the residual that no parameter can change, so that χ² of different points compare.
+    """Linearised about `starts` and `values` (G,): Reduced of each recording, and a function (change of θ) → change of starts.
 
+    The last entry of each b is the residual that no parameter can change, so that χ² of different points compare.
     pushes (K, F, POINTS, 2): accelerations at the flights' nodes, whose columns follow those of the globals.
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
@@ -54,13 +51,13 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
         columns.append((there - seen) / step)
         side_columns.append((over - side) / step)
     columns += list(_pushed_rows(model, pushes))
-    side_columns += [_pushed_sides(model, starts, at, push) for push in pushes]
+    side_columns += [pushed_sides(model, starts, at, push) for push in pushes]
     own = _own_spins(model, starts, at) if "magnus" in at else None
     if own:
         columns.append(own[0])
     jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, locals + G + K (+ 1) + 1)
     triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian)]
-    return triangles, _side_rows(model, starts, at, np.array(side_columns).T, side, own[1] if own else None)
+    return triangles, side_rows(model, starts, at, np.array(side_columns).T, side, own[1] if own else None)
 
 
 def _own_spins(model: Model, starts: np.ndarray, at: dict) -> tuple[np.ndarray, np.ndarray]:
@@ -105,69 +102,6 @@ def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=1)
 
 
-def _pushed_sides(model: Model, starts: np.ndarray, at: dict, push: np.ndarray) -> np.ndarray:
-    """Change of the side conditions (J + R,) by an acceleration; stated falls are too loose (1 mm) to notice."""
-    count = len(model.session.joint)
-    touch = np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
-    return np.concatenate([(touch[count:] - touch[:count]) / _joint_sd(model, starts, at), np.zeros(len(model.session.names))])
-
-
-def _joint_sd(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
-    """(J,) [m]: how well a seed's place across is the same before and after a contact."""
-    s = model.session
-    push = pushed(model, starts, at)
-    speed = velocities(model.contacts, starts, push)[:, 0]
-    return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
-
-
-def _side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray, spun: np.ndarray | None):
-    """Rows (recording, {flight: entries of its x, z, v_x, v_z, and its spin's}, globals (G,), right side) of contacts and stated falls."""
-    s = model.session
-    spun = np.zeros(2 * len(s.joint)) if spun is None else spun
-    count, rows, sds = len(s.joint), [], _joint_sd(model, starts, at)
-    for j, (before, after) in enumerate(s.joint):
-        sd = sds[j]
-        taus = model.contacts.tau[[j, count + j]]
-        entries = {
-            before: np.array([-1, 0, -taus[0], 0, -spun[j]]) / sd,
-            after: np.array([1, 0, taus[1], 0, spun[count + j]]) / sd,
-        }
-        rows.append((s.recording[before], entries, side_columns[j], -side[j]))
-    for r in np.flatnonzero(np.isfinite(s.release)):
-        flight = int(np.flatnonzero(s.recording == r)[0])
-        touched = np.flatnonzero(s.joint[:, 0] == flight)
-        if not len(touched):  # the flight after its first impact was left out: nobody saw where it fell to
-            continue
-        j = int(touched[0])
-        slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
-        rows.append((r, {flight: np.array([0, 0, 0, slope, 0])}, side_columns[count + r], -side[count + r]))
-    return rows
-
-
-def _unseen(model: Model, starts: np.ndarray, r: int):
-    """What is known of recording r's speeds and places along the line of sight: ((flight, number of its start), …), entries, right
-    side. v_y² has its usual size; y begins in the plane of the scale, and is the same before and after a contact."""
-    s, flights = model.session, np.flatnonzero(model.session.recording == r)
-    for f in flights:
-        sd = ASIDE_SD * model.aside[f]
-        yield ((f, 4),), 1 / sd, (model.aside[f] - starts[f, 4]) / sd
-    if starts.shape[1] < NEARING:
-        return
-    joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
-    for f in flights:
-        sd = math.sqrt(model.aside[f])
-        yield ((f, 6),), 1 / sd, -starts[f, 6] / sd
-        j = joints.get(int(f))
-        if j is None:
-            sd = DEPTH_SD_M if f == flights[0] else s.half[flights].sum() * sd  # how it came there was not seen
-            yield ((f, 5),), 1 / sd, -starts[f, 5] / sd
-            continue
-        before, taus = s.joint[j, 0], model.contacts.tau[[j, len(s.joint) + j]]
-        apart = starts[f, 5] + taus[1] * starts[f, 6] - starts[before, 5] - taus[0] * starts[before, 6]
-        entries = np.array([1, taus[1], -1, -taus[0]]) / LONG_JOINT_SD_M
-        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / LONG_JOINT_SD_M
-
-
 def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
     """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts."""
     session, drag = model.session, model.names.index("drag")
@@ -199,7 +133,7 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
             block[:, at : at + extra] = triangle[:, each + count + spun : -1]
             block[:, -1] = triangle[:, -1]
             rows.append(block)
-        for at, entries, right in _unseen(model, starts, r):
+        for at, entries, right in unseen_rows(model, starts, r):
             row = np.zeros((1, total))
             row[0, [each * spot[int(f)] + p for f, p in at]], row[0, -1] = entries, right
             rows.append(row)

@@ -8,10 +8,11 @@ is a rolled picture of itself: camera roll is always a class.
 
 import numpy as np
 
+from calibrate.diagnose.decide import ALPHA, LN_BF_BASELINE, LN_BF_RIVAL, SATURATED_P, Candidate, Verdict
 from calibrate.diagnose.effects.pile import EFFECTS, RIVALS
 from calibrate.diagnose.linear import chance
 from calibrate.diagnose.locate import Location, noise_doubt
-from calibrate.diagnose.name import ALPHA, LN_BF_BASELINE, LN_BF_RIVAL, SATURATED_P, Candidate, Verdict, alarm, candidate
+from calibrate.diagnose.name import alarm, candidate
 from calibrate.diagnose.pile.problem import differing
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.scores import explained

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from calibrate.diagnose.decide import Verdict
 from calibrate.diagnose.effects.pile import RIVALS
 from calibrate.diagnose.finding import Finding, finding_of, parameters_of
 from calibrate.diagnose.locate import locate
-from calibrate.diagnose.name import Verdict
 from calibrate.diagnose.pile.curves import curves_of
 from calibrate.diagnose.pile.decide import SHAPES, decide
 from calibrate.diagnose.pile.flanks import Photo, photos_of

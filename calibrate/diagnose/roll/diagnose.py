@@ -5,9 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from calibrate.diagnose.decide import ALPHA, LN_BF_RIVAL, Verdict
 from calibrate.diagnose.finding import NORMAL_95, Finding, Parameter, finding_of
 from calibrate.diagnose.locate import Location, locate
-from calibrate.diagnose.name import ALPHA, LN_BF_RIVAL, Verdict, name
+from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.roll.curves import curves_of
 from calibrate.diagnose.roll.law import best_without_name, law_of

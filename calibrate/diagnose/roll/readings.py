@@ -9,9 +9,9 @@ import math
 import numpy as np
 from scipy import stats
 
+from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.finding import Finding, Parameter
 from calibrate.diagnose.locate import Sector
-from calibrate.diagnose.name import ALPHA
 from calibrate.diagnose.roll.problem import LEVEL_SD_DEG
 
 LEAST_READINGS = 3  # in either direction

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.linear import chance, fall_of_chi2, projector, ridge, stacked
 from calibrate.diagnose.locate import noise_doubt
-from calibrate.diagnose.name import ALPHA
 from calibrate.diagnose.problem import Fit
 from calibrate.diagnose.roll.motion import Table
 from calibrate.diagnose.roll.problem import PUSH

@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calibrate.diagnose.decide import LN_BF_BASELINE, Verdict
 from calibrate.diagnose.finding import Finding, Parameter, finding_of
 from calibrate.diagnose.locate import Location, Sector, locate
-from calibrate.diagnose.name import LN_BF_BASELINE, Verdict, name
+from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.scores import ln_evidence
 from calibrate.diagnose.slide.law import law_of

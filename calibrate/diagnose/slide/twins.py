@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from calibrate.diagnose.name import Verdict
+from calibrate.diagnose.decide import Verdict
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.slide.model import RIVAL
 

@@ -201,7 +201,9 @@ def tracks(bench: Bench, count: int, rng, *, heights=None):
     for i in range(count):
         here = replace(bench, height=heights[i % len(heights)]) if heights else bench
         t, x, z, angle, frame = film(here, rng)
-        camera = Camera(fps=bench.fps, mm_per_px=0.25, mm_per_px_sd=0.0002, plumb_deg=0.0, plumb_sd_deg=0.05, distance_mm=bench.stated_away_mm)
+        camera = Camera(
+            fps=bench.fps, mm_per_px=0.25, mm_per_px_sd=0.0002, plumb_deg=0.0, plumb_sd_deg=0.05, distance_mm=bench.stated_away_mm
+        )  # fmt: skip
         seed, air = Seed(**STATED), Air(density_kg_m3=bench.stated_air)
         told = Recording(
             f"drop-{i:02d}", Path(), "drop", "track.csv", (), seed=seed, camera=camera, air=air,

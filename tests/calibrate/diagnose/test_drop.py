@@ -7,6 +7,7 @@ import pytest
 from falling import Bench, G, tracks
 from scipy import stats
 
+from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
 from calibrate.diagnose.drop.model import build
@@ -14,7 +15,7 @@ from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
 from calibrate.diagnose.locate import locate
-from calibrate.diagnose.name import ALPHA, alarm, name
+from calibrate.diagnose.name import alarm, name
 from calibrate.diagnose.noise import maximum_draws
 from calibrate.diagnose.problem import fit
 from calibrate.diagnose.scores import explained, score

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from falling import Bench, G, tracks
 
+from calibrate.diagnose.decide import Candidate, Verdict
 from calibrate.diagnose.drop.air import Air
 from calibrate.diagnose.drop.bounce import bounces_of
 from calibrate.diagnose.drop.diagnose import diagnose_drop
@@ -15,7 +16,6 @@ from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, settled
 from calibrate.diagnose.drop.impacts import Impacts, heard, seeds_of
 from calibrate.diagnose.drop.scatter import scatter_of
 from calibrate.diagnose.effects.drop.impact import FALLING
-from calibrate.diagnose.name import Candidate, Verdict
 
 LIGHT = Bench(fps=500.0)
 BALL = replace(LIGHT, axes=(3.5e-3,) * 3)

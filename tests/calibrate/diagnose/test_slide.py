@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from sliding import Bench, G, readings, slides
 
-from calibrate.diagnose.name import ALPHA
+from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.slide.diagnose import diagnose_slide, fitted
 from calibrate.diagnose.slide.model import Model, candidates
 from calibrate.diagnose.slide.motion import Laws, friction_at, travel

@@ -13,10 +13,10 @@ import pytest
 from pages import Tags, own
 
 from calibrate.diagnose.bench import Diagnosis
+from calibrate.diagnose.decide import Candidate
 from calibrate.diagnose.finding import Curve, Finding, Parameter
 from calibrate.diagnose.locate import Sector, Window
 from calibrate.diagnose.model import Again, Compared
-from calibrate.diagnose.name import Candidate
 from calibrate.diagnose.scores import HeldOut
 from calibrate.report.diagnosis import render
 from calibrate.report.residuals import BINS, binned

@@ -1,0 +1,75 @@
+"""What is known of a drop beside its rows: contacts join flights, falls are as stated, speeds to the camera of usual size."""
+
+import math
+
+import numpy as np
+
+from calibrate.diagnose.drop.air import G_M_S2
+from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, NEARING, Model, joint_sd, pushed, velocities
+
+ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
+DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
+
+
+def joint_sds(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
+    """(J,) [m]: how well a seed's place across is the same before and after a contact."""
+    s = model.session
+    push = pushed(model, starts, at)
+    speed = velocities(model.contacts, starts, push)[:, 0]
+    return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
+
+
+def pushed_sides(model: Model, starts: np.ndarray, at: dict, push: np.ndarray) -> np.ndarray:
+    """Change of the side conditions (J + R,) by an acceleration; stated falls are too loose (1 mm) to notice."""
+    count = len(model.session.joint)
+    touch = np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
+    return np.concatenate([(touch[count:] - touch[:count]) / joint_sds(model, starts, at), np.zeros(len(model.session.names))])
+
+
+def side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray, spun: np.ndarray | None):
+    """Rows (recording, {flight: entries of its x, z, v_x, v_z, and its spin's}, globals (G,), right side) of contacts, falls."""
+    s = model.session
+    spun = np.zeros(2 * len(s.joint)) if spun is None else spun
+    count, rows, sds = len(s.joint), [], joint_sds(model, starts, at)
+    for j, (before, after) in enumerate(s.joint):
+        sd = sds[j]
+        taus = model.contacts.tau[[j, count + j]]
+        entries = {
+            before: np.array([-1, 0, -taus[0], 0, -spun[j]]) / sd,
+            after: np.array([1, 0, taus[1], 0, spun[count + j]]) / sd,
+        }
+        rows.append((s.recording[before], entries, side_columns[j], -side[j]))
+    for r in np.flatnonzero(np.isfinite(s.release)):
+        flight = int(np.flatnonzero(s.recording == r)[0])
+        touched = np.flatnonzero(s.joint[:, 0] == flight)
+        if not len(touched):  # the flight after its first impact was left out: nobody saw where it fell to
+            continue
+        j = int(touched[0])
+        slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
+        rows.append((r, {flight: np.array([0, 0, 0, slope, 0])}, side_columns[count + r], -side[count + r]))
+    return rows
+
+
+def unseen_rows(model: Model, starts: np.ndarray, r: int):
+    """What is known of recording r along the line of sight: ((flight, number of its start), …), their entries, right side.
+
+    v_y² has its usual size; y begins in the plane of the scale, and is the same before and after a contact."""
+    s, flights = model.session, np.flatnonzero(model.session.recording == r)
+    for f in flights:
+        sd = ASIDE_SD * model.aside[f]
+        yield ((f, 4),), 1 / sd, (model.aside[f] - starts[f, 4]) / sd
+    if starts.shape[1] < NEARING:
+        return
+    joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
+    for f in flights:
+        sd = math.sqrt(model.aside[f])
+        yield ((f, 6),), 1 / sd, -starts[f, 6] / sd
+        j = joints.get(int(f))
+        if j is None:
+            sd = DEPTH_SD_M if f == flights[0] else s.half[flights].sum() * sd  # how it came there was not seen
+            yield ((f, 5),), 1 / sd, -starts[f, 5] / sd
+            continue
+        before, taus = s.joint[j, 0], model.contacts.tau[[j, len(s.joint) + j]]
+        apart = starts[f, 5] + taus[1] * starts[f, 6] - starts[before, 5] - taus[0] * starts[before, 6]
+        entries = np.array([1, taus[1], -1, -taus[0]]) / LONG_JOINT_SD_M
+        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / LONG_JOINT_SD_M
