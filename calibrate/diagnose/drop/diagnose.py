@@ -18,6 +18,7 @@ from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 
 LEAST_IMPACTS = 3
+NEARER = "camera.distance_mm is not stated: a seed that comes nearer to the camera looks as if a force drove it"
 FEW = "too few impacts were seen to tell an effect from their scatter"
 
 
@@ -39,6 +40,8 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     finding = replace(finding_of(flights, where, found, notes=notes, draw=_curves), alarm=found.p_global < alpha)
     if found.verdict == "unknown":
         finding = with_law(finding, law_of_flights(flights))
+        near = all(np.isinf(s.problem.model.session.away).all() for s in sittings) and hit
+        finding = replace(finding, notes=(*finding.notes, NEARER)) if near else finding
     if not hit:
         return finding
     below = diagnose_impacts(_impacts(flights, sittings, found, listened), rng, alpha=alpha)
