@@ -114,22 +114,29 @@ class HeldOut:
 def held_out(fit: Fit, base: Fit, effects: tuple[str, ...]) -> HeldOut | None:
     """Each recording predicted with the globals of the others; None for one recording: nothing is held out.
 
-    The baseline predicts with `effects` at nil. SSE_noise: what a saturated model leaves, plus one a column.
+    The baseline predicts with `effects` at nil. SSE_noise: what a saturated model leaves, plus one a column; less than one where
+    the verdict's own model leaves less, because recordings differ by less than the priors of what is their own allow for.
     """
     if len(fit.reduced) < 2:
         return None
     nil = np.where([n in effects for n in base.names], 0.0, base.prior_sd)
-    sse_base = sse_fit = sse_noise = 0.0
+    sse_base = sse_fit = bare = 0.0
+    columns = 0
     for r, (mine, its) in enumerate(zip(fit.reduced, base.reduced, strict=True)):
         theta = ridge(*stacked(fit.reduced[:r] + fit.reduced[r + 1 :]), fit.prior_sd)[0]
         theta_base = ridge(*stacked(base.reduced[:r] + base.reduced[r + 1 :]), nil)[0]
         sse_fit += float(((mine.b - mine.a @ theta) ** 2).sum())
         sse_base += float(((its.b - its.a @ theta_base) ** 2).sum())
         fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
-        sse_noise += float((mine.b**2).sum()) - fall + count
+        bare += float((mine.b**2).sum()) - fall
+        columns += count
     if fit.problem.common_smooth:  # a saturated recording would leave nothing: what all have in common is what can be known
-        sse_noise = _noise_left(fit)
-    return HeldOut.of(sse_base, sse_fit, sse_noise)
+        return HeldOut.of(sse_base, sse_fit, _noise_left(fit))
+    a, b = stacked(fit.reduced)
+    theta, covariance, _ = ridge(a, b, fit.prior_sd)
+    spare = columns - float(np.einsum("ij,jk,ik->", a, covariance, a))
+    power = (float(((b - a @ theta) ** 2).sum()) - bare) / spare if spare > 0 else 1.0
+    return HeldOut.of(sse_base, sse_fit, bare + columns * min(power, 1.0))
 
 
 def _noise_left(fit: Fit) -> float:

@@ -50,6 +50,7 @@ def damage(speed, count):
 CASES = [
     ("plate-tilt", replace(BALL, tilt_deg=1.0), None, 1.0),
     ("impact-damage", replace(BALL, e=damage), [0.310, 0.100], -0.07),
+    ("plate-tilt", replace(LIGHT, tilt_deg=4.0), None, 4.0),  # the offset of a long seed's contact takes the tilt for itself
 ]
 MORE = [
     ("plate-tilt", replace(LIGHT, tilt_deg=1.5), None, 1.5),

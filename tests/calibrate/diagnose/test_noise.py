@@ -117,6 +117,16 @@ def test_table_of_false_alarms(rho, least, most):
     assert clean <= 0.17  # 10 of 60; at the 7.5 % of the table more has a chance of 1 %
 
 
+def test_many_short_hops_do_not_hide_a_long_correlation():
+    """ρ = 0.97 in flights of 250 frames, beside four times as many of 45, of which 8 correlation lengths would allow 0.82."""
+    rng = np.random.default_rng(5)
+    sizes = [250] * 8 + [45] * 32
+    parts = [Stretch(np.vander(np.linspace(-1, 1, n), 3), drawn(n, 0.97, 0.06, rng), frame_lag(np.arange(n))) for n in sizes]
+    found = estimate(parts)
+    true = 0.06 + 0.94 * 1.97 / 0.03  # power at low frequency over the variance
+    assert found.rho > 0.94 and 0.4 * true < found.low_frequency < 2 * true
+
+
 def test_heavy_tails_and_outliers_are_seen():
     rng = np.random.default_rng(2)
     assert tail_weight(rng.normal(size=20_000)) == np.inf
