@@ -50,6 +50,7 @@ class Model:
 
 
 PLAIN, NEARING = 5, 7  # numbers of a start
+NEAREST = 0.5  # of the way to the camera: no seed comes nearer
 
 
 def build(session: Session) -> Model:
@@ -90,12 +91,12 @@ def rate_of(values: dict[str, float]) -> float:
 
 
 def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """Places (n, 2) [m] in the plane of the scale, of seeds that are y + v_y τ nearer: r → r (1 + (y + v_y τ)/distance) about the
-    middle of the view. Another middle would but move them evenly."""
+    """Places (n, 2) [m] in the plane of the scale, of seeds that are y + v_y τ nearer: r → r/(1 − (y + v_y τ)/distance) about
+    the middle of the view. Another middle would all but move them evenly."""
     if starts.shape[1] < NEARING:
         return true
-    larger = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[session.recording[flight]]
-    return true + (true - session.view.middle) * larger[:, None]
+    share = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[session.recording[flight]]
+    return session.view.middle + (true - session.view.middle) / (1 - np.minimum(share, NEAREST))[:, None]
 
 
 def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarray:

@@ -34,7 +34,7 @@ def baseline_sd(session: Session) -> dict[str, float]:
         "scale-error": float(np.hypot(session.scale_sd, GRAVITY_SD)), "camera-roll": session.plumb_sd_deg,
         "perspective": PERSPECTIVE_SD, "drag": float(np.median([a.sd for a in session.air])),
     }  # fmt: skip
-    turning = 1e3 * TRACKER_PX * session.view.pixel  # of an outline that turns, the tracker's own
+    turning = 1e3 * float(np.hypot(TRACKER_PX * session.view.pixel, session.uneven_m))  # of an outline that turns
     known |= {n: turning for n, law in LAWS.items() if law.name == WOBBLE or law.group == WOBBLE}
     return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens", "drag-slope"))}
 

@@ -24,7 +24,8 @@ class Session:
     flight (n,), tau (n,) time after the flight's middle, places (n, 2), frame (n,), angle (n,) [rad].
     joint (J, 2): flights before and after each contact, joint_time (J,).
     release (R,): stated fall [m] of recordings whose release was seen, NaN else; release_sd (R,): height ± 1 mm and shape.
-    away (R,): stated distance of the camera [m], infinite where none is.
+    away (R,): stated distance of the camera [m], infinite where none is; uneven_m: by how much a turning outline's middle shifts
+    there, its near end being larger.
     roundness_sd: sd of the height of the centre at contact [m], from the stated sizes.
     """
 
@@ -49,6 +50,7 @@ class Session:
     release_sd: np.ndarray
     frame_s: float
     away: np.ndarray
+    uneven_m: float
     air: tuple[Air, ...]
     view: View
     spin_seen: bool
@@ -96,6 +98,7 @@ def assemble(tracks) -> Session:
         joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2), joint_time=np.array([j[2] for j in joints]),
         release=release, release_sd=release_sd, frame_s=float(np.median([_step(t) for t in tracks])),
         away=np.array([1e-3 * (d["camera"].get("distance_mm") or np.inf) for d in about]),
+        uneven_m=float(np.median([_uneven(d) for d in about])),
         air=tuple(air_of(d) for d in about), view=view, spin_seen=spin_seen,
         scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
@@ -180,6 +183,12 @@ def _free_part(part: dict, usual: float) -> dict | None:
 def _elongation(description: dict) -> float:
     sizes = _sizes(description)
     return (max(sizes) - min(sizes)) / (max(sizes) + min(sizes)) if len(sizes) > 1 else float("nan")
+
+
+def _uneven(description: dict) -> float:
+    """Half the length squared over the distance [m]; of a seed of which no sizes are stated, of 8 mm."""
+    away = description["camera"].get("distance_mm") or np.inf
+    return float(1e-3 * (max(_sizes(description), default=8.0) / 2) ** 2 / away)
 
 
 def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
