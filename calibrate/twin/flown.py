@@ -17,6 +17,7 @@ from vision.evidence.keys import validate
 
 EVERY_S = 1e-3  # between kept states; between them a cubic through places and speeds, good to 1e-9 m
 APART_M = 0.05  # neighbours in one world never meet
+ALONGSIDE_M = 2.0  # nor do those that fly towards the camera
 ABOVE_S = 1e-3  # before touch, where a seed that is to strike begins
 STRIKE_S = 0.012  # after that all have left the plate, or lie on it
 
@@ -78,13 +79,14 @@ def drag_factor(description: dict, share: float, speed_m_s: float = 2.0) -> dict
 
 
 def fly(description: dict, laws: dict[str, dict], starts: np.ndarray, spin: np.ndarray, longest_s: float) -> Flown:
-    """F seeds in free flight from starts (F, 4): x, z [m], their speeds [m/s]; spin (F,) [rad/s] anticlockwise in the picture."""
+    """F seeds in free flight from starts (F, 5): x, z [m], their speeds and that along the line of sight [m/s]; spin (F,) [rad/s]
+    anticlockwise in the picture."""
     made, seed = bench_of(description, laws, Parameters())
     count = len(starts)
     place, speed, turning = (np.zeros((count, 3)) for _ in range(3))
     place[:, 0], place[:, 2] = starts[:, 0], starts[:, 1]
-    place[:, 1] = APART_M * np.arange(count)
-    speed[:, 0], speed[:, 2], turning[:, 1] = starts[:, 2], starts[:, 3], -np.asarray(spin)
+    place[:, 1] = ALONGSIDE_M * np.arange(count)
+    speed[:, 0], speed[:, 2], speed[:, 1], turning[:, 1] = *starts[:, 2:].T, -np.asarray(spin)
     depth = float(place[:, 2].min()) - 100.0  # a plate that nothing reaches: worlds without walls are compiled apart
     plate = Rectangle("plate", made.wall, (-1.0, -1.0, depth), (2.0, 0, 0), (0, 2.0, 0))
     world = made.world(Placed((seed,), made.grain, place, velocities=speed, spins=turning), [plate])

@@ -94,11 +94,12 @@ class Flights:
         out[mine] = seen[mine]
 
     def begins(self, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
-        """(F, 4): where and how fast each flight's seed is at its first row, by the model's own flights."""
+        """(F, 5): where and how fast each flight's seed is at its first row, by the model's own flights; and out of the picture."""
         model, s = self.after.problem.model, self.session
         at = Places(*placed_at(s, np.arange(len(s.middle)), s.middle - s.half))
         push = pushed(model, starts, values)
-        return np.hstack([places(at, starts, push), velocities(at, starts, push)])
+        aside = np.sqrt(np.maximum(starts[:, 4:5], 0.0))
+        return np.hstack([places(at, starts, push), velocities(at, starts, push), aside])
 
     def compared(self, old: np.ndarray, new: np.ndarray):
         """One row a recording: root mean square distance [mm] from what was recorded, along each axis on average."""

@@ -39,20 +39,20 @@ def test_every_effect_of_the_drop_has_a_counterpart_or_a_reason_why_not():
 def test_drag_in_the_units_of_the_diagnosis():
     """A flight that begins at 2 m/s downwards is slowed by `share` of its weight."""
     laws = {"drag": drag_factor(TOLD, 0.05)}
-    flown = fly(TOLD, laws, np.array([[0.0, 0.0, 0.0, -2.0]]), np.zeros(1), 0.01)
+    flown = fly(TOLD, laws, np.array([[0.0, 0.0, 0.0, -2.0, 0.0]]), np.zeros(1), 0.01)
     fall = (flown.speeds[3, 0, 1] - flown.speeds[1, 0, 1]) / (flown.t_s[3] - flown.t_s[1])
     assert fall == pytest.approx(-9.80665 * (1 - 0.05), rel=2e-3)
 
 
 def test_drag_of_a_roll_counts_at_half_a_metre_a_second():
     """TOLD states no air, so all of it is what is missing: 0.01 of the weight at 0.5 m/s."""
-    flown = fly(TOLD, rolling_laws(TOLD, {"drag": 0.01}), np.array([[0.0, 0.0, 0.5, 0.0]]), np.zeros(1), 0.01)
+    flown = fly(TOLD, rolling_laws(TOLD, {"drag": 0.01}), np.array([[0.0, 0.0, 0.5, 0.0, 0.0]]), np.zeros(1), 0.01)
     slowed = (flown.speeds[3, 0, 0] - flown.speeds[1, 0, 0]) / (flown.t_s[3] - flown.t_s[1])
     assert slowed == pytest.approx(-9.80665 * 0.01, rel=0.01)
 
 
 def test_a_twin_without_air_flies_a_parabola():
-    flown = fly(TOLD, {"drag": drag_factor(TOLD, 0.0)}, np.array([[0.1, 0.3, 0.2, 1.0]]), np.zeros(1), 0.2)
+    flown = fly(TOLD, {"drag": drag_factor(TOLD, 0.0)}, np.array([[0.1, 0.3, 0.2, 1.0, 0.0]]), np.zeros(1), 0.2)
     time = np.linspace(0, 0.2, 77)
     exact = np.column_stack([0.1 + 0.2 * time, 0.3 + time - 9.80665 * time**2 / 2])
     assert np.abs(flown.at(0, time) - exact).max() < 2e-6  # half a step of 1e-5 s at 1 m/s
