@@ -94,7 +94,7 @@ class Flights:
         out[mine] = seen[mine]
 
     def begins(self, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
-        """(F, 5): where and how fast each flight's seed is at its first row, by the model's own flights; and out of the picture."""
+        """(F, 5): where and how fast each flight's seed is at its first row, by the model's own flights; v_y"""
         model, s = self.after.problem.model, self.session
         at = Places(*placed_at(s, np.arange(len(s.middle)), s.middle - s.half))
         push = pushed(model, starts, values)
