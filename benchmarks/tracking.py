@@ -19,7 +19,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vision.evidence.frames import FrameSource, open_frames
+from vision.evidence.frames import Frame, FrameSource, open_frames
 from vision.motion.detect import find_silhouettes
 from vision.motion.follow import follow
 from vision.motion.gravity import SHAPE_SD, drag_per_metre
@@ -40,8 +40,8 @@ class InMemory(FrameSource):
         super().__init__(path=Path("drawn"), count=len(frames), fps=None)
         self.frames = frames
 
-    def sample(self, n):
-        return [self.frames[i] for i in np.unique(np.linspace(0, len(self.frames) - 1, min(n, len(self.frames))).astype(int))]
+    def iterate(self):
+        return (Frame(i, float("nan"), pixels) for i, pixels in enumerate(self.frames))
 
 
 def recording(folder="drawn", **camera) -> Recording:
