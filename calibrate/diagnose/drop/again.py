@@ -94,7 +94,7 @@ class Flights:
         out[mine] = seen[mine]
 
     def begins(self, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
-        """(F, 5): where and how fast each flight's seed is at its first row, by the model's own flights; v_y"""
+        """(F, 5): where and how fast each flight's seed is at its first row, by the model's own flights; v_y."""
         model, s = self.after.problem.model, self.session
         at = Places(*placed_at(s, np.arange(len(s.middle)), s.middle - s.half))
         push = pushed(model, starts, values)
@@ -113,7 +113,7 @@ class Flights:
 
 
 def left_out(of: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:
-    """Globals as the recordings other than r have them, and the starts (F, 5 or 7) that go with them."""
+    """Globals as the recordings other than r have them, and the starts (F, 7) that go with them."""
     flown = sorted(set(of.problem.model.session.recording.tolist()))  # the reduced space holds no others
     k = flown.index(r) if r in flown else len(flown)
     others = of.reduced[:k] + of.reduced[k + 1 :]

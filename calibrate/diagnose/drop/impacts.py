@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2, Air
-from calibrate.diagnose.drop.model import predict, pushed, velocities
+from calibrate.diagnose.drop.model import STARTS, predict, pushed, velocities
 from calibrate.diagnose.drop.noise_of_track import TrackNoise
 from calibrate.diagnose.drop.reduction import whitened
 from calibrate.diagnose.problem import Fit
@@ -86,7 +86,7 @@ def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
     model, starts = fit.problem.model, fit.starts
     seen = predict(model, starts, fit.by_name)[0]
     step = 1e-6
-    columns = [(predict(model, starts + step * unit, fit.by_name)[0] - seen) / step for unit in np.eye(starts.shape[1])[:4]]
+    columns = [(predict(model, starts + step * unit, fit.by_name)[0] - seen) / step for unit in np.eye(STARTS)[:4]]
     jacobian = np.stack([*columns, np.zeros_like(seen)], axis=-1)
     own = [white[:, :4] for white in whitened(model, noise, jacobian)]
     return np.array([np.sqrt(np.diag(np.linalg.inv(w.T @ w))[2:]) for w in own])

@@ -1,8 +1,9 @@
 """From parameters to what a camera sees of one session: flights, then the picture.
 
-Every flight has a start of its own (x, z, v_x, v_z at its middle; v_y², of the speed that no picture shows but the air feels; and
-where the camera stands at a stated distance y, v_y towards it): impacts are free, the sector-saturated model. The globals are
-the effects and nuisances by name, in their own units, common to all recordings of the session; 0 is the baseline's centre.
+Every flight has a start of its own: x, z, v_x, v_z at its middle; v_y², of the speed that no picture shows but the air feels; and
+y, v_y towards the camera, which show where it stands at a stated distance. Impacts are free, the sector-saturated model. The
+globals are the effects and nuisances by name, in their own units, common to all recordings of the session; 0 is the baseline's
+centre.
 """
 
 from dataclasses import dataclass
@@ -37,19 +38,19 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A session with the names of its globals, and what never changes: the bases; aside (F,) [m²/s²]: mean of v_y² of such
-    flights, a seed being thrown as far to the camera as across; rolled (F,) [rad/m]: its spin over its speed that way, as across.
-    """
+    """A session with the names of its globals, and what never changes: the bases; aside_square (F,) [m²/s²]: mean of v_y² of
+    such flights, a seed being thrown as far to the camera as across; rolled (F,) [rad/m]: its spin over its speed that way, as
+    across."""
 
     session: Session
     names: tuple[str, ...]
-    aside: np.ndarray
+    aside_square: np.ndarray
     rolled: np.ndarray
     rows: Places
     contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
 
 
-PLAIN, NEARING = 5, 7  # numbers of a start
+STARTS = 7  # numbers of a start
 NEAREST = 0.5  # of the way to the camera: no seed comes nearer
 
 
@@ -62,7 +63,7 @@ def build(session: Session) -> Model:
 
 
 def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
-    """(F,) each: the mean square of v_x, and the spin's share in it; of first flights and of those after an impact."""
+    """(F,) each: the mean square of v_x [m²/s²], and Σ ω v_x/Σ v_x² [rad/m]; of first flights and of those after an impact."""
     rows = zip(session.first, session.stop, strict=True)
     across = np.array([np.polyfit(session.tau[a:b], session.places[a:b, 0], 1)[0] for a, b in rows])
     first = np.array([f == np.flatnonzero(session.recording == r)[0] for f, r in enumerate(session.recording)])
@@ -93,8 +94,6 @@ def rate_of(values: dict[str, float]) -> float:
 def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
     """Places (n, 2) [m] in the plane of the scale, of seeds that are y + v_y τ nearer: r → r/(1 − (y + v_y τ)/distance) about
     the middle of the view. Another middle would all but move them evenly."""
-    if starts.shape[1] < NEARING:
-        return true
     share = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[session.recording[flight]]
     return session.view.middle + (true - session.view.middle) / (1 - np.minimum(share, NEAREST))[:, None]
 
@@ -140,7 +139,7 @@ def forces(model: Model, values: dict[str, float], aside: np.ndarray):
 
 
 def places(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """True places (n, 2) [m] for starts (F, 5 or 7) and accelerations `push` (F, POINTS, 2)."""
+    """True places (n, 2) [m] for starts (F, 7) and accelerations `push` (F, POINTS, 2)."""
     start = starts[at.flight]
     moved = [at.shift[a:b] @ push[f] for f, a, b in at.runs]
     return start[:, :2] + start[:, 2:4] * at.tau[:, None] + np.concatenate(moved or [np.zeros((0, 2))])

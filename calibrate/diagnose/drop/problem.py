@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.model import LAWS, NEARING, PLAIN, Model
+from calibrate.diagnose.drop.model import LAWS, STARTS, Model
 from calibrate.diagnose.drop.noise_of_track import TRACKER_PX, TrackNoise, estimate_noise
 from calibrate.diagnose.drop.reduction import reduce
 from calibrate.diagnose.drop.session import Session
@@ -40,13 +40,13 @@ def baseline_sd(session: Session) -> dict[str, float]:
 
 
 def _parabolas(model: Model) -> np.ndarray:
-    """Starts (F, 5 or 7) of a straight line across and a parabola of g upwards."""
+    """Starts (F, 7) of a straight line across and a parabola of g upwards."""
     session = model.session
-    out = np.zeros((len(session.middle), PLAIN if np.isinf(session.away).all() else NEARING))
+    out = np.zeros((len(session.middle), STARTS))
     for f in range(len(out)):
         rows = slice(session.first[f], session.stop[f])
         tau = session.tau[rows]
         up = session.places[rows, 1] + G_M_S2 * tau**2 / 2
         slope, level = np.polynomial.polynomial.polyfit(tau, np.column_stack([session.places[rows, 0], up]), 1)[::-1]
-        out[f, :PLAIN] = [*level, *slope, model.aside[f]]
+        out[f, :5] = [*level, *slope, model.aside_square[f]]
     return out

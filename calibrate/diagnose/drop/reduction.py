@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from calibrate.diagnose.drop.flight import POINTS
-from calibrate.diagnose.drop.model import LAWS, Model, predict, pushed
+from calibrate.diagnose.drop.model import LAWS, STARTS, Model, predict, pushed
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from calibrate.diagnose.drop.sides import pushed_sides, side_rows, unseen_rows
 from calibrate.diagnose.linear import Reduced
@@ -41,7 +41,7 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
     at = dict(zip(names, values, strict=True))
     seen, side = predict(model, starts, at)
     columns, side_columns = [], []
-    for p, step in enumerate(STEPS[: starts.shape[1]]):
+    for p, step in enumerate(STEPS):
         moved = starts.copy()
         moved[:, p] += step
         columns.append((predict(model, moved, at)[0] - seen) / step)
@@ -106,7 +106,7 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
     """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts."""
     session, drag = model.session, model.names.index("drag")
     triangles, sides = blocks
-    extra, each = 2 * len(SMOOTH), starts.shape[1]
+    extra, each = 2 * len(SMOOTH), STARTS
     reduced, back = [], []
     for r in range(len(session.names)):
         flights = np.flatnonzero(session.recording == r)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, NEARING, Model, joint_sd, pushed, velocities
+from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, Model, joint_sd, pushed, velocities
 
 ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
 DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
@@ -56,13 +56,11 @@ def unseen_rows(model: Model, starts: np.ndarray, r: int):
     v_y² has its usual size; y begins in the plane of the scale, and is the same before and after a contact."""
     s, flights = model.session, np.flatnonzero(model.session.recording == r)
     for f in flights:
-        sd = ASIDE_SD * model.aside[f]
-        yield ((f, 4),), 1 / sd, (model.aside[f] - starts[f, 4]) / sd
-    if starts.shape[1] < NEARING:
-        return
+        sd = ASIDE_SD * model.aside_square[f]
+        yield ((f, 4),), 1 / sd, (model.aside_square[f] - starts[f, 4]) / sd
     joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
     for f in flights:
-        sd = math.sqrt(model.aside[f])
+        sd = math.sqrt(model.aside_square[f])
         yield ((f, 6),), 1 / sd, -starts[f, 6] / sd
         j = joints.get(int(f))
         if j is None:

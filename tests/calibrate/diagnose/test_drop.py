@@ -64,7 +64,7 @@ def test_speed_that_no_picture_shows_is_felt_by_the_air_and_no_news():
     As a control the same with a seed that is thrown across only."""
     seen = tracks(Bench(fps=2000.0, noise_mm=0.02, rho=0.0, tip_deg=30.0), 4, np.random.default_rng(3))
     model = build(assemble(seen))
-    flat = replace(model, aside=np.full_like(model.aside, 1e-4))
+    flat = replace(model, aside_square=np.full_like(model.aside_square, 1e-4))
     allowed, denied = (stats.chi2.sf(*explained(fit(problem_of(m)), (), smooth=True)) for m in (model, flat))
     assert allowed > 0.05 and denied < ALPHA
 
@@ -87,6 +87,12 @@ def test_a_seed_that_rolls_off_towards_the_camera_is_lifted_as_well():
     )
     assert found.by_name["magnus"] == pytest.approx(1.0, abs=0.1)  # ± 0.023, and the spin of 30° tipped seeds is not all seen
     assert abs(flat.by_name["magnus"] - 1.0) > 0.3 and flat.chi2 > 1.2 * found.chi2
+
+
+def test_one_session_may_state_where_the_camera_stood_and_another_not():
+    near = tracks(replace(LIGHT, away=2.0, stated_away_mm=2000.0), 2, np.random.default_rng(1))
+    far = [replace(t, session="day 2") for t in tracks(LIGHT, 2, np.random.default_rng(2))]
+    assert diagnose_drop(near + far, np.random.default_rng(0)).verdict == "none"
 
 
 CASES = [
