@@ -78,6 +78,7 @@ def lookup(count: int) -> None:
         whole = nothing(jobs[0], Path(folder) / "first", 1)
         for job in jobs:
             claim = claims.take(store.claimed, job.key)
+            assert claim is not None  # nobody else is here
             store.put(claim, job, whole, 1.0, {})
             store.part(claim).rmdir()
             claim.release()
@@ -95,8 +96,10 @@ def main() -> None:
     parser.add_argument("--finished", type=int, default=10_000)
     parser.add_argument("--rounds", type=int, default=3)
     told = parser.parse_args()
+    if told.drops < 5:
+        parser.error(f"--drops {told.drops}: at least 5, as the first two of each worker only warm it")
     lookup(told.finished)
-    side_by_side("nothing to do", [Nothing(n) for n in range(told.tiny)], nothing, told.rounds)
+    side_by_side("nothing to do", [Nothing(n) for n in range(max(told.tiny, 20))], nothing, told.rounds)
     side_by_side("0.2 s asleep", [Nothing(n) for n in range(max(told.tiny // 10, 20))], asleep, told.rounds)
     from calibrate.twin import Parameters
     from calibrate.twin.job import Job
