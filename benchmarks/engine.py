@@ -65,7 +65,7 @@ def world_of(bed: lammps.Bed, law: lammps.ContactLaw) -> World:
         q = np.array([t.as_quat()[[3, 0, 1, 2]] for t in turns])
         placed = Placed((seed,), material, centres, q)
     else:
-        one = Seed.from_spheres([[0, 0, 0]], [1e-3])
+        one = Seed.from_spheres(np.zeros((1, 3)), np.array([1e-3]))
         shapes = tuple(
             replace(one, radii_m=np.array([r]), mass_kg=m, inertia_kg_m2=np.full(3, 0.4 * m * r * r))
             for r, m in zip(bed.radii_m, bed.mass_kg, strict=True)
@@ -106,7 +106,7 @@ def beside_lammps(name: str, bed: lammps.Bed, steps: int, rounds: int) -> list[s
 
 def growth(counts: list[int]) -> list[str]:
     """Cost a ball and step of beds of spheres, all equally high, 30 seeds: only the floor grows."""
-    seed, soft = Seed.from_spheres([[0, 0, 0]], [3e-3]), SOYBEAN.softened(1e7)
+    seed, soft = Seed.from_spheres(np.zeros((1, 3)), np.array([3e-3])), SOYBEAN.softened(1e7)
     rows, costs = [], []
     for count in counts:
         side = np.sqrt(count / 10) * 6.2e-3

@@ -1,12 +1,13 @@
 """Spoilt files for every reader: what is not read must be refused by an error of ours that names the file.
 
-    python benchmarks/fuzz.py 10        minutes, shared among the readers
+    python benchmarks/fuzz.py [MINUTES [FILES …]]      10 minutes, shared among the readers of all files
     python benchmarks/fuzz.py 2 track.csv result.json
 
 Hypothesis spoils valid files: cells and lines exchanged for hostile ones, bytes overwritten, cut out, doubled. A fault is
 printed with the smallest file that shows it.
 """
 
+import argparse
 import io
 import json
 import os
@@ -202,9 +203,11 @@ def attack(name: str, reader: Reader, *, examples: int, rng: int) -> tuple[int, 
     return count[0], count[1]
 
 
-def main(minutes: float, names: list[str]) -> None:
+def main(minutes: float, files: list[str]) -> None:
     known = readers()
-    asked = [n for n in known if not names or n in names]
+    if unknown := set(files) - set(known):
+        sys.exit(f"no such file: {', '.join(sorted(unknown))}; there are {', '.join(known)}")
+    asked = [n for n in known if not files or n in files]
     faults = 0
     for name in asked:
         end, tried, no, rng = time.monotonic() + 60 * minutes / len(asked), 0, 0, int(time.time())
@@ -223,4 +226,7 @@ def main(minutes: float, names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 10.0, sys.argv[2:])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("minutes", type=float, nargs="?", default=10.0)
+    parser.add_argument("files", nargs="*")
+    main(**vars(parser.parse_args()))

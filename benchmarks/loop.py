@@ -1,15 +1,15 @@
 """Closing the loop: benches with known parameters (loop_truth.py) calibrated by the whole procedure, answers beside the truth.
 
-python benchmarks/loop.py piles FIRST LAST    → benchmarks/tables/loop/piles.csv: where the truth lies in the seed–seed posteriors
-python benchmarks/loop.py steel FIRST LAST    → benchmarks/tables/loop/steel.csv: seed–steel answers, quick effort
+python benchmarks/loop.py piles [FIRST LAST] → benchmarks/tables/loop/piles.csv: where the truth lies in the seed–seed posteriors
+python benchmarks/loop.py steel [FIRST LAST] → benchmarks/tables/loop/steel.csv: seed–steel answers, quick effort
 
-Simulations are kept in benchmark-runs/loop/runs. The piles' design is that of a quick calibration of the first folder and
-serves all; posteriors are drawn by weighing points of the prior, which takes a moment where the procedure's chains take 20 s.
-Without arguments the tables are read again.
+FIRST and LAST are 0 and 19 unless given; without arguments the tables are read again. Simulations are kept in
+benchmark-runs/loop/runs. The piles' design is that of a quick calibration of the first folder and serves all; posteriors are
+drawn by weighing points of the prior, which takes a moment where the procedure's chains take 20 s.
 """
 
+import argparse
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -42,9 +42,10 @@ def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]
     state = State(bench, QUICK, 1, Wishes(levels=Box.of(RANGES)), {})
     for name in STEEL:
         state.steel_rig(name, simulate, np.random.default_rng(1))
-    stage = state.pile_stage(simulate, RANGES)
-    noise, pairing, _, _ = measure_noise(stage, stage.levels)
-    run_design(stage, stage.levels, noise, pairing, 0.0)
+    stage, levels = state.pile_stage(simulate, RANGES), Box.of(RANGES)
+    assert stage.steel is not None  # all three rigs are in the bench
+    noise, pairing, _, _ = measure_noise(stage, levels)
+    run_design(stage, levels, noise, pairing, 0.0)
     found = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in state.steel.values()}
     return pd.concat(stage.done, ignore_index=True), stage.steel, found, pairing.worth_it
 
@@ -101,7 +102,7 @@ def table() -> None:
 
 
 def main(kind: str, first: int, last: int) -> None:
-    TABLES.mkdir(exist_ok=True)
+    TABLES.mkdir(parents=True, exist_ok=True)
     file = TABLES / f"{kind}.csv"
     done = pd.read_csv(file) if file.exists() else pd.DataFrame({"folder": []})
     with campaign(RUNS / "runs", workers=1) as simulate:
@@ -116,4 +117,9 @@ def main(kind: str, first: int, last: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])) if len(sys.argv) > 3 else table()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kind", nargs="?", choices=["piles", "steel"])
+    parser.add_argument("first", type=int, nargs="?", default=0)
+    parser.add_argument("last", type=int, nargs="?", default=19)
+    asked = vars(parser.parse_args())
+    main(**asked) if asked["kind"] else table()

@@ -9,7 +9,7 @@ anew for every design; quiet: by how much packing noise is divided. rank: share 
 of it denser than the truth.
 """
 
-import sys
+import argparse
 from functools import cache
 from pathlib import Path
 from unittest import mock
@@ -84,12 +84,13 @@ def _ridden(shape: bytes, rows: int, factors: int) -> np.ndarray:
 def design(piles: Piles, found: dict) -> tuple[pd.DataFrame, Box, bool]:
     """All piles of a quick design, the box of its seed–steel parameters, and whether its piles share packings."""
     steel = steel_box(found, {rig.parameter: rig.limits for rig in STEEL.values()})
-    fixed = {n: v for n, (v, _) in found.items()}
-    stage = PileStage(readings(np.ones(len(COLUMNS))), fixed, {}, piles, QUICK, 1, RANGES, Box.of(RANGES), None, steel)
-    noise, pairing, _, _ = measure_noise(stage, stage.levels)
+    assert steel is not None  # there is something found
+    fixed, levels = {n: v for n, (v, _) in found.items()}, Box.of(RANGES)
+    stage = PileStage(readings(np.ones(len(COLUMNS))), fixed, {}, piles, QUICK, 1, RANGES, levels, None, steel)
+    noise, pairing, _, _ = measure_noise(stage, levels)
     # the pattern is the same for every design: searched once
     with mock.patch.object(pile_runs, "riding", lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k)):
-        run_design(stage, stage.levels, noise, pairing, 0.0)
+        run_design(stage, levels, noise, pairing, 0.0)
     return pd.concat(stage.done, ignore_index=True), steel, pairing.worth_it
 
 
@@ -132,16 +133,19 @@ def rates(found: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["set", "level", "rate", "se"])
 
 
-def main(designs: int = 150, benches: int = 8, seed: int = 2) -> None:
+def main(designs: int, benches: int, seed: int) -> None:
     parts = []
     for bend, quiet in CASES:
         found = study(designs, benches, bend=bend, quiet=quiet, seed=seed)
         parts.append(rates(found).assign(bend=bend, quiet=quiet, designs=designs, benches=benches))
         shown = parts[-1].pivot(index="set", columns="level", values="rate").round(3)
         print(f"bend {bend:g}, noise / {quiet:g}\n{shown}", flush=True)
-    TABLE.parent.mkdir(exist_ok=True)
+    TABLE.parent.mkdir(parents=True, exist_ok=True)
     pd.concat(parts).to_csv(TABLE, index=False, float_format="%.4g")
 
 
 if __name__ == "__main__":
-    main(*(int(a) for a in sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name, default in (("designs", 150), ("benches", 8), ("seed", 2)):
+        parser.add_argument(name, type=int, nargs="?", default=default)
+    main(**vars(parser.parse_args()))

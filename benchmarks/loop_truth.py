@@ -1,14 +1,14 @@
 """Bench folders whose parameters are known: our own rigs, parameters drawn at random, kept apart from what calibrates them.
 
-python benchmarks/loop_truth.py piles FIRST LAST    → benchmark-runs/loop/piles-00 …: seed–seed parameters differ; photos of piles
-python benchmarks/loop_truth.py steel FIRST LAST    → benchmark-runs/loop/steel-00 …: drop, slide and roll, filmed
+python benchmarks/loop_truth.py piles [FIRST LAST] → benchmark-runs/loop/piles-00 …: seed–seed parameters differ; photos of piles
+python benchmarks/loop_truth.py steel [FIRST LAST] → benchmark-runs/loop/steel-00 …: drop, slide and roll, filmed
 
-Each has its truth beside it. The same command goes on where it was stopped.
+FIRST and LAST are 0 and 19 unless given. Each has its truth beside it. The same command goes on where it was stopped.
 """
 
+import argparse
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +48,8 @@ def jobs(kind: str, folder: int) -> dict[str, Job]:
     of = truth(kind, folder)
     on_steel = FIRST | {name: of[name] for name in STEEL}
     onset = float(np.floor(np.degrees(np.arctan(of["static_friction"])) - 1.0))
-    sections = {"drop": {"camera": {"fps": 500.0}}, "slide": {"slide": {"start_deg": onset}}, "roll": {}, "pile": {"pile": SLAB}}
+    slide = {"slide": {"start_deg": onset}}
+    sections: dict[str, dict] = {"drop": {"camera": {"fps": 500.0}}, "slide": slide, "pile": {"pile": SLAB}}
     made = {}
     for rig, n in RUNS[kind].items():
         for k in range(n):
@@ -72,4 +73,9 @@ def main(kind: str, first: int, last: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])) if len(sys.argv) > 3 else print(__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kind", nargs="?", choices=["piles", "steel"])
+    parser.add_argument("first", type=int, nargs="?", default=0)
+    parser.add_argument("last", type=int, nargs="?", default=19)
+    asked = vars(parser.parse_args())
+    main(**asked) if asked["kind"] else parser.print_help()

@@ -1,9 +1,9 @@
 """What softening the seeds and a longer step change: rebound, run-out and angle of repose against shear modulus and time step.
 
-python benchmarks/modulus.py [packings]     about a minute of processor time a packing and modulus
+python benchmarks/modulus.py [PACKINGS]     about a minute of processor time a packing and modulus
 """
 
-import sys
+import argparse
 
 import numpy as np
 from rig_jobs import pile, truths
@@ -27,7 +27,7 @@ def row(jobs: list[Job], quantity: str) -> str:
     return f"{np.nanmean(values):9.2f} ± {np.nanstd(values, ddof=1) / np.sqrt(np.isfinite(values).sum()):5.2f}"
 
 
-def main(packings: int = 6) -> None:
+def main(packings: int) -> None:
     print(f"{'modulus Pa':>12} {'step/Rayleigh':>14} {'rebound mm':>17} {'run-out mm':>17}")
     for modulus in MODULI:
         for fraction in FRACTIONS:
@@ -45,4 +45,6 @@ def main(packings: int = 6) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("packings", type=int, nargs="?", default=6)
+    main(parser.parse_args().packings)

@@ -6,8 +6,8 @@ effect: the observable's difference between the two sets, in standard deviations
 the two sets that share a packing; information: effect² for 100 s of CPU.
 """
 
+import argparse
 import pickle
-import sys
 import time
 from pathlib import Path
 
@@ -84,4 +84,6 @@ def main(packings: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 6)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("packings", type=int, nargs="?", default=6)
+    main(parser.parse_args().packings)

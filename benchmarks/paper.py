@@ -1,11 +1,13 @@
 """The soybean paper's simulated tables, run by us: Tables 2, 4, 6 (one seed), 7 and 9 (piles), beside the printed values, and
 what each choice that the paper leaves open does.
 
-python benchmarks/paper.py [packings] [tables … | choices | picture]
-Writes CSV and a picture into samples/soybean-paper/twin. Runs are kept in benchmark-runs/: a study that is stopped goes on.
+python benchmarks/paper.py [PACKINGS [table02 table04 table06 choices_one_seed table07 table09 choices_pile full_size]]
+Writes CSV into samples/soybean-paper/twin, which paper_picture.py draws. Runs are kept in benchmark-runs/: a study that is
+stopped goes on.
 Nothing is fitted to the paper: the parameters are its own, and every other choice is a row of its own.
 """
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -13,7 +15,6 @@ import numpy as np
 import pandas as pd
 from rig_jobs import SLAB, pile, truths
 
-from calibrate.statistics.designs import box_behnken  # noqa: F401  (the design of Table 9 is the published one)
 from calibrate.twin import Parameters
 from calibrate.twin.job import Job
 
@@ -170,7 +171,7 @@ def single_seed_choices() -> pd.DataFrame:
 
 
 TWICE = {"seed_rolling_friction": 0.08}  # as torque between equal balls: their R* is half their radius
-PILE_CHOICES = [  # the likelier to matter first: a study that is stopped has these
+PILE_CHOICES: list[tuple[str, dict, dict]] = [  # the likelier to matter first: a study that is stopped has these
     ("reduced pile as in Tables 7 and 9", {}, {}),
     ("sides of steel, 30 mm apart", {"slab": False, "gate_mm": [30, 200], "plate_mm": [200, 200]}, {}),
     ("rolling friction: type A, same torque between equal balls (2 μ_r)", {}, {"rolling_convention": "type_a", **TWICE}),
@@ -212,13 +213,15 @@ def full_size(packings: int) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["restitution", "static_friction", "rolling_friction", "twin_deg", "twin_sd_deg", "runs"])
 
 
-def main(packings: int, wanted: set[str]) -> None:
+def main(packings: int, wanted: list[str]) -> None:
     OUT.mkdir(exist_ok=True)
     makers = {
         "table02": table_2, "table04": table_4, "table06": table_6, "choices_one_seed": single_seed_choices,
         "table07": lambda: table_7(packings), "table09": lambda: table_9(packings),
         "choices_pile": lambda: pile_choices(packings), "full_size": lambda: full_size(min(packings, 2)),
     }  # fmt: skip
+    if unknown := set(wanted) - set(makers):
+        sys.exit(f"no such table: {', '.join(sorted(unknown))}; there are {', '.join(makers)}")
     for name, make in makers.items():
         if not wanted or name in wanted:
             table = make()
@@ -230,6 +233,8 @@ def main(packings: int, wanted: set[str]) -> None:
 
 
 if __name__ == "__main__":
-    arguments = sys.argv[1:]
-    count = int(arguments.pop(0)) if arguments and arguments[0].isdigit() else 3
-    main(count, set(arguments))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("packings", type=int, nargs="?", default=3)
+    parser.add_argument("tables", nargs="*")
+    asked = parser.parse_args()
+    main(asked.packings, asked.tables)

@@ -1,16 +1,13 @@
 """The soybean paper's tables beside ours as one picture, from the CSV files that paper.py wrote.
 
-python benchmarks/paper_picture.py
+python benchmarks/paper_picture.py      → samples/soybean-paper/twin/tables.png
 """
 
+import argparse
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import pandas as pd
-
-matplotlib.use("Agg")
-from matplotlib import pyplot as plt
 
 TWIN = Path(__file__).parent.parent / "samples" / "soybean-paper" / "twin"
 PAPER, OURS, PLAIN = "#444444", "#d0611a", "#4a7fb5"
@@ -33,8 +30,13 @@ def panel(axis, table: pd.DataFrame, x: str, unit: str, labels: tuple[str, str],
 
 
 def main() -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
     figure = plt.figure(figsize=(14, 9), layout="constrained")
-    above, below = figure.subfigures(2, 1)  # apart, so that the long names of the choices narrow one row only
+    above, below = figure.subfigures(2, 1, squeeze=False).ravel()  # apart: the choices' long names narrow one row only
     axes = np.array([above.subplots(1, 3), below.subplots(1, 3)])
     read = {path.stem: pd.read_csv(path) for path in TWIN.glob("*.csv")}
     panel(
@@ -88,4 +90,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     main()

@@ -11,7 +11,7 @@ No DEM: a pile's angle is the soybean paper's Eq. 8 over ranges two and a half t
 the same benches, ranges and noise, at most BUDGET piles; after every batch each says what it recommends, with 95 % intervals.
 """
 
-import sys
+import argparse
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -141,6 +141,7 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
         rng = np.random.default_rng(seed)
         found = simulate_pile(PileStage(seen, {}, {}, simulate, of, seed, ranges), rng)
         path = found.fit.path
+        assert path is not None  # nothing here prescribes the levels
         nearest = path.errors.set_index("group").loc[path.group, list(NAMES)]
         yield bench.spent - batches[-1], np.array([(path.crossing or nearest)[n] for n in NAMES]), LOW, HIGH
         prior = Prior.uniform(found.fit.box)
@@ -199,7 +200,7 @@ def _for_good(answers: pd.DataFrame) -> float:
 
 
 def main(which: str, seeds: int) -> None:
-    TABLES.mkdir(exist_ok=True)
+    TABLES.mkdir(parents=True, exist_ok=True)
     if which == "ours":
         found = pd.concat([study(f"benchtwin, {effort}", ours(effort), seeds) for effort in ("quick", "full")])
     else:
@@ -208,7 +209,11 @@ def main(which: str, seeds: int) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 100)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("which", nargs="?", choices=["ours", "grainlearning", "coexist"])
+    parser.add_argument("seeds", type=int, nargs="?", default=100)
+    asked = parser.parse_args()
+    if asked.which:
+        main(asked.which, asked.seeds)
     files = [TABLES / f"{name}.csv" for name in ("ours", "grainlearning", "coexist")]
     print(summary(pd.concat([pd.read_csv(f) for f in files if f.exists()])).round(3).to_string(index=False))

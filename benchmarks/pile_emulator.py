@@ -1,12 +1,12 @@
 """Surfaces of simulated heaps against what the diagnosis of piles holds for usual (calibrate/diagnose/pile/usual.py).
 
-    python benchmarks/pile_emulator.py [runs to add, default all; 0: what is there]
+    python benchmarks/pile_emulator.py [RUNS]      to add, default all; 0: what is there
 
 One core, about a minute a heap; what has been run is kept in benchmark-runs/heaps/ and not run again.
 """
 
+import argparse
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -94,10 +94,13 @@ def departures(kept: dict) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("runs", type=int, nargs="?")
+    runs = parser.parse_args().runs
     STORE.mkdir(parents=True, exist_ok=True)
     every = jobs()
     left = [(what, job) for what, job in every if not (STORE / f"{job.key}.json").exists()]
-    for done, (what, job) in enumerate(left[: int(sys.argv[1]) if len(sys.argv) > 1 else None], start=1):
+    for done, (what, job) in enumerate(left[:runs], start=1):
         heap(what, job)
         print(f"{done} of {len(left)}: {what}", flush=True)
     kept = [json.loads(file.read_text()) for file in (STORE / f"{job.key}.json" for _, job in every) if file.exists()]

@@ -1,11 +1,11 @@
 """Pile photos: bias, scatter and coverage of the angle on drawn truth, and the time of a 12-megapixel photo on one core.
 
-    python benchmarks/piles.py [pictures a row, default 100]
+    python benchmarks/piles.py [PICTURES]      a row, default 100
 """
 
+import argparse
 import io
 import os
-import sys
 import time
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -78,11 +78,11 @@ def measure_row(make, n: int, seed: int) -> dict:
         errors.append(angle.value - scene.angle_deg)
         sds.append(angle.sd)
         good.append(angle.quality == GOOD)
-    errors, sds, good = np.array(errors), np.array(sds), np.array(good)
+    off, sound = np.array(errors), np.array(good)
     return dict(
-        n=n, failed=failures, bias=errors.mean(), sd=errors.std(ddof=1), worst=np.abs(errors).max(), claimed=np.median(sds),
-        covered=(np.abs(errors) <= 1.96 * sds).mean(), within=((np.abs(errors) <= 0.3).sum()) / n,
-        worst_good=np.abs(errors[good]).max() if good.any() else np.nan, good=good.mean(),
+        n=n, failed=failures, bias=off.mean(), sd=off.std(ddof=1), worst=np.abs(off).max(), claimed=np.median(sds),
+        covered=(np.abs(off) <= 1.96 * np.array(sds)).mean(), within=((np.abs(off) <= 0.3).sum()) / n,
+        worst_good=np.abs(off[sound]).max() if sound.any() else np.nan, good=sound.mean(),
     )  # fmt: skip
 
 
@@ -103,8 +103,7 @@ def time_photo() -> None:
     print(f"\n12-megapixel colour JPEG, processor seconds on one core: decode {decode:.2f}, measure {read:.2f}")
 
 
-def main() -> None:
-    n = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+def main(n: int) -> None:
     heading = "   n fail   bias     sd  claimed  |err|max  ≤0.3°  95% covers  good  worst good"
     print(f"{'drawn piles, 15–45°, true angle known':32s} {heading}")
     for seed, (name, make) in enumerate(ROWS.items()):
@@ -118,4 +117,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pictures", type=int, nargs="?", default=100)
+    main(parser.parse_args().pictures)

@@ -1,11 +1,11 @@
 """What pictures cost: a 12-megapixel photo of 3,500 seeds, a drop's and a slide's frame, and which part of it takes how long.
 
-    python benchmarks/rendering.py [repeats, default 3]
+    python benchmarks/rendering.py [REPEATS]      default 3
 
 The scenes are placed by hand (a cone of seeds, a falling seed, a plate that tilts) and shared with the tests of pictures.
 """
 
-import sys
+import argparse
 import time
 from collections import defaultdict
 from contextlib import contextmanager
@@ -127,7 +127,7 @@ def _timer(function, part: str, spent: dict[str, float]):
 
 def cost(work, pictures: int, repeats: int) -> tuple[float, float, dict[str, float]]:
     """Least wall and CPU seconds a picture over `repeats`, and the share of each part in the quickest."""
-    best = (np.inf, np.inf, {})
+    best: tuple[float, float, dict[str, float]] = (np.inf, np.inf, {})
     for _ in range(repeats):
         spent: dict[str, float] = defaultdict(float)
         wall, cpu = time.perf_counter(), time.process_time()
@@ -139,7 +139,7 @@ def cost(work, pictures: int, repeats: int) -> tuple[float, float, dict[str, flo
     return best
 
 
-def main(repeats: int = 3) -> None:
+def main(repeats: int) -> None:
     print(f"{renderer_name()}, {cv2.getNumberOfCPUs()} cores")
     rng, pile = np.random.default_rng(0), heap()
     bent = Camera(4000, 3000, mm_per_px=0.085, target_m=(0.0, 0.0, 0.08), distortion=-0.02)
@@ -161,4 +161,6 @@ def main(repeats: int = 3) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 3)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("repeats", type=int, nargs="?", default=3)
+    main(parser.parse_args().repeats)

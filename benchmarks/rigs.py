@@ -3,8 +3,8 @@
 python benchmarks/rigs.py [full]     `full` adds the full-size pile (minutes)
 """
 
+import argparse
 import shutil
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -57,4 +57,6 @@ def main(full: bool) -> None:
 
 
 if __name__ == "__main__":
-    main("full" in sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("full", nargs="?", choices=["full"])
+    main(parser.parse_args().full is not None)

@@ -1,10 +1,10 @@
 """Graph paper and spread seeds: bias, scatter and coverage on drawn truth, and the time of a 12-megapixel photo on one core.
 
-python benchmarks/sizes.py [pictures a row, default 40]
+python benchmarks/sizes.py [PICTURES]      a row, default 40
 """
 
+import argparse
 import os
-import sys
 import time
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -134,4 +134,6 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 40)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pictures", type=int, nargs="?", default=40)
+    main(parser.parse_args().pictures)

@@ -1,8 +1,9 @@
 """Tracking: accuracy, honesty of the error bars, speed and memory on drawn films; trackpy's locate on the same frames beside it.
 
-python benchmarks/tracking.py [recordings for the coverage study, default 200 [accuracy restitution coverage speed memory]]
+python benchmarks/tracking.py [RECORDINGS [accuracy restitution coverage speed memory]]      for the coverage, default 200
 """
 
+import argparse
 import os
 import re
 
@@ -69,16 +70,17 @@ def accuracy() -> None:
         frames = list(film(motion, look, rng, fps=1000, times=times))
         columns, rows = to_picture(look, *motion.path(times)[:2])
         scene = learn_scene(InMemory(frames))
-        off, sd, peer = [], [], []
+        ours, theirs, sd = [], [], []
         for frame, column, row in zip(frames, columns, rows):
-            found = min(find_silhouettes(frame, scene), key=lambda s, c=column, r=row: np.hypot(s.x - c, s.y - r))
-            off.append((found.x - column, found.y - row))
+            seen = find_silhouettes(frame, scene)
+            found = seen[np.argmin([np.hypot(s.x - column, s.y - row) for s in seen])]
+            ours.append((found.x - column, found.y - row))
             sd.append(found.sd)
-            peer.append(located(frame, scene, column, row, look))
-        off, peer = np.array(off), np.array(peer)
+            theirs.append(located(frame, scene, column, row, look))
+        off, peer = np.array(ours), np.array(theirs)
         phase = np.concatenate([columns % 1, rows % 1])
-        ours, theirs = np.sqrt((off**2).mean()), np.sqrt(np.nanmean(peer**2))
-        print(f"{name:32s} {ours:8.4f} {lock(phase, off.T.ravel()):8.4f} {np.mean(sd):8.4f} {theirs:8.4f} {theirs / ours:6.1f}")
+        rms, peers = np.sqrt((off**2).mean()), np.sqrt(np.nanmean(peer**2))
+        print(f"{name:32s} {rms:8.4f} {lock(phase, off.T.ravel()):8.4f} {np.mean(sd):8.4f} {peers:8.4f} {peers / rms:6.1f}")
 
 
 def lock(phase: np.ndarray, off: np.ndarray) -> float:
@@ -99,7 +101,7 @@ def located(frame, scene, column, row, look) -> tuple[float, float]:
 
 def restitution(count=60) -> None:
     """310 mm, e 0.5, 0.1 px of 0.25 mm, 5200 fps."""
-    values = {"white noise": [], "AR(1) 0.9": []}
+    values: dict[str, list] = {"white noise": [], "AR(1) 0.9": []}
     for seed in range(count):
         for name, ar in zip(values, (0.0, 0.9)):
             track = film_track(draw_drop(), np.random.default_rng(seed), ar=ar, noise_mm=0.025)
@@ -132,7 +134,9 @@ def drawn_drop(rng: np.random.Generator):
     soybean = Seed(length_mm=8.72, width_mm=6.84, thickness_mm=5.98, density_kg_m3=1250)
     camera = Camera(fps=fps, mm_per_px=0.25, mm_per_px_sd=0.25 * scale_sd, plumb_deg=0.0, plumb_sd_deg=plumb_sd)
     known = replace(recording(), camera=camera, seed=soybean, air=Air())
-    drag = drag_per_metre(known, 1.8) * (1 + SHAPE_SD * rng.normal())
+    drag = drag_per_metre(known, 1.8)
+    assert drag is not None  # seed and air are stated
+    drag *= 1 + SHAPE_SD * rng.normal()
     motion = draw_drop(
         height_mm=height, restitution=e, lateral_m_s=0.1 * rng.normal(), kicks=kicks, max_bounces=3,
         gravity=9.80665 * (1 + 1e-3 * rng.normal()), drag_per_m=drag,
@@ -204,9 +208,11 @@ def track_alone(folder: str) -> None:
     from vision.recording import read_recording
 
     found = observe_moving(read_recording(Path(folder)))
+    assert found.track is not None
     # ru_maxrss would hand on what the parent held when it forked; VmHWM is this program's own.
     status = Path("/proc/self/status")
-    peak = int(re.search(r"VmHWM:\s+(\d+)", status.read_text())[1]) / 1024 if status.exists() else float("nan")
+    told = re.search(r"VmHWM:\s+(\d+)", status.read_text()) if status.exists() else None
+    peak = int(told[1]) / 1024 if told else float("nan")
     print(f"peak memory {peak:.0f} MB, {len(found.track)} frames with the seed")
 
 
@@ -214,13 +220,18 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--track"]:
         track_alone(sys.argv[2])
     else:
-        count = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+        parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+        parser.add_argument("recordings", type=int, nargs="?", default=200)
+        parser.add_argument("studies", nargs="*", metavar="study")
+        asked = parser.parse_args()
         studies = {
             "accuracy": accuracy,
             "restitution": restitution,
-            "coverage": lambda: coverage(count),
+            "coverage": lambda: coverage(asked.recordings),
             "speed": speed,
             "memory": memory,
         }
-        for study in sys.argv[2:] or studies:
+        if unknown := set(asked.studies) - set(studies):
+            parser.error(f"no such study: {', '.join(sorted(unknown))}; there are {', '.join(studies)}")
+        for study in asked.studies or studies:
             studies[study]()
