@@ -15,9 +15,12 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
+from unittest import mock
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -27,11 +30,12 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from calibrate.export import ENGINES, cards, read_result
-from calibrate.procedure.from_tables import calibrate_tables
+from calibrate.procedure import from_tables, joint
+from calibrate.procedure.bench import Bench, bench_of
+from calibrate.procedure.tables import naming
 from vision import measure
 from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, MeasurementError
-from vision.recording import RIGS
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 TOKENS = (
@@ -66,6 +70,32 @@ def exported(file: Path) -> None:
         cards(read_result(file.parent), engine)
 
 
+@cache
+def paper_bench() -> Bench:
+    return bench_of(SAMPLES / "soybean-paper")
+
+
+def tabulated(file: Path) -> bool:
+    """Calibrate the paper's bench on the tables beside `file`, with a posterior of a few draws; whether any rig was refused. A
+    refusal names a table and has words of ours, or says that the bench lies beyond the tables' rows."""
+    few = mock.patch.multiple(joint, sample=partial(joint.sample, max_steps=4), GRID_CELLS=400)
+    with few, mock.patch.multiple(from_tables, bench_of=lambda folder: paper_bench(), naming=naming_in_our_words):
+        found = from_tables.calibrate_tables(file.parent.parent)
+    for why in found.refused.values():
+        assert str(file.parent) in why or "outside what was simulated" in why, f"the table is not named: {why}"
+    return bool(found.refused)
+
+
+@contextmanager
+def naming_in_our_words(file: Path) -> Iterator[None]:
+    with naming(file):
+        try:
+            yield
+        except ValueError as error:
+            assert "calibrate" in error_place(error), f"not our words: {error!r}"
+            raise
+
+
 def track(rig: str) -> Reader:
     folder = SAMPLES / "drawn-bench" / f"{rig}-track"
     lines = (folder / "track.csv").read_bytes().splitlines()
@@ -83,7 +113,6 @@ def photo(suffix: str, *, deep: bool = False) -> Reader:
 def readers() -> dict[str, Reader]:
     drawn, paper = SAMPLES / "drawn-bench", SAMPLES / "soybean-paper"
     tables = {f"tables/{f.name}": f.read_bytes() for f in (paper / "tables").iterdir()}
-    rigs = {f"{rig}/{f.name}": f.read_bytes() for rig in RIGS for f in (paper / rig).iterdir()}
     few = {"track.csv": track("drop").valid}
     made = {
         "track.csv": track("drop"),
@@ -103,9 +132,8 @@ def readers() -> dict[str, Reader]:
         "result.json": Reader(json.dumps(RESULT, indent=1).encode(), ":", exported),
     }  # fmt: skip
     for name in sorted(tables):
-        beside = {k: v for k, v in (tables | rigs | {"bench.toml": (paper / "bench.toml").read_bytes()}).items() if k != name}
-        parting = "=" if name.endswith("toml") else ","
-        made[name] = Reader(tables[name], parting, lambda f: calibrate_tables(f.parent.parent), beside)
+        beside = {k: v for k, v in tables.items() if k != name}
+        made[name] = Reader(tables[name], "=" if name.endswith("toml") else ",", tabulated, beside)
     return made
 
 

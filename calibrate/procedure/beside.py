@@ -7,9 +7,10 @@ from pathlib import Path
 import pandas as pd
 
 from calibrate.procedure.calibration import Calibration
-from calibrate.procedure.from_tables import levels_of, published
+from calibrate.procedure.from_tables import published
 from calibrate.procedure.published import check_pile, check_steel
 from calibrate.procedure.rigs import PILE_RESPONSE
+from calibrate.procedure.tables import levels_table
 
 RUNS = ["table", "at", "unit", "on_the_tables", "simulated", "sd", "runs"]
 
@@ -62,7 +63,7 @@ def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
     ours = [check_steel(c.steel[n], c.bench.rigs[n], told.get(n, {})) for n in c.steel if n in printed.steel]
     rows = [(f"{n}: parameter", printed.steel[n].inverse.value, c.steel[n].inverse.value) for n in printed.steel if n in c.steel]
     if c.pile is not None and printed.pile is not None:
-        ours.append(check_pile(c.pile, told.get("pile", {}), levels_of(folder))[0])
+        ours.append(check_pile(c.pile, told.get("pile", {}), levels_table(folder / "levels.csv"))[0])
         rows += [(f"pile: optimum, {f}", printed.pile.optimum.point[f], c.pile.optimum.point[f]) for f in c.pile.box.names]
         if c.pile.path is not None and printed.pile.path is not None:
             rows.append(("pile: nearest group of the path", printed.pile.path.group, c.pile.path.group))

@@ -16,15 +16,12 @@ from calibrate.procedure.joint import fit_joint
 from calibrate.procedure.pile import PileFit, fit_pile
 from calibrate.procedure.published import check_pile, check_steel
 from calibrate.procedure.published_keys import checked
-from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS, STEEL
+from calibrate.procedure.rigs import PILE_RESPONSE, STEEL
 from calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
+from calibrate.procedure.tables import LETTERS, box_of, design_table, levels_table, naming, path_table, steel_table
 from calibrate.statistics.ascent import choose_centre
-from calibrate.statistics.box import Box
-from calibrate.statistics.columns import numbers
 from calibrate.statistics.inversion import OutsideRange
 from calibrate.statistics.replicates import Noise, packing_noise
-
-PILE_TABLES = ("design.csv", "levels.csv")
 
 
 def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
@@ -37,7 +34,8 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
         raise FileNotFoundError(
             f"{tables}: not there; --tables needs drop.csv, slide.csv, roll.csv, design.csv, levels.csv in it"
         )
-    printed = published(tables / "published.toml")
+    file = tables / "published.toml"
+    printed = published(file)
     bench = trimmed_before(bench_of(folder), trimmed(printed))
     rng = np.random.default_rng(seed)
     steel, refused, checks, flags = {}, missing(bench), [], []
@@ -48,13 +46,15 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
             except (OutsideRange, ValueError, FileNotFoundError) as error:
                 refused[name] = str(error)
                 continue
-            checks.append(check_steel(steel[name], bench.rigs[name], printed.get(name, {})))
+            with naming(file):
+                checks.append(check_steel(steel[name], bench.rigs[name], printed.get(name, {})))
             flags += _outside(steel[name])
     pile = None
     if "pile" in bench.rigs:
         try:
             pile = _pile(bench, tables, printed.get("pile", {}), rng)
-            table, more = check_pile(pile, printed.get("pile", {}), levels_of(tables))
+            with naming(file):
+                table, more = check_pile(pile, printed.get("pile", {}), levels_table(tables / "levels.csv"))
             checks.append(table)
             flags += more
         except (ValueError, FileNotFoundError) as error:
@@ -89,7 +89,7 @@ def published(file: Path) -> dict:
     if not file.is_file():
         return {}
     try:
-        return checked(tomllib.loads(file.read_text(encoding="utf8")), file)
+        return checked(tomllib.loads(file.read_text(encoding="utf-8-sig")), file)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{file}: not valid TOML: {error}") from error
 
@@ -99,34 +99,17 @@ def trimmed(printed: dict) -> dict[str, int]:
     return {rig: told["bench_trimmed"] for rig, told in printed.items() if isinstance(told, dict) and "bench_trimmed" in told}
 
 
-def _table(file: Path, columns: list[str]) -> pd.DataFrame:
-    """A CSV whose columns are numbers; errors name the file."""
-    if not file.is_file():
-        raise FileNotFoundError(f"{file}: not there; it should have the columns {', '.join(columns)}")
-    try:
-        table = pd.read_csv(file, skipinitialspace=True, comment="#")
-        numbers(table, columns)
-    except (ValueError, pd.errors.ParserError) as error:
-        raise ValueError(f"{file}: {error}") from error
-    return table
-
-
 def _steel(bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.Generator) -> SteelFit:
     """As the paper fits it, unweighted; the monotone curve weighs rows by their printed sds."""
     rig, readings = STEEL[name], bench.rigs[name]
-    rows = _table(tables / f"{name}.csv", [rig.parameter, rig.response])
+    mean, file = readings.mean(), tables / f"{name}.csv"
+    rows = steel_table(file, rig)
     if rig.sd in rows and "repeats" in printed:
         rows = rows.assign(repeats=printed["repeats"])
     elif rig.sd in rows:
         rows = rows.drop(columns=rig.sd)
-    fit = fit_steel(
-        rig,
-        rows,
-        readings.mean(),
-        rng=rng,
-        description=readings.description,
-        weighted=False,
-    )
+    with naming(file):
+        fit = fit_steel(rig, rows, mean, rng=rng, description=readings.description, weighted=False)
     if fit.by == "polynomial":
         return fit
     try:
@@ -151,29 +134,18 @@ def _outside(fit: SteelFit) -> list[str]:
     ]
 
 
-def levels_of(tables: Path) -> pd.DataFrame:
-    """The design's levels: coded (−1, 0, 1) and the factors."""
-    return _table(tables / "levels.csv", ["coded"])
-
-
 def _pile(bench: Bench, tables: Path, printed: dict, rng: np.random.Generator) -> PileFit:
-    levels = levels_of(tables)
-    factors = tuple(c for c in levels.columns if c != "coded")
-    if set(factors) != set(SEED_FACTORS):
-        wanted, there = ", ".join(SEED_FACTORS), ", ".join(factors)
-        raise ValueError(f"{tables / 'levels.csv'}: needs the columns coded, {wanted}; here are {there}")
-    by = levels.set_index("coded")
-    if not {-1, 1} <= set(by.index):
-        raise ValueError(f"{tables / 'levels.csv'}: column coded needs rows −1 and 1")
-    box = Box(factors, by.loc[-1].to_numpy(float), by.loc[1].to_numpy(float))
-    coded = _table(tables / "design.csv", [PILE_RESPONSE])
-    letters = [c for c in coded.columns if c != PILE_RESPONSE][: len(factors)]
-    design = pd.DataFrame(np.round(box.natural(numbers(coded, letters)), 12), columns=list(factors))
+    box = box_of(levels_table(tables / "levels.csv"), tables / "levels.csv")
+    factors, file = box.names, tables / "design.csv"
+    coded = design_table(file)
+    design = pd.DataFrame(np.round(box.natural(coded[list(LETTERS)]), 12), columns=list(factors))
     design = design.assign(**{PILE_RESPONSE: coded[PILE_RESPONSE]})
     notes, noise = [], _noise(design, factors)
     readings = bench.rigs["pile"]
     other = (noise.sd, float(noise.df)) if noise else None
-    if readings.values.size == 1 and noise:
+    if readings.values.size == 1:
+        if noise is None:
+            raise ValueError(f"{file}: no point run twice with different angles tells the scatter of the bench's only pile")
         notes.append(
             f"one bench pile: its scatter is taken to be that of the simulated piles at the centre, {noise.sd:.2g}° on "
             f"{noise.df} degrees of freedom"
@@ -181,9 +153,11 @@ def _pile(bench: Bench, tables: Path, printed: dict, rng: np.random.Generator) -
     mean = readings.mean(other=other)
     path = None
     if (tables / "path.csv").is_file():
-        steps = _table(tables / "path.csv", [*factors, PILE_RESPONSE])
-        path = choose_centre(steps, PILE_RESPONSE, mean.value, factors, noise_sd=noise.sd if noise else 0.0)
-    return fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"), path=path, noise=noise, notes=tuple(notes))
+        steps = path_table(tables / "path.csv")
+        with naming(tables / "path.csv"):
+            path = choose_centre(steps, PILE_RESPONSE, mean.value, factors, noise_sd=noise.sd if noise else 0.0)
+    with naming(file):
+        return fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"), path=path, noise=noise, notes=tuple(notes))
 
 
 def _noise(design: pd.DataFrame, factors: tuple[str, ...]) -> Noise | None:

@@ -91,7 +91,7 @@ def _compared(printed: dict[str, str], known: dict[str, float], where: str) -> p
     """`compare` with items named by where they stand; ValueError for a printed item that nothing is recomputed for."""
     unknown = [item for item in printed if item not in known]
     if unknown:
-        raise ValueError(f"published.toml, {where}: unknown item {unknown[0]!r}; known are {', '.join(known)}")
+        raise ValueError(f"{where}: unknown item {unknown[0]!r}; known are {', '.join(known)}")
     table = compare(printed, known) if printed else pd.DataFrame(columns=FOLLOWS)
     return table.assign(item=[f"{where}: {item}" for item in table["item"]])
 

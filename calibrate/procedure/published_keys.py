@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, field_validator
+
+from calibrate.procedure.rigs import SEED_FACTORS
 
 
 class _Section(BaseModel):
@@ -28,6 +30,13 @@ class _Pile(_Rig):
     said_centre: int | None = None
     optimum: dict[str, FiniteFloat] | None = None
     anova: dict[str, list[str]] = Field(default_factory=dict)
+
+    @field_validator("optimum")
+    @classmethod
+    def _of_all(cls, optimum: dict[str, float] | None) -> dict[str, float] | None:
+        if optimum is not None and set(optimum) != set(SEED_FACTORS):
+            raise ValueError(f"needs {', '.join(SEED_FACTORS)}; here are {', '.join(optimum)}")
+        return optimum
 
 
 class _Published(_Section):

@@ -3,6 +3,7 @@
 import difflib
 import reprlib
 import warnings
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -103,6 +104,29 @@ def read_readings(path: Path) -> Table:
     return Table(rows, tuple(notes))
 
 
+Range = tuple[float, float]
+
+
+def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str, Range] | None = None) -> pd.DataFrame:
+    """Read a CSV table of numbers: the columns `needed` and those of `optional` that are there, {name: (least, greatest)}.
+
+    Other columns are left out; the order is the file's. Raises MeasurementError naming file, column and row where a column is
+    missing or comes twice, and where a cell is empty, no number or outside its range.
+    """
+    rows = _read_csv(path)
+    _check_there(path, rows, needed)
+    ranges = {**(optional or {}), **needed}
+    rows = rows[[c for c in rows if c in ranges]].copy()
+    _to_numbers(path, rows, rows.columns)
+    for column in rows:
+        low, high = ranges[column]
+        if len(wrong := rows.index[~rows[column].between(low, high)]):
+            value = rows[column][wrong[0]]
+            said = f"= {value:g}" if np.isfinite(value) else "is empty or not finite"
+            raise MeasurementError(f"{path}: {column} {said} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}")
+    return rows
+
+
 def _read_csv(path: Path) -> pd.DataFrame:
     size = path.stat().st_size
     if size == 0:
@@ -117,26 +141,40 @@ def _read_csv(path: Path) -> pd.DataFrame:
             warnings.simplefilter("error", pd.errors.ParserWarning)
             rows = pd.read_csv(path, skipinitialspace=True, comment="#", skip_blank_lines=True, index_col=False)
     except pd.errors.ParserWarning as error:
-        raise MeasurementError(f"{path}: its rows hold more fields than its heading names") from error
+        said = "its rows hold more fields than its heading names; commas part columns, numbers have points"
+        raise MeasurementError(f"{path}: {said}") from error
     except (ValueError, OverflowError) as error:  # pandas' own errors and wrong characters among them
         raise MeasurementError(f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})") from error
     rows.columns = [str(c).strip() for c in rows.columns]
+    if len(rows.columns) == 1 and (parted := [c for c in (";", "\t") if c in rows.columns[0]]):
+        raise MeasurementError(f"{path}: its columns are parted by {parted[0]!r}; save it with commas, and points in its numbers")
+    if twice := [c for c in rows if f"{c}.1" in rows]:  # pandas' name for the second
+        raise MeasurementError(f"{path}: column {twice[0]} comes twice")
     if rows.empty:
         raise MeasurementError(f"{path}: a heading but no rows")
     return rows
 
 
-def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) -> None:
+def _check_there(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
     if absent := [c for c in needed if c not in rows]:
         raise MeasurementError(
             f"{path}: column {', '.join(absent)} is missing; expected {', '.join(needed)}, found {', '.join(rows.columns)}"
         )
+
+
+def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) -> None:
+    _check_there(path, rows, needed)
     if unknown := [c for c in rows if c not in needed and c not in extra and c not in READING_COLUMNS]:
         known = (*needed, *extra)
         near = difflib.get_close_matches(unknown[0], known, n=1, cutoff=0.6)
         hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
         raise MeasurementError(f"{path}: unknown column {unknown[0]}; {hint}")
-    for column in numeric if numeric is not None else rows.columns:
+    _to_numbers(path, rows, numeric if numeric is not None else rows.columns)
+
+
+def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
+    """Make the columns floats, empty where they are not finite."""
+    for column in columns:
         try:
             rows[column] = pd.to_numeric(rows[column]).astype(float)
         except (ValueError, TypeError, OverflowError) as error:
