@@ -55,7 +55,7 @@ def design_table(file: Path) -> pd.DataFrame:
 
 
 def path_table(file: Path) -> pd.DataFrame:
-    """path.csv, a row a group of the steepest ascent: its number (else 1 …), the factors, the angle, the error printed if it is."""
+    """path.csv, a row a group of the steepest ascent: its number (else 1 …), factors, angle, the error printed if it is."""
     path = _numbers(file, {**SEEDS, PILE_RESPONSE: READING["deg"]}, {"group": ANY, "relative_error_percent": ANY})
     if "group" not in path:
         path.insert(0, "group", np.arange(1, len(path) + 1))
