@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).parent.parent / "benchmarks"
-PROGRAMS = sorted(file for file in FOLDER.glob("*.py") if "__main__" in file.read_text(encoding="utf8"))
+ROOT = Path(__file__).parent.parent
+FILES = (*(ROOT / "benchmarks").glob("*.py"), *(ROOT / "scripts").glob("*.py"))
+PROGRAMS = sorted(file for file in FILES if "__main__" in file.read_text(encoding="utf8"))
 
 
 def test_there_are_programs():

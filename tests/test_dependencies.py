@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 OURS = ("vision", "sim", "calibrate", "prove", "benchtwin.py")
-BESIDE = ("tests", "benchmarks", "samples", "conftest.py")
+BESIDE = ("tests", "benchmarks", "samples", "scripts", "conftest.py")
 NOT_IMPORTED = {  # declared for another reason than an import
     "dask": "distributed schedules it; its version must fit",
     "pytest-xdist": "pytest's -n",
