@@ -1,6 +1,6 @@
 """The soybean paper's tables beside ours as one picture, from the CSV files that paper.py wrote.
 
-python benchmarks/paper_picture.py      → samples/soybean-paper/twin/tables.png
+python benchmarks/paper_picture.py      → docs/paper-tables.png
 """
 
 import argparse
@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-TWIN = Path(__file__).parent.parent / "samples" / "soybean-paper" / "twin"
+ROOT = Path(__file__).parent.parent
+TWIN, PICTURE = ROOT / "samples" / "soybean-paper" / "twin", ROOT / "docs" / "paper-tables.png"
 PAPER, OURS, PLAIN = "#444444", "#d0611a", "#4a7fb5"
 
 
@@ -86,7 +87,7 @@ def main() -> None:
         ("Table 2: rebound", "Table 4: sliding", "Table 6: rolling", "Table 7: steepest ascent", "Table 9: Box–Behnken"),
     ):
         axis.set_title(title)
-    figure.savefig(TWIN / "tables.png", dpi=110)
+    figure.savefig(PICTURE, dpi=110)
 
 
 if __name__ == "__main__":
