@@ -77,7 +77,7 @@ def log_posterior(
     z, scale, df = (np.array(v) for v in zip(*(residual(natural, o, prior) for o in observables)))
     r = np.eye(m) if correlation is None else np.asarray(correlation, dtype=float)
     out = out - np.log(scale).sum(axis=0)
-    for block in _tied(r):
+    for block in np.arange(m)[:, None] if correlation is None else _tied(r):
         size, own = len(block), r[np.ix_(block, block)]
         free = np.maximum(df[block].min(axis=0), size)
         square = np.einsum("in,ij,jn->n", z[block], np.linalg.inv(own), z[block])
