@@ -5,7 +5,7 @@ differences; rows are whitened with each recording's own noise; locals are elimi
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -36,7 +36,8 @@ class Series:
 
 @dataclass(frozen=True, eq=False)
 class Locals:
-    """What is each recording's own: start (R, L), step (L,) for derivatives, sd (L,) about `start` (inf: free)."""
+    """What is each recording's own: start (R, L), step (L,) for derivatives, sd (L,) about `start` (inf: free; those
+    first)."""
 
     start: np.ndarray
     step: np.ndarray
@@ -87,7 +88,7 @@ def reduce(
     made = [_reduced(s, own, predict, sizes, r, starts[r], at, more[r], step) for r, s in enumerate(series)]
     width = made[0][0].a.shape[1] - len(values)
     theta = np.concatenate([values, np.zeros(width)])
-    reduced = tuple(Reduced(m.a, m.smooth, m.b + m.a @ theta, m.cost if smooth else None) for m, _ in made)
+    reduced = tuple(replace(m, b=m.b + m.a @ theta, cost=m.cost if smooth else None) for m, _ in made)
 
     def change(moved: np.ndarray) -> np.ndarray:
         return np.array([back(moved) for _, back in made])
@@ -117,7 +118,8 @@ def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray
     across, last = len(sizes) + len(more), triangle.shape[1] - 1
     below = triangle[count:]
     cost = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())
-    made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last], cost)
+    bulk = float(np.log(np.abs(np.diag(triangle)[:count][held]) * sd[held]).sum())  # what the free ones hold is the same for all
+    made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last], cost, bulk)
 
     def back(moved: np.ndarray) -> np.ndarray:
         right = triangle[:count, last] - triangle[:count, count : count + len(sizes)] @ moved[: len(sizes)]

@@ -7,8 +7,10 @@ import pytest
 
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced
+from calibrate.diagnose.noise import Noise
 from calibrate.diagnose.problem import Problem, fit
-from calibrate.diagnose.scores import HeldOut, explained, held_out, unbound
+from calibrate.diagnose.scores import HeldOut, explained, held_out, ln_evidence, unbound
+from calibrate.diagnose.series import Locals, Series, problem_of
 
 
 def test_removed_fraction():
@@ -85,3 +87,27 @@ def test_a_law_is_one_for_all_sessions_also_where_a_recording_says_nothing():
     full = np.array([[1.0, 2.0, 3.0, 0.0, 0.0], [1.0, 0.0, 0.0, 4.0, 5.0]])  # one of the globals, two powers in two sessions
     np.testing.assert_array_equal(_common(Reduced(full, full[:, :0], np.ones(2)), 1, 2).a, [[1.0, 2.0, 3.0], [1.0, 4.0, 5.0]])
     assert _common(Reduced(full[:0], full[:0, :0], np.ones(0)), 1, 2).a.shape == (0, 3)
+
+
+def test_what_is_a_recordings_own_pays_for_the_room_it_takes():
+    """A chance of sd 1 that shows only where an effect is: the evidence is that of y = level + value·chance·shape + noise."""
+    rng = np.random.default_rng(5)
+    shape, y = rng.normal(size=30), rng.normal(size=30)
+    effect = Effect("shaken", "sliding", "1", "size", 1.0, 0.0, 9.0, "drawn")
+    series = Series("a", y, 1.0, np.full(30, np.inf), Noise(0.0, 0.0, 0.1), np.zeros((30, 0)))
+    own = Locals(np.zeros((1, 2)), np.full(2, 1e-3), np.array([np.inf, 1.0]))
+    problem = problem_of(
+        "slide", (series,), own, lambda r, o, values: o[0] + values["shaken"] * o[1] * shape, {"shaken": effect}, {}, {}, None
+    )
+
+    def exact(value: float) -> float:
+        """Of the differences from the mean: the level is free."""
+        basis = np.linalg.qr(np.column_stack([np.ones(30), rng.normal(size=(30, 29))]))[0][:, 1:].T
+        covariance = np.eye(29) + value**2 * np.outer(basis @ shape, basis @ shape)
+        left = basis @ y
+        return -0.5 * (left @ np.linalg.solve(covariance, left) + np.linalg.slogdet(covariance)[1])
+
+    def told(value: float) -> float:
+        return ln_evidence(problem.reduce(problem.starts, np.array([value]))[0], np.zeros(1))
+
+    assert told(2.0) - told(0.0) == pytest.approx(exact(2.0) - exact(0.0), abs=1e-6)
