@@ -10,7 +10,7 @@ from calibrate.diagnose.decide import ALPHA, Candidate, Verdict
 from calibrate.diagnose.linear import ridge, stacked
 from calibrate.diagnose.locate import Location, Sector, Window
 from calibrate.diagnose.problem import Fit, fit
-from calibrate.diagnose.scores import HeldOut, held_out, unbound
+from calibrate.diagnose.scores import HeldOut, held_out
 
 NORMAL_95 = 1.959964
 WEAK = 5.0  # times its sd, a prior moves what is known to a fifth of it by 0.2 %
@@ -155,9 +155,10 @@ def without(base: Fit, effects: tuple[str, ...]) -> Fit:
 
 def parameters_of(model: Fit, names: tuple[str, ...]) -> dict[str, Parameter]:
     """Value and 95 % interval of each effect; the noise's own doubt widens it. A prior tells what is likely to be there, not how
-    much of it was seen: here it counts for little."""
+    much of it was seen: here it counts for little; that of a further parameter (a frequency, a scale) is knowledge of the law."""
     wider = math.exp(model.problem.level_sd**2 / 2)
-    values, covariance, _ = ridge(*stacked(model.reduced), unbound(model, names, WEAK).prior_sd)
+    prior_sd = np.where(np.isin(model.names, names), WEAK, 1.0) * model.prior_sd
+    values, covariance, _ = ridge(*stacked(model.reduced), prior_sd)
     out = {}
     for n in names:
         i = model.names.index(n)

@@ -16,13 +16,15 @@ from calibrate.diagnose.slide.problem import Prepared, begin, begin_with_jump, p
 from calibrate.diagnose.slide.readings import SPACING_SD, grid_of
 from calibrate.diagnose.slide.scan import vibration
 from calibrate.diagnose.slide.session import assemble
-from calibrate.diagnose.slide.twins import honest
+from calibrate.diagnose.slide.twins import honest, may_fade
 from calibrate.diagnose.slide.windows import windows_of
 
 STEP, SHAKEN = "stepped-tilt", "plate-vibration"
 GENTLE_M_S2 = 0.03  # a vibration of less than the runs' friction scatters by
 CERTAIN_P = 1e-9  # of stairs that a column or a list of readings shows by itself
+FADES = "friction that fades over the first few mm/s, by less, fits as well: a tenth of the tilt rate and more frames would tell"
 STILL = "the block moves as on a plate that stands still under a weight that turns: so it is simulated now and then"
+UNHEARD = "no ripple is heard: the vibration is told from how early and fast the block lets go; raised by hand it should not"
 
 
 def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
@@ -37,6 +39,8 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     verdict = Verdict("none", (), alone.p, (), float("nan"), None) if alone else told.verdict
     law = law_of(told.base) if verdict.verdict == "unknown" else None
     notes = prepared.session.notes + ((STILL,) if not told.base.problem.model.turning else ())
+    notes += (UNHEARD,) if SHAKEN in verdict.names and not shaken else ()
+    notes += (FADES,) if verdict.verdict == "name" and may_fade(told.base, verdict.names) else ()
     finding = finding_of(told.base, told.where, verdict, law=law, notes=notes)
     if steps:
         finding = with_seen(finding, STEP, steps, "measurement", CERTAIN_P)
@@ -118,13 +122,13 @@ def stairs_of(prepared: Prepared) -> Parameter | None:
 
 def with_seen(finding: Finding, effect: str, size: Parameter, sector: str, p: float) -> Finding:
     """The finding with an effect that is seen, not inferred; what else was found stays beside it if it has a name."""
-    others = finding.names if finding.verdict == "name" else ()
+    others = tuple(n for n in finding.names if n != effect) if finding.verdict == "name" else ()
     notes = finding.notes
     if finding.verdict in ("class", "unknown"):
         notes = (*notes, f"beside {effect} something else is open: {' or '.join(finding.names) or 'without a name'}")
     sectors = (Sector(sector, 1.0, p), *(s for s in finding.sectors if s.name != sector))
     return replace(
         finding, alarm=True, p_global=min(finding.p_global, p), verdict="name", names=(effect, *others), notes=notes, law=None,
-        sectors=finding.sectors if others else sectors, parameters={effect: size} | (finding.parameters if others else {}),
+        sectors=finding.sectors if others else sectors, parameters=(finding.parameters if others else {}) | {effect: size},
         next_record=None, held_out=finding.held_out if others else None,
     )  # fmt: skip

@@ -2,8 +2,8 @@
 
 Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, air: nuisances.
 Locals of a run: its place at rest [mm], its onset [s since the tilt's origin] (on stairs: its friction), its tilt's level and
-rate [sd of what its column leaves]. Its friction follows from its onset; that it is the pair's within RUN_SD is one more row
-beside those of the track.
+rate [sd of what its column leaves], the phase at which a shaken plate lets it go [sd]. Its friction follows from its onset;
+that it is the pair's within RUN_SD is one more row beside those of the track.
 """
 
 import math
@@ -18,7 +18,7 @@ from calibrate.diagnose.slide.motion import G_M_S2, Laws, friction_at, travel
 from calibrate.diagnose.slide.session import Session
 
 HINGE_M = 0.15  # from the block, where it is not stated: all that depends on it is θ̇² (r₀ − x), 1e-4 of g at 5°/s
-LOCALS = 4
+LOCALS = 5
 RIVAL = Effect(  # no candidate, but what a law outside the library looks like: where it wins, nothing is named
     name="(friction by way slid)", sector="sliding", unit="1/m", meaning="friction gained per way slid", prior_sd=0.5, low=-20.0,
     high=20.0, source="a scratched, dusty or waxed track",
@@ -39,10 +39,11 @@ class Model:
 
 
 def candidates(session: Session) -> dict:
-    """Effects that show in what there is, vibration and steps apart: those are looked for first (scan.py)."""
+    """Effects that show in what there is, steps apart; a vibration that is heard (scan.py) needs no inference."""
     names = []
     if session.runs:
         names += ["kinetic-friction", "stribeck", "stribeck.ln-speed", "stribeck.shape", "viscous-sliding", "partial-rolling"]
+        names += ["plate-vibration", "plate-vibration.ln-hertz"]
     if np.isfinite(session.masses).all():
         names.append("adhesion")
     if np.isfinite([r.rate_deg_s for r in session.reads]).any():
@@ -52,7 +53,7 @@ def candidates(session: Session) -> dict:
     return {n: EFFECTS[n] for n in names} | ({RIVAL.name: RIVAL} if session.runs else {})
 
 
-def laws_of(model: Model, r: int, values: dict[str, float]) -> Laws:
+def laws_of(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> Laws:
     """All that acts on run r, its friction apart."""
     run = model.session.runs[r]
     get = values.get
@@ -62,7 +63,8 @@ def laws_of(model: Model, r: int, values: dict[str, float]) -> Laws:
         ln_speed=get("stribeck.ln-speed", 0.0), shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0),
         inertia=get("partial-rolling", 0.0),
         turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
-        worn=get(RIVAL.name, 0.0),
+        worn=get(RIVAL.name, 0.0), shake=get("plate-vibration", 0.0), ln_hertz=get("plate-vibration.ln-hertz", 0.0),
+        wave_chance=own[4],
     )  # fmt: skip
 
 
@@ -91,7 +93,7 @@ def moved(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tu
     """True travel [m] and speed [m/s] of run r, and its friction."""
     run = model.session.runs[r]
     c, stair, phase = tilt_of(model, r, own, values)
-    laws, onset = replace(laws_of(model, r, values), stair=stair, stair_phase=phase), own[1]
+    laws, onset = replace(laws_of(model, r, own, values), stair=stair, stair_phase=phase), own[1]
     if stair:  # it lets go where a stair begins: the friction is free within that stair
         friction = own[1]
         onset = _edge(friction, laws.press, c, stair, phase)

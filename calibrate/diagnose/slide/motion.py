@@ -3,8 +3,9 @@
     (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d ẋ²,   θ a cubic in t
 
 x down the plate, r₀ from the hinge below (nil where it is not stated), 2 θ̇ ẋ the Coriolis acceleration that lifts a block sliding
-on a plate that turns away from under it (c: its share), d air. The moment of onset is given and says what static friction was:
-the travel is then smooth, and nearly linear, in every other parameter. Runge–Kutta from that very moment, between the rows.
+on a plate that turns away from under it (c: its share), d air. The moment of onset (on a shaken plate: when the mean pull is up
+to the friction) is given and says what static friction was: the travel is then smooth, and nearly linear, in every other
+parameter. Runge–Kutta from that very moment, between the rows.
 """
 
 import math
@@ -16,6 +17,7 @@ from numba import njit
 from calibrate.diagnose.effects.slide import (
     kinetic_friction,
     partial_rolling,
+    plate_vibration,
     stepped_tilt,
     stribeck,
     viscous_sliding,
@@ -31,7 +33,7 @@ class Laws:
     """All that acts, SI. friction: kinetic; static_excess, stribeck, ln_speed, shape, viscous: see the effects' files; press:
     normal force over mass beside the weight's; inertia κ; turning c; from_hinge r₀; air d [1/m]; stair,
     stair_phase [rad]: 0 for a plate raised without steps; worn [1/m]: friction gained per way slid (no candidate: a rival
-    to those that are)."""
+    to those that are); shake, ln_hertz, wave_chance: of a plate that vibrates."""
 
     friction: float = 0.0
     static_excess: float = 0.0
@@ -47,6 +49,9 @@ class Laws:
     stair: float = 0.0
     stair_phase: float = 0.0
     worn: float = 0.0
+    shake: float = 0.0
+    ln_hertz: float = 0.0
+    wave_chance: float = 0.0
 
 
 def _array(laws: Laws) -> np.ndarray:
@@ -107,9 +112,12 @@ def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> 
     """Steps from row to row; a block in motion does not stick again, so that a fit may try too much friction."""
     place, speed = np.zeros(len(time)), np.zeros(len(time))
     longest = (time[-1] - time[0]) / STEPS
-    x, v, t = 0.0, 0.0, onset
+    angle, rate = _tilt(onset, tilt, p)
+    growth = G_M_S2 * rate * (math.cos(angle) + p[0] * math.sin(angle))
+    x, v, t = plate_vibration.crept(p[14], p[15], growth, 0.0)[0], plate_vibration.released(p[14], p[15], p[16]), onset
     for i in range(len(time)):
         if time[i] <= onset:
+            place[i], speed[i] = plate_vibration.crept(p[14], p[15], growth, time[i] - onset)
             continue
         count = max(math.ceil((time[i] - t) / longest), 1)
         s = (time[i] - t) / count

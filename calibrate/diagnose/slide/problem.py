@@ -85,14 +85,14 @@ def _sigma(run: Run, noise: Noise) -> np.ndarray:
 
 
 def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
-    """starts (R, 4): from `begin`."""
+    """starts (R, LOCALS): from `begin`."""
     session = prepared.session
     series = [_series(model, k, prepared, starts[k]) for k in range(len(session.runs))]
     series += [_reading(read, prepared) for read in session.reads]
     count = len(series)
     own = Locals(
-        np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]), np.array([1e-3, 1e-6, 1e-4, 1e-4]),
-        np.array([ANYWHERE_MM, ANYWHEN_S, 1.0, 1.0]),
+        np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]), np.array([1e-3, 1e-6, 1e-4, 1e-4, 1e-2]),
+        np.array([ANYWHERE_MM, ANYWHEN_S, 1.0, 1.0, 1.0]),
     )  # fmt: skip
     known = {"friction": FRICTION_SD}
     if session.runs:
@@ -138,7 +138,7 @@ def _reading(read: Read, prepared: Prepared) -> Series:
 
 
 def begin(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
-    """Model with the pair's friction, and starts (R, 4): each run's onset where its travel alone fits best."""
+    """Model with the pair's friction, and starts (R, LOCALS): each run's onset where its travel alone fits best."""
     session = prepared.session
     model = replace(model, session=session)
     starts = np.zeros((len(session.runs) + len(session.reads), LOCALS))
@@ -165,7 +165,7 @@ def _onset(model: Model, prepared: Prepared, r: int, *, jump: bool) -> tuple[flo
     time = run.time - run.tilt.origin
 
     def misfit(onset: float) -> tuple[float, float, float, float]:
-        way, _, friction = moved(model, r, np.array([0.0, onset, 0.0, 0.0]), {})
+        way, _, friction = moved(model, r, np.array([0.0, onset, 0.0, 0.0, 0.0]), {})
         columns = [np.ones(len(time))] + ([np.clip(time - onset, 0, None) ** 2] if jump else [])
         design, left = np.column_stack(columns) / sigma[:, None], (run.travel - 1e3 * way) / sigma
         solution = np.linalg.lstsq(design, left, rcond=None)[0]

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from calibrate.diagnose.decide import Verdict
+from calibrate.diagnose.decide import LN_BF_RIVAL, Verdict
+from calibrate.diagnose.effects.slide.stribeck import SHAPE, SPEED
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.slide.model import RIVAL
 
@@ -48,6 +49,23 @@ def honest(base: Fit, verdict: Verdict) -> Verdict:
     if verdict.verdict == "class" or verdict.next_record:
         return replace(verdict, next_record=_advice(base, verdict.names) or verdict.next_record)
     return verdict
+
+
+def may_fade(base: Fit, names: tuple[str, ...]) -> bool:
+    """Whether friction that fades within the least speed it physically may fits as well as friction that is lost at once: then
+    only a prior for greater speeds tells them apart, and less of it is lost."""
+    problem, fading = base.problem, tuple("stribeck" if n == "kinetic-friction" else n for n in names)
+    if "kinetic-friction" not in names or "stribeck" in names or not set(fading) <= set(problem.effects):
+        return False
+    at = np.where(np.array(problem.names) == SPEED.name, SPEED.low, 0.0)
+
+    def reduce(starts, values, extra=None):
+        reduced, change = problem.reduce(starts, values + at, extra)
+        return tuple(replace(r, b=r.b - r.a[:, : len(at)] @ at) for r in reduced), change
+
+    held = {n: e for n, e in problem.effects.items() if n not in (SPEED.name, SHAPE.name)}  # no candidates: they stay as they are
+    slow = fit(replace(problem, effects=held, reduce=reduce), free=fading, start=base)
+    return slow.chi2 < fit(problem, free=names, start=base).chi2 + 2 * LN_BF_RIVAL
 
 
 def _advice(base: Fit, names: tuple[str, ...]) -> str | None:

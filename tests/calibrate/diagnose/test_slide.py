@@ -9,6 +9,7 @@ import pytest
 from sliding import Bench, G, readings, slides
 
 from calibrate.diagnose.decide import ALPHA
+from calibrate.diagnose.effects.slide import plate_vibration
 from calibrate.diagnose.slide.diagnose import diagnose_slide, fitted
 from calibrate.diagnose.slide.model import Model, candidates
 from calibrate.diagnose.slide.motion import Laws, friction_at, travel
@@ -93,6 +94,13 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
     assert abs(parameter.value - true) < 1.1 * (parameter.high95 - parameter.low95)  # 4.3 sd: six cases must all pass
 
 
+@pytest.mark.parametrize(("change", "tells"), [({}, False), ({"rates": (1.0, 5.0), "fps": 240.0}, True)])
+def test_friction_that_is_lost_at_once_or_over_the_first_speeds(change, tells):
+    """What fades over 2.5 mm/s looks the same at one rate and few frames, and that is noted; not so where the recordings tell."""
+    finding = found(replace(LIGHT, static=0.006, **change), 1, count=4)
+    assert finding.names == ("kinetic-friction",) and any("fades" in note for note in finding.notes) != tells
+
+
 def test_two_effects_are_both_named_though_the_onset_has_two_minima():
     """Begun at the baseline's onset, a fit beside a clock's offset ends at a friction that is greater in motion than at rest."""
     finding = found(replace(LIGHT, static=0.0015, clock_s=-0.3, rates=(2.0, 6.0), noise_mm=0.02), 1, count=4)
@@ -137,6 +145,52 @@ def test_a_vibration_is_heard():
     assert finding.names == ("plate-vibration",) and finding.sectors[0].name == "sliding"
     parameter = finding.parameters["plate-vibration"]
     assert parameter.low95 < 0.34 and parameter.high95 > 0.26
+
+
+def slipped(amplitude, omega, growth, phase):
+    """Speed at which it slides on when the mean pull is up to the friction, the wave's own taken off, and the way until then:
+    brute force, from rest, sticking whenever it stops."""
+    times = np.linspace(-1.1 * amplitude / growth, 0.5 * amplitude / growth, 20_000)
+    h, speed, way = times[1] - times[0], 0.0, 0.0
+    for t in times:
+        speed = max(speed + h * (growth * t + amplitude * math.sin(omega * t + phase)), 0.0)
+        way += h * speed
+    end, angle = times[-1], omega * times[-1] + phase
+    mean = speed - growth * end**2 / 2 + amplitude / omega * math.cos(angle)
+    return mean, way - growth * end**3 / 6 - mean * end + amplitude / omega**2 * math.sin(angle)
+
+
+@pytest.mark.parametrize("in_a_wave", [0.1, 0.4, 1.0])
+def test_a_shaken_block_slips_before_it_slides(in_a_wave):
+    """The law against brute force, over the phases; in_a_wave: by how much of a the pull grows meanwhile."""
+    a, hertz = 0.06, 20.0
+    omega, growth, log = 2 * math.pi * hertz, in_a_wave * a * hertz, math.log(hertz / plate_vibration.HERTZ)
+    speeds, ways = np.array([slipped(a, omega, growth, phase) for phase in np.arange(0, 2 * math.pi, 0.4)]).T
+    low, high = (plate_vibration.released(a, log, chance) for chance in (-1.0, 1.0))
+    assert low < speeds.mean() < high and speeds.std() < 0.6 * (high - low)
+    assert speeds.max() == pytest.approx(a / omega, rel=0.03)
+    way, speed = plate_vibration.crept(a, log, growth, 0.0)
+    assert way == pytest.approx(ways.mean(), rel=0.15 + 1.2 * in_a_wave) and speed == pytest.approx(a / omega)
+    assert plate_vibration.crept(a, log, growth, -1.01 * a / growth) == (0.0, 0.0)
+    before = [plate_vibration.crept(a, log, growth, -0.5 * a / growth - h)[0] for h in (0.0, 1e-6)]
+    assert (before[0] - before[1]) / 1e-6 == pytest.approx(plate_vibration.crept(a, log, growth, -0.5 * a / growth)[1], rel=1e-3)
+
+
+def test_a_vibration_too_small_to_be_heard_is_known_by_how_the_block_lets_go():
+    """A ripple of 5 µm under noise of 30: the block lets go early, and is the faster for it."""
+    quiet = replace(LIGHT, noise_mm=0.03)
+    finding = found(replace(quiet, shake=(0.06, 17.0), rates=(2.0, 4.0)), 1, count=5)
+    assert finding.verdict == "name" and finding.names == ("plate-vibration",)
+    assert any("ripple" in note for note in finding.notes)
+    parameter = finding.parameters["plate-vibration"]
+    assert parameter.low95 < 0.06 < parameter.high95
+
+
+@pytest.mark.parametrize("friction", [lambda v, x: 0.004 * math.log1p(v / 0.001), lambda v, x: 0.006 * (1 - math.exp(-v / 0.03))])
+def test_friction_that_grows_in_the_first_moments_is_no_vibration(friction):
+    """A block that creeps is faster at first too; but what holds it goes on growing."""
+    finding = found(replace(LIGHT, friction=friction, noise_mm=0.03, rates=(2.0, 4.0)), 1, count=5)
+    assert finding.alarm and "plate-vibration" not in finding.names
 
 
 def test_friction_that_grows_with_the_way_is_outside_the_library():

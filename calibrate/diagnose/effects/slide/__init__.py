@@ -16,7 +16,7 @@ from calibrate.diagnose.effects.slide import (
 
 _FOUND = (
     kinetic_friction.EFFECT, stribeck.EFFECT, stribeck.SPEED, stribeck.SHAPE, viscous_sliding.EFFECT, adhesion.EFFECT,
-    reading_delay.EFFECT, clock_offset.EFFECT, angle_offset.EFFECT, plate_vibration.EFFECT, partial_rolling.EFFECT,
-    stepped_tilt.EFFECT,
+    reading_delay.EFFECT, clock_offset.EFFECT, angle_offset.EFFECT, plate_vibration.EFFECT, plate_vibration.FREQUENCY,
+    partial_rolling.EFFECT, stepped_tilt.EFFECT,
 )  # fmt: skip
 EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _FOUND}
