@@ -72,10 +72,12 @@ def _down(run: Run, rows, turn: float) -> np.ndarray:
 
 
 def _level(run: Run, rows, turn: float) -> np.ndarray:
-    tau, t, path = _tau(run, rows), run.time_s[rows], run.x[rows]
+    tau, t = _tau(run, rows), run.time_s[rows]
     columns = [*legendre.legvander(tau, DEGREE_LEVEL).T]
     columns += [np.maximum(run.way.corner + s - t, 0) ** 2 for s in SOON_S]
     columns += [np.maximum(t - run.way.stop + s, 0) ** 2 for s in LATE_S]
     if turn:
+        curve = np.column_stack(columns)  # a ripple of the places as read would hold their noise, and take it for a ripple
+        path = curve @ np.linalg.lstsq(curve, run.x[rows], rcond=1e-9)[0]
         columns += [wave(turn * path) * tau**k for wave in (np.cos, np.sin) for k in range(3)]
     return np.column_stack(columns)

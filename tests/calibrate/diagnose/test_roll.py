@@ -9,7 +9,9 @@ from rolling import BALL, STATED, Bench, rolls
 
 from calibrate.diagnose.roll.diagnose import diagnose_roll
 from calibrate.diagnose.roll.motion import Table, Way, travel
+from calibrate.diagnose.roll.noise_of_run import estimate_noise
 from calibrate.diagnose.roll.path import fit_path
+from calibrate.diagnose.roll.session import assemble
 from calibrate.twin import Parameters
 from calibrate.twin.along import gone, like
 from calibrate.twin.roll_tracks import SeenRoll, read_rolls, roll_of
@@ -77,6 +79,17 @@ def test_a_first_path_finds_release_corner_and_stop():
 def test_clean_rolls_raise_no_alarm():
     found = diagnosed(Bench())
     assert found.verdict == "none" and not found.alarm and found.names == ()
+
+
+def test_few_rows_of_a_short_run_tell_their_noise():
+    """Power at low frequency as drawn, 1.7 σ²; a ripple of the places as read took the noise of the slow end for itself, 14."""
+    short = Bench(mu=0.06, length_mm=10.0, fps=240.0, noise_mm=0.06, rho=0.3, white=0.1, stated=BALL)
+    power = []
+    for seed in range(4):
+        runs = assemble(rolls(short, 7, np.random.default_rng(seed)))[0]
+        found = estimate_noise(runs, np.full(len(runs), 2 / 3.42e-3)).noise
+        power.append(np.log(found.low_frequency / (0.1 + 0.9 * 1.3 / 0.7)))
+    assert abs(np.mean(power)) < 0.5 and np.max(power) < 1.0  # each is known to 0.3
 
 
 def test_what_a_sharp_corner_takes_is_no_news():
