@@ -15,6 +15,7 @@ from calibrate.diagnose.linear import Reduced, ridge, stacked
 
 OUTSIDE = 10.0  # of χ²: ln of Bayes factor 5
 POOR = 2.0  # χ² per degree of freedom above which a fit may have ended beside its minimum
+STRAINED = 5.0  # sds of something known: likewise
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +98,15 @@ def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = Non
         return found
     wide = np.isin(problem.names, [n for effect in free for n in problem.columns_of(effect)])
     points = [point for point in problem.elsewhere if point[1][wide].any()]
-    if not found.chi2 < POOR * problem.freedom:
+    if not found.chi2 < POOR * problem.freedom or _strain(found, free) > STRAINED:
         points.append((problem.starts, nil))
     return min([found, *(_descended(problem, free, *point) for point in points)], key=lambda f: _beside_range(f, free))
+
+
+def _strain(found: Fit, free: tuple[str, ...]) -> float:
+    """Sds by which the most strained of the globals that are known is off."""
+    known = [n for n in found.names if found.problem.known_sd.get(n) and n not in free]
+    return max((abs(found.by_name[n]) / found.problem.known_sd[n] for n in known), default=0.0)
 
 
 def _beside_range(found: Fit, free: tuple[str, ...]) -> float:

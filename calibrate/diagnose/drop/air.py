@@ -13,6 +13,7 @@ SHAPE_SD = 0.15  # of C_d beside a sphere's, relative
 SLOPE_SD = 0.15  # of d ln C_d/d ln v: a sphere's is −0.2 at a seed's speeds, a bluff body's nil
 UNKNOWN = 0.018  # drag over weight at 2 m/s of a seed that nobody described (soybean .018, wheat .03), with as large an sd
 REFERENCE_SPEED_M_S = 2.0
+SLOWEST_M_S = 0.01  # where air is concerned
 G_M_S2 = 9.80665
 
 
@@ -58,6 +59,12 @@ def air_of(description: dict) -> Air:
     if not stated:
         return Air(0.0, 0.0, room, reynolds, lift)
     return Air(room, SHAPE_SD * room, room, reynolds, lift) if known else Air(UNKNOWN, UNKNOWN, room, reynolds, lift)
+
+
+def speed_through_air(velocity: np.ndarray, aside_square: np.ndarray) -> np.ndarray:
+    """|v| (f, n, 1) [m/s] of velocities (f, n, 2) in the picture and v_y² (f, 1) [m²/s²]; smooth where that is below nil."""
+    square = (velocity**2).sum(axis=-1, keepdims=True) + aside_square[..., None]
+    return np.sqrt(np.maximum(square, SLOWEST_M_S**2))
 
 
 def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0):

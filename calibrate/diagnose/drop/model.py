@@ -109,11 +109,11 @@ def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarr
 
 def pushed(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
     """Accelerations (F, POINTS, 2) at the flights' nodes, per stated second squared."""
-    return accelerations(starts[:, 2:4], model.session.half, forces(model, values, np.sqrt(np.maximum(starts[:, 4], 0.0))))
+    return accelerations(starts[:, 2:4], model.session.half, forces(model, values, starts[:, 4]))
 
 
-def forces(model: Model, values: dict[str, float], aside: np.ndarray):
-    """force(velocity (F, p, 2)) in stated seconds, gravity and the stated air included; aside (F,): speed out of the picture."""
+def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
+    """force(velocity (F, p, 2)) in stated seconds, gravity and the stated air included; aside_square (F,): see Motion."""
     s = model.session
     air = np.array([[s.air[r].share, s.air[r].reynolds_per_speed, s.air[r].lift, s.air[r].room] for r in s.recording])
     rate = rate_of(values)
@@ -124,8 +124,8 @@ def forces(model: Model, values: dict[str, float], aside: np.ndarray):
 
     def force(velocity: np.ndarray) -> np.ndarray:
         motion = Motion(
-            velocity * rate, aside[:, None] * rate, model.rolled[:, None], s.own_spin[:, None] * rate, air[:, 1:2], air[:, 2:3],
-            room, G_M_S2, values.get("drag-slope", 0.0),
+            velocity * rate, aside_square[:, None] * rate**2, model.rolled[:, None], s.own_spin[:, None] * rate, air[:, 1:2],
+            air[:, 2:3], room, G_M_S2, values.get("drag-slope", 0.0),
         )  # fmt: skip
         out = np.zeros_like(velocity)
         out[..., 1] = -G_M_S2

@@ -8,6 +8,7 @@ from falling import Bench, G, tracks
 from scipy import stats
 
 from calibrate.diagnose.decide import ALPHA
+from calibrate.diagnose.drop.air import speed_through_air
 from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
 from calibrate.diagnose.drop.model import build
@@ -78,6 +79,13 @@ def test_seeds_that_come_nearer_to_a_camera_of_stated_distance_look_larger_and_t
     assert untold.verdict == "unknown" and any("distance_mm" in note for note in untold.notes)
 
 
+def test_the_air_feels_an_unseen_speed_smoothly_where_its_square_is_found_below_nil():
+    """A fit that steps over nil must find its way back: as steep on either side."""
+    velocity = np.array([[[0.3, -1.0]]])
+    at = [float(speed_through_air(velocity, np.array([[square]]))[0, 0, 0]) for square in (-0.02, -0.01, 0.0, 0.01, 0.02)]
+    assert at[2] == pytest.approx(np.hypot(0.3, 1.0)) and np.diff(at) == pytest.approx(np.full(4, 0.005 / at[2]), rel=0.02)
+
+
 def test_a_seed_that_rolls_off_towards_the_camera_is_lifted_as_well():
     """Magnus' force with C = 1; as a control without what its unseen spin does with its unseen speed."""
     seen = tracks(Bench(fps=2000.0, noise_mm=0.02, rho=0.0, tip_deg=30.0, lift=1.0), 4, np.random.default_rng(3))
@@ -105,6 +113,7 @@ MORE = [
     ("perspective", {"keystone": 0.03}, 0.03, "measurement"),
     ("silhouette-wobble", {"wobble_mm": 0.15, "spin": 60.0}, 0.15, "measurement"),
     ("camera-roll", {"roll_deg": 0.5}, 0.5, "measurement"),
+    ("draught", {"wind": 1.8, "fps": 1000.0}, 1.8, "flight"),
 ]
 
 

@@ -168,6 +168,25 @@ def test_restitution_of_a_central_impact_is_that_of_the_point_of_contact():
     assert seen.e_error == pytest.approx(np.zeros((4, 4)))
 
 
+def test_a_badly_seen_spin_makes_the_restitution_of_a_long_seed_uncertain():
+    """e of the point of contact holds the spins: its stated error is that of redrawn ones, and a ball's is nil."""
+    before, after = (np.array(rows) for rows in zip(*(hit(angle, 0.6) for angle in (0.05, 0.2, 0.4, -0.3)), strict=True))
+    sd, rng, flights = 3.0, np.random.default_rng(0), np.arange(8).reshape(4, 2)
+
+    def seen(turned, long):
+        sds = np.column_stack([np.zeros((8, 2)), np.full(8, sd)])
+        one = np.ones(4, dtype=int)
+        table = Impacts(
+            ("a",), 0 * one, one, before + turned[0], after + turned[1], flights, sds, np.zeros(4), 0.0, seeds_of([{"seed": SOY}])
+        )
+        return bounces_of(table, long)
+
+    redrawn = [seen(sd * rng.normal(size=(2, 4, 1)) * [0, 0, 1], 0.19).e for _ in range(2000)]
+    told = np.sqrt(np.diag(seen(np.zeros((2, 4, 3)), 0.19).e_error))
+    assert told == pytest.approx(np.std(redrawn, axis=0), rel=0.1) and told.max() > 1e-3
+    assert np.diag(seen(np.zeros((2, 4, 3)), 0.0).e_error) == pytest.approx(np.zeros(4))
+
+
 def test_scatter_is_read_beside_a_law_and_outliers_have_little_say():
     rng = np.random.default_rng(3)
     x = np.tile(np.linspace(-1, 1, 10), 8)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import drag_shape
+from calibrate.diagnose.drop.air import drag_shape, speed_through_air
 from calibrate.diagnose.effects.effect import Effect, Motion
 
 
@@ -11,7 +11,7 @@ def acceleration(motion: Motion, value: float) -> np.ndarray:
     wind = np.array([value, 0.0])
 
     def drag(velocity):
-        speed = np.hypot(np.linalg.norm(velocity, axis=-1, keepdims=True), motion.aside[..., None])
+        speed = speed_through_air(velocity, motion.aside_square)
         return -(motion.room * motion.g)[..., None] * drag_shape(speed, motion.reynolds[..., None], motion.slope) * velocity
 
     return drag(motion.velocity - wind) - drag(motion.velocity)

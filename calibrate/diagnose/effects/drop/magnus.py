@@ -11,7 +11,7 @@ def acceleration(motion: Motion, value: float) -> np.ndarray:
     A seed that rolled off towards the camera is lifted as well, by what its speed that way and the usual spin with it say.
     """
     vx, vz = motion.velocity[..., 0], motion.velocity[..., 1]
-    unseen = (motion.rolled * motion.aside**2)[..., None] * np.array([0.0, 1.0])
+    unseen = (motion.rolled * motion.aside_square)[..., None] * np.array([0.0, 1.0])
     return value * motion.lift[..., None] * (motion.spin[..., None] * np.stack([-vz, vx], axis=-1) + unseen)
 
 
