@@ -4,6 +4,8 @@ import ast
 import re
 import sys
 import tomllib
+from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -41,16 +43,33 @@ def files(places: tuple[str, ...]) -> list[Path]:
     return [f for place in places for f in (sorted((ROOT / place).rglob("*.py")) if (ROOT / place).is_dir() else [ROOT / place])]
 
 
+def statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Those within `node`, however deep; expressions, which import nothing, are left out: they are nearly all of a file."""
+    for block in ("body", "orelse", "finalbody", "handlers", "cases"):
+        inside = getattr(node, block, [])
+        for child in inside if isinstance(inside, list) else []:
+            yield child
+            yield from statements(child)
+
+
+@cache
+def modules(file: Path) -> set[str]:
+    """What a file imports, relative imports left out."""
+    found: set[str] = set()
+    for node in statements(ast.parse(file.read_text(encoding="utf8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            found.add(node.module)
+    return found
+
+
 def imported(places: tuple[str, ...]) -> set[str]:
     """Distributions that files of ours import; a module that none provides stands for itself."""
     owners = packages_distributions()
     local = {f.stem for f in files(BESIDE)} | {place.removesuffix(".py") for place in (*OURS, *BESIDE)}
-    found: set[str] = set()
-    for node in (n for file in files(places) for n in ast.walk(ast.parse(file.read_text(encoding="utf8")))):
-        modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        modules += [node.module] if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module else []
-        tops = {module.split(".")[0] for module in modules} - sys.stdlib_module_names - local
-        found |= {owner.lower().replace("_", "-") for top in tops for owner in owners.get(top, [top])}
+    tops = {module.split(".")[0] for file in files(places) for module in modules(file)} - sys.stdlib_module_names - local
+    found = {owner.lower().replace("_", "-") for top in tops for owner in owners.get(top, [top])}
     return found - set(NOT_DECLARED)
 
 
