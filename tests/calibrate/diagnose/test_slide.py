@@ -112,9 +112,9 @@ def test_two_effects_are_both_named_though_the_onset_has_two_minima():
 def test_a_weight_that_turns_about_a_still_plate_is_no_news():
     """Beside a plate that turns it has no Coriolis acceleration, which looks like friction that grows with speed."""
     still = replace(LIGHT, turns=False, hinge_stated=False, rates=(2.0, 6.0), noise_mm=0.02)
-    finding = found(still, 1, count=4)
+    finding = found(still, 1, count=2)  # one at each rate
     assert finding.verdict == "none" and any("stands still" in note for note in finding.notes)
-    assert found(replace(still, hinge_stated=True), 1, count=4).alarm
+    assert found(replace(still, hinge_stated=True), 1, count=2).alarm
 
 
 def test_what_one_rate_and_one_load_cannot_tell_is_a_class():
@@ -186,7 +186,13 @@ def test_a_vibration_too_small_to_be_heard_is_known_by_how_the_block_lets_go():
     assert parameter.low95 < 0.06 < parameter.high95
 
 
-@pytest.mark.parametrize("friction", [lambda v, x: 0.004 * math.log1p(v / 0.001), lambda v, x: 0.006 * (1 - math.exp(-v / 0.03))])
+@pytest.mark.parametrize(
+    "friction",
+    [
+        lambda v, x: 0.006 * (1 - math.exp(-v / 0.03)),
+        pytest.param(lambda v, x: 0.004 * math.log1p(v / 0.001), marks=pytest.mark.slow),
+    ],
+)
 def test_friction_that_grows_in_the_first_moments_is_no_vibration(friction):
     """A block that creeps is faster at first too; but what holds it goes on growing."""
     finding = found(replace(LIGHT, friction=friction, noise_mm=0.03, rates=(2.0, 4.0)), 1, count=5)
