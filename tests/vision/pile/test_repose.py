@@ -134,24 +134,26 @@ def test_roi_and_baseline():
         measure_repose(pile, options=PileOptions(roi=(700, 0, 400, 600)))
 
 
-def test_hard_scenes_mirror_wall_strays():
-    """60 drawn at random: within 0.3° in 98 %, never worse than 1° when called good."""
+@pytest.mark.parametrize("pictures", [25, pytest.param(60, marks=pytest.mark.slow)])
+def test_hard_scenes_mirror_wall_strays(pictures):
+    """Drawn at random: within 0.3° in 98 % (all of 25, all but one of 60), never worse than 1° when called good."""
     from piles import hard_scene, measure_row
 
-    row = measure_row(hard_scene, 60, seed=101)
+    row = measure_row(hard_scene, pictures, seed=101)
     assert row["within"] >= 0.98
     assert not row["worst_good"] > 1.0
 
 
-def test_intervals_cover_on_rough_piles():
+@pytest.mark.parametrize("pictures", [30, pytest.param(60, marks=pytest.mark.slow)])
+def test_intervals_cover_on_rough_piles(pictures):
     from piles import random_scene, measure_row  # noqa: I001
 
-    row = measure_row(lambda rng: random_scene(rng, roughness_px=4.0), 60, seed=102)
+    row = measure_row(lambda rng: random_scene(rng, roughness_px=4.0), pictures, seed=102)
     assert row["failed"] == 0
-    assert row["covered"] >= 0.88  # 60 pictures: 95 % − 2.5 standard errors
+    assert row["covered"] >= 0.95 - 2.5 * np.sqrt(0.95 * 0.05 / pictures)  # 0.88 of 60, 0.85 of 30
     assert row["claimed"] < 2 * row["sd"]  # and not by claiming next to nothing
     assert row["sd"] <= 0.25
-    assert abs(row["bias"]) <= 3 * row["sd"] / np.sqrt(60)
+    assert abs(row["bias"]) <= 3 * row["sd"] / np.sqrt(pictures)
 
 
 @pytest.mark.slow
