@@ -4,12 +4,13 @@ Two levels: what was measured badly, and the bounces' own scatter (scatter.py), 
 to the mean is left open as well: a seed that is dropped flat bounces otherwise the first time than later, when it turns.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from calibrate.diagnose.drop.bounce import Bounces, bounces_of
+from calibrate.diagnose.drop.friction import KICK_FLOOR, Friction, friction_of, sticking
 from calibrate.diagnose.drop.impacts import Impacts
 from calibrate.diagnose.drop.scatter import Scatter, scatter_of
 from calibrate.diagnose.effects.drop import plate_tilt
@@ -18,11 +19,10 @@ from calibrate.diagnose.effects.effect import Hits
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.problem import Problem
 
-E_FLOOR, KICK_FLOOR = 0.003, 0.002  # bounces of the best balls scatter as much
+E_FLOOR = 0.003  # bounces of the best balls scatter as much
 E_FLOOR_LONG = 0.15  # times the squared elongation: half of what seeds show that are let go nearly flat
 STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
-NEARLY_ROUND = 0.05  # elongation below which the contact is taken to lie below the centre: Δv_x = (I/mh) Δω but for the tilt
 NUISANCES = {
     "e": 0.3,
     "shape.later": 0.05,
@@ -33,31 +33,6 @@ NUISANCES = {
     "turn.later": 1.0,
     "plumb": 1e-3,
 }
-
-
-@dataclass(frozen=True)
-class Friction:
-    """Δv_x/Δv_n = stick (v_x + h ω)/Δv_n + turn h Δω/Δv_n on a level plate: mean and sd of both coefficients.
-
-    A contact that sticks has −1 and −1, one that slides 0 and 0 on average; a ball that is touched below its centre turns by its
-    own sideways push, whatever the friction: 0 and I/mh² = 0.4. Where the spin is not seen a ball gives 0 to −2/7 of the slip,
-    and of what a tilt adds to it another share (grip), because turning may make up for v_x but not for that.
-    """
-
-    stick: float
-    stick_sd: float
-    turn: float
-    turn_sd: float
-    grip_sd: float = 0.0
-
-
-STUCK_SD = 5.0
-
-
-def friction_of(elongation: float, spun: bool) -> Friction:
-    if not spun:
-        return Friction(-1 / 7, 0.1, 0.0, 0.0, 0.1)
-    return Friction(0.0, 0.02, 0.4, 0.02) if elongation < NEARLY_ROUND else Friction(-0.5, 0.5, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,40 +53,6 @@ class ImpactModel:
     friction: Friction
 
 
-def stuck_friction(elongation: float) -> Friction:
-    """With slip and turn as `_stuck` has them: −1 but for the radius, which is not the same all round, and the spin's noise."""
-    return Friction(-1.0, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
-
-
-def sticking(
-    seen: Bounces, rows: np.ndarray, push: Friction, impacts: Impacts, long: float
-) -> tuple[Bounces, np.ndarray, Friction]:
-    """Where the contacts of a long seed stick, all but a few, the few that slid are left out: kick + slip + turn is nearly one
-    number for those that stick, whatever the shape, and that number is the tilt's."""
-    if push.turn_sd == 0 or len(rows) < 5:
-        return seen, rows, push
-    off, spread = _off_and_spread((seen.kick + seen.slip + seen.turn)[rows])
-    usual = 0.3 * float(np.std(seen.turn[rows]))
-    if push.turn_sd <= 0.05:  # a ball's angular momentum is a law of its own, and better but for what roughness does to it
-        usual = 0.4 * _off_and_spread((seen.kick - push.turn * seen.turn)[rows])[1]
-    stuck = off < STUCK_SD * spread
-    if stuck.mean() < 0.6 or spread > usual:
-        return seen, rows, push
-    return _stuck(seen, impacts), rows[stuck], stuck_friction(long)
-
-
-def _stuck(seen: Bounces, impacts: Impacts) -> Bounces:
-    """What sticks forgets how it came, v_x' + h ω' = α v_z': slip is v_x and turn h ω', over Δv_n. Else the noise of the spin
-    before stands in both, and weakens both."""
-    slip = impacts.before[:, 0] / (impacts.after[:, 1] - impacts.before[:, 1])
-    return replace(seen, slip=slip, turn=seen.turn + seen.slip - slip, kick_error=seen.kick_error + seen.spin_error)
-
-
-def _off_and_spread(left: np.ndarray) -> tuple[np.ndarray, float]:
-    off = np.abs(left - np.median(left))
-    return off, max(1.4826 * float(np.median(off)), KICK_FLOOR)
-
-
 def elongation_of(impacts: Impacts) -> float:
     return float(np.median(impacts.seeds.elongation))
 
@@ -123,21 +64,9 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
     later = impacts.number > 1
     spun = bool(impacts.spin_seen.mean() > 0.5) if len(impacts) else False
     e_rows, kick_rows = np.flatnonzero(seen.e_usable), np.flatnonzero(np.isfinite(seen.kick))
-    same = (impacts.recording[:, None] == impacts.recording).astype(float)
-    e_scatter = _scatter(
-        e_rows,
-        seen.e,
-        _e_design(seen, impacts.number),
-        seen.e_error,
-        [np.diag(later / seen.speed**2), same],
-        E_FLOOR + E_FLOOR_LONG * long**2,
-        asked=1,  # e itself is nobody's news
-    )
+    e_scatter = _scatter_of_e(e_rows, seen, impacts, E_FLOOR + E_FLOOR_LONG * long**2)
     seen, kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun), impacts, long)
-    sure = push.turn_sd < 0.5
-    beside = seen.kick - sure * np.nan_to_num(push.turn * seen.turn + push.stick * seen.slip)
-    design = _kick_design(seen, later, push)
-    kick_scatter = _scatter(kick_rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
+    kick_scatter = _scatter_of_kicks(kick_rows, seen, later, push)
     found = [(rows, s) for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)) if s is not None]
     if not found:
         return None
@@ -160,20 +89,41 @@ def _rows_of(effect: str, model: ImpactModel) -> bool:
 
 
 def _scatter(rows, y, design, error, components, floor, asked: int = 0) -> Scatter | None:
-    """The scatter of some rows about as flexible a law as their number bears."""
-    width = design.shape[1]
-    while width > 1 and len(rows) < 4 * width:
-        width -= 1
+    """The scatter of some rows about a law."""
     here = np.ix_(rows, rows)
-    return scatter_of(
-        y[rows], design[rows, :width], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor, asked
-    )
+    return scatter_of(y[rows], design[rows], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor, asked)
 
 
-def _e_design(seen: Bounces, number: np.ndarray) -> np.ndarray:
-    """Beside a law of the speed in steps: within a step the speed is what scatter of the bounce before has made it."""
-    step = STEP_LN_SPEED * np.round(np.log(seen.speed) / STEP_LN_SPEED)
-    return np.column_stack([np.ones(len(step)), step, number > 1, np.exp(-2 * step), np.minimum(number, 5)]).astype(float)
+def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, floor: float) -> Scatter | None:
+    """About the law that the rows bear; e itself is nobody's news."""
+    same = (impacts.recording[:, None] == impacts.recording).astype(float)
+    parts = [np.diag((impacts.number > 1) / seen.speed**2), same]
+    found = [_scatter(rows, seen.e, law, seen.e_error, parts, floor, asked=1) for law in _e_designs(seen, impacts.number)]
+    return min((s for s in found if s), key=lambda s: s.aicc, default=None)
+
+
+def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, later: np.ndarray, push: Friction) -> Scatter | None:
+    """Beside what friction is known to make of them, about as much of its doubt as their number bears."""
+    sure = push.turn_sd < 0.5
+    beside = seen.kick - sure * np.nan_to_num(push.turn * seen.turn + push.stick * seen.slip)
+    design = _kick_design(seen, later, push)
+    while design.shape[1] > 1 and len(rows) < 4 * design.shape[1]:
+        design = design[:, :-1]
+    return _scatter(rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
+
+
+def _e_designs(seen: Bounces, number: np.ndarray) -> list[np.ndarray]:
+    """Laws about which e scatters, from none to one that bends with speed and count; AICc takes the one that the rows bear.
+
+    The speed is in steps: within a step it is what scatter of the bounce before has made it. But few bounces that lie on a
+    curve of the speed itself do not scatter.
+    """
+    ln = np.log(seen.speed)
+    step = STEP_LN_SPEED * np.round(ln / STEP_LN_SPEED)
+    one, later, slow, count = np.ones(len(step)), (number > 1) * 1.0, np.exp(-2 * step), np.minimum(number, 5)
+    several = [one, step, later, slow, count]
+    laws = ([one], [one, later], [one, step], [one, slow], [one, step, later], [one, ln, np.exp(-2 * ln)], several)
+    return [np.column_stack(law) for law in laws]
 
 
 def _kick_design(seen: Bounces, later: np.ndarray, push: Friction) -> np.ndarray:

@@ -24,10 +24,11 @@ VAGUE = 0.1  # information on ln of a variance component without data
 @dataclass(frozen=True, eq=False)
 class Scatter:
     """covariance (m, m) of the rows, measuring error included, widened as Student's t at 95 % because it is known from few rows;
-    log_level_sd: what its doubt has beyond, in the far tails."""
+    log_level_sd: what its doubt has beyond, in the far tails; aicc: of the law about which it was read."""
 
     covariance: np.ndarray
     log_level_sd: float
+    aicc: float
 
 
 def scatter_of(
@@ -46,11 +47,17 @@ def scatter_of(
         return None
     starts = (np.ones(len(y)), _weights(_robust(y, design, floor) ** 2))
     settled = [_settled(y, design, measured, components, floor, w) for w in starts]
-    _, parts, square = max(settled, key=lambda found: found[0])
+    likelihood, parts, square = max(settled, key=lambda found: found[0])
     loss = _loss_of_weighting(square)
     few = max(_freedom(measured, parts, design, asked) * (1 - SCALE_LOSS * (loss - 1) / (MOST_LOSS - 1)), 1.0)
     wider = loss * (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
-    return Scatter(wider * (measured + sum(parts)), 0.5 * float(np.sqrt(polygamma(1, few / 2))))
+    level_sd = 0.5 * float(np.sqrt(polygamma(1, few / 2)))
+    return Scatter(wider * (measured + sum(parts)), level_sd, _aicc(likelihood, len(y), design.shape[1] + 1))
+
+
+def _aicc(likelihood: float, rows: int, numbers: int) -> float:
+    """Akaike's criterion of a law with so many numbers, corrected for few rows. Hurvich & Tsai (1989), Biometrika 76, 297."""
+    return -2 * likelihood + 2 * numbers * rows / max(rows - numbers - 1, 0.5)
 
 
 def _settled(y, design, measured, components, floor: float, weight: np.ndarray):

@@ -9,7 +9,7 @@ from calibrate.diagnose.drop.turning import trusted, turning
 from calibrate.diagnose.effects.effect import View
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
-LEAST_ROWS = 20  # of a flight: fewer tell nothing of physics, and the last hops of a long seed are hardly free
+LEAST_ROWS = 8  # of a flight: a last hop of so few still says how fast the seed left
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
 HEIGHT_SD_M = 1e-3  # how well a release height is known
 

@@ -15,6 +15,7 @@ from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, settled
 from calibrate.diagnose.drop.impacts import Impacts, heard, seeds_of
 from calibrate.diagnose.drop.scatter import scatter_of
+from calibrate.diagnose.effects.drop import impact_damage
 from calibrate.diagnose.effects.drop.impact import FALLING
 
 LIGHT = Bench(fps=500.0)
@@ -202,6 +203,38 @@ def test_scatter_is_read_beside_a_law_and_outliers_have_little_say():
     assert 0.015 < np.median(sds[good]) < 0.05
     assert sds[~good].min() > 5 * np.median(sds[good])
     assert scatter_of(y[:3], design[:3], np.zeros((3, 3)), [np.eye(3), np.eye(3)], 0.003) is None
+
+
+def repeated(scatter, rng):
+    """Three drops of a ball, two bounces each: the second is lower by 8 %, and all scatter by `scatter`."""
+    e = np.tile([0.42, 0.39], 3) + scatter * rng.normal(size=6)
+    fall = np.sqrt(2 * G * np.repeat([0.11, 0.06, 0.11], 2))
+    speed = np.where(np.arange(6) % 2, np.roll(e, 1) * fall, fall)
+    nil, unseen, flights = np.zeros(6), np.full(6, np.nan), np.arange(12).reshape(6, 2)
+    before, after = np.column_stack([nil, -speed, unseen]), np.column_stack([nil, e * speed, unseen])
+    sds = np.tile([5e-4, 5e-4, np.nan], (12, 1))
+    about = seeds_of([{"seed": STATED_BALL}] * 3)
+    return Impacts(tuple("abc"), np.repeat(np.arange(3), 2), np.tile([1, 2], 3), before, after, flights, sds, nil, 0.0, about)
+
+
+def test_bounces_that_repeat_each_other_scatter_little_however_few():
+    """Six bounces tell what is lost with the count where they repeat to .001; as a control not where they scatter by .03."""
+    sharp, vague = (
+        diagnose_impacts(repeated(scatter, np.random.default_rng(2)), np.random.default_rng(0)) for scatter in (0.001, 0.03)
+    )
+    assert sharp[0].alarm and impact_damage.EFFECT.name in sharp[0].names
+    assert not vague[0].alarm
+
+
+def test_last_hops_of_a_dozen_rows_show_a_film():
+    """Three drops of a ball at 500 fps: what is left of .5 m/s, a hop of 26 ms, is a third of what a constant e would leave."""
+
+    def thick(speed, count):
+        return math.sqrt(max(0.65**2 - (0.3 / speed) ** 2, 0.0))
+
+    found = diagnosed(replace(BALL, e=thick, fps=500.0), 1, count=3, heights=[0.110, 0.060])
+    assert found.verdict == "name" and found.names == ("film-adhesion",) and found.p_global < 1e-4
+    assert found.parameters["film-adhesion"].low95 < 0.3 < found.parameters["film-adhesion"].high95
 
 
 def heard_times(e_of, height, hops, rng):

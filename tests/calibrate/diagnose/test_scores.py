@@ -7,6 +7,7 @@ import pytest
 
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced
+from calibrate.diagnose.name import candidate
 from calibrate.diagnose.noise import Noise
 from calibrate.diagnose.problem import Problem, fit
 from calibrate.diagnose.scores import HeldOut, explained, held_out, ln_evidence, unbound
@@ -70,6 +71,22 @@ def test_a_strained_prior_is_no_sign_that_something_else_is_left():
     found = fit(problem, free=("far",), start=fit(problem))
     strained, freed = (explained(f, (), smooth=True)[0] for f in (found, unbound(found, ("far",))))
     assert strained > 50 and freed < 9  # χ² of one direction more: 9 is 3 sd
+
+
+@pytest.mark.parametrize(("told", "evidence"), [(True, 0.0), (False, 10.0)])
+def test_no_evidence_exceeds_the_ratio_of_likelihoods(told, evidence):
+    """About a kink the slope promises a fall of χ² that no value gives; as a control the same where χ² itself is not told."""
+    effect = Effect("kinked", "flight", "1", "kinked", 1.0, -99.0, 99.0, "drawn")
+
+    def reduce(starts, values, extra=None):
+        cost = 9.0 + 20.0 * abs(values[0]) if told else None  # least at nil, where its slopes are steep
+        made = tuple(Reduced(np.ones((1, 1)), np.zeros((1, 0)), np.array([3.0]), cost) for _ in range(3))
+        return made, lambda moved: np.zeros((3, 0))
+
+    names = ("kinked",)
+    problem = Problem("pile", tuple("abc"), {"kinked": effect}, names, {}, np.zeros((3, 0)), reduce, 120, 0.1, None)
+    found = candidate(fit(problem), names, np.random.default_rng(0))
+    assert found.ln_bayes == pytest.approx(evidence, abs=1.0)
 
 
 def test_an_exponent_that_is_known_to_a_hair_has_a_range():
