@@ -42,8 +42,8 @@ def scatter_of(
     """Rows y (m,) about a free law `design` (m, p), whose columns from `asked` on are what anybody asks about; measured (m, m):
     covariance of the measuring; components (m, m) each of unit size, the first at least `floor`² large. None where too few rows
     are left to tell a scatter."""
-    freedom = len(y) - np.linalg.matrix_rank(design) if len(y) else 0
-    if freedom < LEAST_FREEDOM:
+    design = _independent(design)
+    if len(y) - design.shape[1] < LEAST_FREEDOM:
         return None
     starts = (np.ones(len(y)), _weights(_robust(y, design, floor) ** 2))
     settled = [_settled(y, design, measured, components, floor, w) for w in starts]
@@ -53,6 +53,15 @@ def scatter_of(
     wider = loss * (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
     level_sd = 0.5 * float(np.sqrt(polygamma(1, few / 2)))
     return Scatter(wider * (measured + sum(parts)), level_sd, _aicc(likelihood, len(y), design.shape[1] + 1))
+
+
+def _independent(design: np.ndarray) -> np.ndarray:
+    """Its columns but for those that are made of others before them."""
+    kept: list[int] = []
+    for k in range(design.shape[1]):
+        if len(design) and np.linalg.matrix_rank(design[:, [*kept, k]]) > len(kept):
+            kept.append(k)
+    return design[:, kept]
 
 
 def _aicc(likelihood: float, rows: int, numbers: int) -> float:

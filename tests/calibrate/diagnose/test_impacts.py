@@ -203,6 +203,10 @@ def test_scatter_is_read_beside_a_law_and_outliers_have_little_say():
     assert 0.015 < np.median(sds[good]) < 0.05
     assert sds[~good].min() > 5 * np.median(sds[good])
     assert scatter_of(y[:3], design[:3], np.zeros((3, 3)), [np.eye(3), np.eye(3)], 0.003) is None
+    twice = scatter_of(
+        y, np.column_stack([design, 2 * x - 1]), np.zeros((80, 80)), parts, 0.003
+    )  # a law of two columns all the same
+    np.testing.assert_allclose(twice.covariance, found.covariance)
 
 
 def repeated(scatter, rng):
