@@ -98,15 +98,15 @@ def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = Non
         return found
     wide = np.isin(problem.names, [n for effect in free for n in problem.columns_of(effect)])
     points = [point for point in problem.elsewhere if point[1][wide].any()]
-    if not found.chi2 < POOR * problem.freedom or _strain(found, free) > STRAINED:
+    if not found.chi2 < POOR * problem.freedom or _strain(found, ~wide) > STRAINED:
         points.append((problem.starts, nil))
     return min([found, *(_descended(problem, free, *point) for point in points)], key=lambda f: _beside_range(f, free))
 
 
-def _strain(found: Fit, free: tuple[str, ...]) -> float:
-    """Sds by which the most strained of the globals that are known is off."""
-    known = [n for n in found.names if found.problem.known_sd.get(n) and n not in free]
-    return max((abs(found.by_name[n]) / found.problem.known_sd[n] for n in known), default=0.0)
+def _strain(found: Fit, held: np.ndarray) -> float:
+    """Sds by which the most strained of the globals `held` (G,) is off; those held at nil are not."""
+    sds = np.where(held & (found.prior_sd > 0), found.prior_sd, np.inf)
+    return float(np.max(np.abs(found.values) / sds, initial=0.0))
 
 
 def _beside_range(found: Fit, free: tuple[str, ...]) -> float:
