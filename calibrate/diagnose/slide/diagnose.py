@@ -16,7 +16,7 @@ from calibrate.diagnose.slide.problem import Prepared, begin, begin_with_jump, p
 from calibrate.diagnose.slide.readings import SPACING_SD, grid_of
 from calibrate.diagnose.slide.scan import vibration
 from calibrate.diagnose.slide.session import assemble
-from calibrate.diagnose.slide.twins import honest, may_fade
+from calibrate.diagnose.slide.twins import honest
 from calibrate.diagnose.slide.windows import windows_of
 
 STEP, SHAKEN = "stepped-tilt", "plate-vibration"
@@ -40,7 +40,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     law = law_of(told.base) if verdict.verdict == "unknown" else None
     notes = prepared.session.notes + ((STILL,) if not told.base.problem.model.turning else ())
     notes += (UNHEARD,) if SHAKEN in verdict.names and not shaken else ()
-    notes += (FADES,) if verdict.verdict == "name" and may_fade(told.base, verdict.names) else ()
+    notes += (FADES,) if {"kinetic-friction", "stribeck"} <= set(verdict.names) else ()
     finding = finding_of(told.base, told.where, verdict, law=law, notes=notes)
     if steps:
         finding = with_seen(finding, STEP, steps, "measurement", CERTAIN_P)

@@ -37,6 +37,8 @@ def honest(base: Fit, verdict: Verdict) -> Verdict:
         slow = fit(base.problem, free=chosen.names, start=base).by_name["stribeck.ln-speed"]
         if slow < SLOWEST_LN:
             verdict = replace(verdict, verdict="class", names=tuple(dict.fromkeys((*chosen.names, "kinetic-friction"))))
+    if verdict.verdict == "name" and may_fade(base, verdict.names):
+        verdict = replace(verdict, verdict="class", names=(*verdict.names, "stribeck"))
     if chosen and len(chosen.names) == 1 and chosen.names[0] in SCALING:
         floor = chosen.ln_bayes - LN_BF_TWIN
         near = [
