@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2, Air, drag_shape
-from calibrate.diagnose.drop.model import Places, build, nearer, pictured, places, pushed, rate_of, velocities
-from calibrate.diagnose.drop.model import _at as placed_at
+from calibrate.diagnose.drop.model import build, nearer, pictured, places, pushed, rate_of, velocities
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.effects.drop import EFFECTS
@@ -95,11 +94,10 @@ class Flights:
 
     def begins(self, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """(F, 5): where and how fast each flight's seed is at its first row, by the model's own flights; v_y."""
-        model, s = self.after.problem.model, self.session
-        at = Places(*placed_at(s, np.arange(len(s.middle)), s.middle - s.half))
+        model = self.after.problem.model
         push = pushed(model, starts, values)
         aside = np.sqrt(np.maximum(starts[:, 4:5], 0.0))
-        return np.hstack([places(at, starts, push), velocities(at, starts, push), aside])
+        return np.hstack([places(model.begins, starts, push), velocities(model.begins, starts, push), aside])
 
     def compared(self, old: np.ndarray, new: np.ndarray):
         """One row a recording: root mean square distance [mm] from what was recorded, along each axis on average."""

@@ -48,6 +48,7 @@ class Model:
     rolled: np.ndarray
     rows: Places
     contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
+    begins: Places  # (F): each flight at its first row
 
 
 STARTS = 7  # numbers of a start
@@ -59,7 +60,8 @@ def build(session: Session) -> Model:
     names = tuple(n for n, law in LAWS.items() if _seen(law, session))
     contacts = Places(*_at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2)))
     rows = Places(*_at(session, session.flight, session.tau + session.middle[session.flight]))
-    return Model(session, names, *_aside(session), rows, contacts)
+    begins = Places(*_at(session, np.arange(len(session.middle)), session.middle - session.half))
+    return Model(session, names, *_aside(session), rows, contacts, begins)
 
 
 def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
@@ -161,7 +163,7 @@ def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple
     speed = velocities(model.contacts, starts, push)[:, 0]
     kick = np.abs(speed[count:] - speed[:count])
     joined = (touch[count:, 0] - touch[:count, 0]) / (joint_sd(s) + 0.3 * s.frame_s * kick)
-    return seen, np.concatenate([joined, _falls(model, starts, push, touch[:count])])
+    return seen, np.concatenate([joined, _falls(model, starts, push, touch[:count], rate_of(values))])
 
 
 def joint_sd(session: Session) -> float:
@@ -169,14 +171,15 @@ def joint_sd(session: Session) -> float:
     return ROUND_JOINT_SD_M if session.elongation < ROUND else LONG_JOINT_SD_M
 
 
-def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray) -> np.ndarray:
-    """(R,): fall from the first flight's apex to its contact, less the stated one, over its sd; 0 where none is stated."""
+def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray, rate: float) -> np.ndarray:
+    """(R,): fall from the first flight's apex to its contact, less the stated one, over its sd; 0 where none is stated.
+
+    Up to its first row a seed is too slow for air; its speed is one per stated second, gravity one per true second squared."""
     s = model.session
     out = np.zeros(len(s.names))
+    apex = places(model.begins, starts, push)[:, 1] + (velocities(model.begins, starts, push)[:, 1] * rate) ** 2 / (2 * G_M_S2)
     for j, (before, _) in enumerate(s.joint):
         r = s.recording[before]
         if np.isfinite(s.release[r]) and before == np.flatnonzero(s.recording == r)[0]:
-            late = starts[before, 3] / G_M_S2
-            apex = starts[before, 1] + starts[before, 3] * late / 2
-            out[r] = (apex - touch[j, 1] - s.release[r]) / s.release_sd[r]
+            out[r] = (apex[before] - touch[j, 1] - s.release[r]) / s.release_sd[r]
     return out

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, Model, joint_sd, pushed, velocities
+from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, Model, joint_sd, pushed, rate_of, velocities
 
 ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
 DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
@@ -45,7 +45,7 @@ def side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarr
         if not len(touched):  # the flight after its first impact was left out: nobody saw where it fell to
             continue
         j = int(touched[0])
-        slope = (starts[flight, 3] / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]
+        slope = (starts[flight, 3] * rate_of(at) ** 2 / G_M_S2 - model.contacts.tau[j]) / s.release_sd[r]  # air all but nil
         rows.append((r, {flight: np.array([0, 0, 0, slope, 0])}, side_columns[count + r], -side[count + r]))
     return rows
 

@@ -11,7 +11,7 @@ from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.drop.air import speed_through_air
 from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
-from calibrate.diagnose.drop.model import build
+from calibrate.diagnose.drop.model import build, predict
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
@@ -143,6 +143,16 @@ def test_scale_and_clock_are_a_class_when_no_height_is_stated():
     found = name(base, locate(base, windows_of(base), rng), rng)
     assert found.verdict == "class" and {"scale-error", "clock-error"} <= set(found.names)
     assert found.next_record
+
+
+def test_a_fall_is_as_high_by_whatever_clock_it_was_filmed():
+    """Speeds count in stated seconds, gravity in true ones: of the same drops 2 % slower, told so, no height changes."""
+    models = [build(assemble(tracks(replace(LIGHT, clock=c, bounces=1), 2, np.random.default_rng(1)))) for c in (0.0, 0.02)]
+    starts = problem_of(models[0]).starts
+    slower = starts / np.array([1, 1, 1.02, 1.02, 1.02**2, 1, 1.02])
+    one, other = (predict(m, s, {"clock-error": c})[1] for m, s, c in zip(models, (starts, slower), (0.0, 0.02), strict=True))
+    assert np.abs(one[-2:]).max() > 0.1  # in sds of 1 mm: a height is stated, and parabolas in air miss it
+    assert other[-2:] == pytest.approx(one[-2:], abs=1e-3)
 
 
 def test_what_the_stated_uncertainty_covers_is_no_news():
