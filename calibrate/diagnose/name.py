@@ -3,6 +3,8 @@
 The rules are decide.py's.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from calibrate.diagnose.decide import (
@@ -47,18 +49,27 @@ def _needed(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Gene
     return _needed(base, best.names, tried, rng)
 
 
-def _swapped(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Generator) -> tuple[str, ...]:
-    """With a twin in the place of one of them where that has more evidence: what was found first may have stood for two."""
-    effects = base.problem.effects
+def _swapped(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Generator, others: Callable) -> tuple[str, ...]:
+    """With one of others(n) in the place of an n of them where that has more evidence."""
     if len(chosen) < 2:
         return chosen
     for n in chosen:
-        for twin in effects[n].twins:
-            key = tuple(sorted({*chosen, twin} - {n}))
-            if twin not in chosen and twin in base.names:
+        for other in others(n):
+            key = tuple(sorted({*chosen, other} - {n}))
+            if other not in chosen and other in base.names:
                 tried[key] = tried.get(key) or candidate(base, key, rng)
     same = [c for key, c in tried.items() if len(key) == len(chosen) and possible(c)]
     return max((tried[tuple(sorted(chosen))], *same), key=lambda c: c.ln_bayes).names
+
+
+def _settled(base: Fit, chosen: tuple[str, ...], tried: dict, strength: dict, rng: np.random.Generator) -> tuple[str, ...]:
+    """What is left of the effects found one after the other: what was found first may have stood for two, a twin or both; and
+    what was found beside something that goes again may stand for what that had hidden."""
+    whole = _swapped(base, chosen, tried, rng, lambda n: base.problem.effects[n].twins)
+    fewer = _needed(base, whole, tried, rng)
+    if len(fewer) == len(whole):
+        return whole
+    return _swapped(base, fewer, tried, rng, lambda n: _worth_trying(base, tuple(m for m in fewer if m != n), strength))
 
 
 def _rest(base: Fit, chosen: tuple[str, ...], rng: np.random.Generator, *, draws: int = 20_000) -> float:
@@ -105,7 +116,7 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
         chosen = best.names
         if best.left_p > SATURATED_P and _rest(base, chosen, rng) >= alpha:
             break
-    chosen = _needed(base, _swapped(base, chosen, tried, rng), tried, rng)
+    chosen = _settled(base, chosen, tried, strength, rng)
     left = _nameless_left(unbound(fit(base.problem, free=chosen, start=base), chosen), rng) if chosen else None
     return decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)
 
