@@ -21,6 +21,7 @@ from calibrate.diagnose.series import Locals, Series, problem_of
 
 MU_SD = 0.03  # of each run about the common one, relative
 INCLINE_SD_DEG, LEVEL_SD_DEG = 0.1, 0.003
+STEADY_DEG = 0.01  # by how much less no incline differs from run to run: it stands there, but seeds resist unevenly on it
 LENGTH_SD_M = 1e-3  # of the centre's way on the incline: where the seed was laid, and the corner that its centre cuts
 GRAVITY_SD = 5e-4  # beside 9.80665: a twin of the scale
 WIDE_MU = 1.0  # the common rolling friction is measured here, not known
@@ -86,9 +87,12 @@ def roll_problem(
         known, sizes = known | ripple | {"oval": 1.0}, sizes | ripple | {"oval": 1.0}
     own = locals_of(model, mu_sd)
     model = replace(model, names=(*effects, *sizes), seen={})
+    starts = np.array([_closer(model, r, own, noise) for r in range(len(model.runs))])
+    steady = np.where(np.array(OWN) == "incline_deg", incline_scatter_deg(model.runs, starts), np.inf)
+    own = replace(own, sd=np.minimum(own.sd, steady))
     series = tuple(_series(model, r, own.start[r], noise, None if rough is None else rough[r]) for r in range(len(model.runs)))
     made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=15)
-    return replace(made, starts=np.array([_closer(model, r, own, noise) for r in range(len(model.runs))]))
+    return replace(made, starts=starts)
 
 
 def _closer(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
@@ -163,12 +167,25 @@ def push_in(low: float, high: float, reach: float, points: int = 400) -> Table:
 
 def scatter_of(base: Fit) -> float:
     """Relative sd of rolling friction among runs of one direction and incline: MU_SD, or what is seen where that is more."""
-    runs, own = base.problem.model.runs, base.starts[:, OWN.index("mu")]
-    kinds: dict[tuple, list[float]] = {}
-    for run, value in zip(runs, own, strict=True):
-        kinds.setdefault((run.sign, run.incline, run.length), []).append(value)
-    freedom = len(runs) - len(kinds)
-    square = sum(float(((np.array(v) - np.mean(v)) ** 2).sum()) for v in kinds.values())
+    square, freedom = _within_kinds(base.problem.model.runs, base.starts[:, OWN.index("mu")])
     if freedom < 2 or stats.chi2.sf(square / MU_SD**2, freedom) > SCATTER_P:
         return MU_SD
     return math.sqrt(square / freedom)
+
+
+def incline_scatter_deg(runs: tuple[Run, ...], starts: np.ndarray) -> float:
+    """sd of a run's own incline about the common one, widened for its few runs; from what each run by itself has for it,
+    `starts` (R, 5), so with the doubt of measuring it. Infinite where too few runs are alike."""
+    square, freedom = _within_kinds(runs, starts[:, OWN.index("incline_deg")])
+    if freedom < 2:
+        return math.inf
+    return max(STEADY_DEG, math.sqrt(square / freedom) * stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975))
+
+
+def _within_kinds(runs: tuple[Run, ...], values: np.ndarray) -> tuple[float, int]:
+    """Sum of squares of `values` (R,) about their mean among runs of one direction and incline, and its freedom."""
+    kinds: dict[tuple, list[float]] = {}
+    for run, value in zip(runs, values, strict=True):
+        kinds.setdefault((run.sign, run.incline, run.length), []).append(value)
+    square = sum(float(((np.array(v) - np.mean(v)) ** 2).sum()) for v in kinds.values())
+    return square, len(runs) - len(kinds)

@@ -1,6 +1,7 @@
 """Rolls made by other code (rolling.py): clean ones raise no alarm, concealed effects are located, named and measured."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ from calibrate.diagnose.roll.diagnose import diagnose_roll
 from calibrate.diagnose.roll.motion import Table, Way, travel
 from calibrate.diagnose.roll.noise_of_run import estimate_noise
 from calibrate.diagnose.roll.path import fit_path
+from calibrate.diagnose.roll.problem import STEADY_DEG, build, incline_scatter_deg, roll_problem
+from calibrate.diagnose.roll.ripple import arguments
 from calibrate.diagnose.roll.session import assemble
 from calibrate.twin import Parameters
 from calibrate.twin.along import gone, like
@@ -119,6 +122,23 @@ def test_slope_is_named_with_its_sign_from_both_directions_and_hidden_in_one():
     assert both.parameters["slope"].low95 - 0.03 < -0.25 < both.parameters["slope"].high95 + 0.03
     one = diagnosed(Bench(slope_deg=-0.25), directions=("+x",))
     assert one.verdict == "none" and "the other way" in one.next_record
+
+
+def test_a_small_slope_shows_beside_friction_that_scatters_where_the_incline_stands():
+    """On its way down each run tells its own friction from the plate's slope: 0.06° beside friction that differs by as much."""
+    steady = Bench(stated=BALL, common_incline=True, slope_deg=0.06, mu=0.04, noise_mm=0.03)
+    found = diagnosed(steady, count=6)
+    assert found.verdict == "name" and found.names == ("slope",)
+    assert found.parameters["slope"].low95 < 0.06 < found.parameters["slope"].high95
+    assert not diagnosed(replace(steady, slope_deg=0.0), count=6).alarm
+
+
+@pytest.mark.parametrize(("common", "low", "high"), [(True, STEADY_DEG, 0.05), (False, 0.05, 0.3)])
+def test_how_much_the_incline_differs_is_taken_from_the_runs(common, low, high):
+    """By nothing, or by 0.1° of each run."""
+    runs, seed, _ = assemble(rolls(Bench(stated=BALL, common_incline=common, noise_mm=0.03), 8, np.random.default_rng(3)))
+    problem = roll_problem(build(runs, seed, *arguments(runs, seed), ripple=False), {"": 1e-3})
+    assert low <= incline_scatter_deg(runs, problem.starts) <= high
 
 
 CASES = [
