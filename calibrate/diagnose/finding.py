@@ -134,6 +134,19 @@ def finding_of(
     )  # fmt: skip
 
 
+def credited(where: Location, base: Fit, found: Verdict) -> Location:
+    """With the share that a definite name has of the excess, where its own fit takes more than its sector's columns about the
+    baseline: a law that is not linear, or that lets a recording's own numbers move, explains more at its place than about nil."""
+    own = {base.problem.effects[n].sector for n in found.names}
+    if found.verdict != "name" or len(own) != 1 or not where.excess > 0:
+        return where
+    fall = base.chi2 - fit(base.problem, free=found.names, start=base).chi2
+    taken = sum(len(base.problem.columns_of(n)) for n in found.names)
+    share = float(np.clip((fall - 2 * taken) / where.excess, 0, 1))
+    sectors = [replace(s, explained=max(s.explained, share)) if s.name in own else s for s in where.sectors]
+    return replace(where, sectors=tuple(sorted(sectors, key=lambda s: (-np.nan_to_num(s.explained), s.name not in own, s.p))))
+
+
 def left_out_values(model: Fit, names: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
     """Each effect as the other recordings have it, one value a recording; of a single recording its own. Further parameters
     of an effect stand beside it, under their own names."""

@@ -12,7 +12,7 @@ from calibrate.diagnose.drop.impacts import Impacts, heard, impacts_of, joined
 from calibrate.diagnose.drop.merge import merged
 from calibrate.diagnose.drop.sessions import Sitting, all_windows, joint_problem, parts_of, sittings_of
 from calibrate.diagnose.drop.unnamed import law_of_flights
-from calibrate.diagnose.finding import Finding, finding_of
+from calibrate.diagnose.finding import Finding, credited, finding_of
 from calibrate.diagnose.locate import locate
 from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
@@ -37,6 +37,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     alpha = ALPHA / 2 if hit else ALPHA
     where = locate(flights, all_windows(flights), rng)
     found = name(flights, where, rng, alpha=alpha)
+    where = credited(where, flights, found)
     finding = replace(finding_of(flights, where, found, notes=notes, draw=_curves), alarm=found.p_global < alpha)
     if found.verdict == "unknown":
         finding = with_law(finding, law_of_flights(flights))

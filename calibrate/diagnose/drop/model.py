@@ -6,7 +6,7 @@ globals are the effects and nuisances by name, in their own units, common to all
 centre.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +15,7 @@ from calibrate.diagnose.drop.air import G_M_S2
 from calibrate.diagnose.drop.flight import accelerations, shift_basis, speed_basis
 from calibrate.diagnose.drop.nuisances import NUISANCES
 from calibrate.diagnose.drop.session import Session
-from calibrate.diagnose.effects.drop import EFFECTS, drag
+from calibrate.diagnose.effects.drop import EFFECTS, drag, perspective
 from calibrate.diagnose.effects.effect import Motion, View
 
 LAWS = EFFECTS | NUISANCES
@@ -102,6 +102,7 @@ def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.nd
 
 def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarray:
     """Places (n, 2) [m] as the camera shows them."""
+    view = replace(view, ruler=values.get(perspective.RULER, 0.0))
     for name, value in values.items():
         picture = LAWS[name].picture
         if picture and value:

@@ -27,13 +27,15 @@ class Motion:
 @dataclass(frozen=True)
 class View:
     """What the camera looks at: middle (2,) of the view and reach [m] (from there to its top); angle (n,) of the seed [rad], 0
-    where unknown; phase (n, 2): raw place in pixels times 2π, 0 where the scale is not stated; pixel [m]."""
+    where unknown; phase (n, 2): raw place in pixels times 2π, 0 where the scale is not stated; pixel [m]; ruler: how high above
+    the middle the scale is as stated, in reaches."""
 
     middle: np.ndarray
     reach: float
     angle: np.ndarray
     phase: np.ndarray
     pixel: float
+    ruler: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

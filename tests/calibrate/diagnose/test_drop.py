@@ -15,8 +15,9 @@ from calibrate.diagnose.drop.model import build, predict
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
+from calibrate.diagnose.finding import credited
 from calibrate.diagnose.locate import locate
-from calibrate.diagnose.name import alarm, name
+from calibrate.diagnose.name import alarm, candidate, name
 from calibrate.diagnose.noise import maximum_draws
 from calibrate.diagnose.problem import fit
 from calibrate.diagnose.scores import explained, score
@@ -31,7 +32,8 @@ def fitted(bench, seed, count=3, heights=None):
 def verdict(bench, seed, count=3, heights=None):
     base, rng = fitted(bench, seed, count, heights), np.random.default_rng(0)
     where = locate(base, windows_of(base), rng)
-    return where, name(base, where, rng)
+    found = name(base, where, rng)
+    return credited(where, base, found), found
 
 
 def test_flight_with_quadratic_drag_has_its_closed_form():
@@ -127,6 +129,14 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
     best = found.candidates[0]
     if true is not None:  # seven cases must all pass
         assert abs(best.value[0] - true) < 4 * best.sd[0]
+
+
+def test_a_ruler_beside_the_middle_is_no_wrong_scale():
+    """Where the scale changes with height, that read at the plate is off in the middle by 0.03/m × 155 mm, six of its sds."""
+    base = fitted(replace(LIGHT, keystone=0.03), 1)
+    seen = candidate(base, ("perspective",), np.random.default_rng(0))
+    both = candidate(base, ("perspective", "scale-error"), np.random.default_rng(0))
+    assert both.ln_bayes < seen.ln_bayes and abs(seen.value[0] - 0.03) < 2 * seen.sd[0]
 
 
 def test_two_effects_are_both_named_and_what_stood_for_both_is_not():

@@ -14,6 +14,6 @@ from calibrate.diagnose.effects.effect import Effect
 
 _FOUND = (
     drag.EFFECT, magnus.EFFECT, draught.EFFECT, scale_error.EFFECT, clock_error.EFFECT, camera_roll.EFFECT, perspective.EFFECT,
-    silhouette_wobble.EFFECT, silhouette_wobble.OTHER_PHASE,
+    perspective.WHERE, silhouette_wobble.EFFECT, silhouette_wobble.OTHER_PHASE,
 )  # fmt: skip
 EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _FOUND}

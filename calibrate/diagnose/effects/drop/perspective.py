@@ -6,11 +6,16 @@ from calibrate.diagnose.effects.effect import Effect, View
 
 
 def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """True place over 1 + `value` (z − z_middle): mm per px grows by `value` [1/m] per metre; as stated in the middle."""
+    """Off the middle, true place over 1 + `value` (z − z_ruler): mm per px grows by `value` [1/m] per metre."""
     off = places - view.middle
-    return view.middle + off / (1 + value * off[:, 1:])
+    return view.middle + off / (1 + value * (off[:, 1:] - view.ruler * view.reach))
 
 
+RULER = "perspective.ruler"  # acts through View.ruler, beside `perspective` only
+WHERE = Effect(
+    name=RULER, sector="measurement", unit="1", meaning="where the scale is as stated: height above the middle, in reaches",
+    prior_sd=0.6, low=-2.0, high=2.0, source="a ruler stands on the plate, or hangs anywhere in the view", group="perspective",
+)  # fmt: skip
 EFFECT = Effect(
     name="perspective", sector="measurement", unit="1/m", meaning="relative change of scale per metre of height", prior_sd=0.03,
     low=-1.0, high=1.0, source="pinhole camera, first order", twins=("scale-error",),
