@@ -52,6 +52,7 @@ class Model:
 
 
 STARTS = 7  # numbers of a start
+FELT = (2, 3, 4)  # those of them on which the forces depend
 NEAREST = 0.5  # of the way to the camera: no seed comes nearer
 
 
@@ -153,10 +154,13 @@ def velocities(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
     return starts[at.flight, 2:4] + np.einsum("np,npc->nc", at.speed, push[at.flight])
 
 
-def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated."""
+def predict(
+    model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated. push: the
+    accelerations, where they are known already."""
     s = model.session
-    push = pushed(model, starts, values)
+    push = pushed(model, starts, values) if push is None else push
     true = nearer(places(model.rows, starts, push), s, starts, model.rows.flight, model.rows.tau)
     seen = pictured(true, s.view, values)
     touch = places(model.contacts, starts, push)

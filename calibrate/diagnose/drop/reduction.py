@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from calibrate.diagnose.drop.flight import POINTS
-from calibrate.diagnose.drop.model import LAWS, STARTS, Model, predict, pushed
+from calibrate.diagnose.drop.model import FELT, LAWS, STARTS, Model, predict, pushed
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from calibrate.diagnose.drop.sides import pushed_sides, side_rows, unseen_rows
 from calibrate.diagnose.linear import Reduced
@@ -39,15 +39,16 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
     rows. There is no column of spin where none was seen."""
     s, names = model.session, model.names
     at = dict(zip(names, values, strict=True))
-    seen, side = predict(model, starts, at)
+    push = pushed(model, starts, at)
+    seen, side = predict(model, starts, at, push)
     columns, side_columns = [], []
     for p, step in enumerate(STEPS):
         moved = starts.copy()
         moved[:, p] += step
-        columns.append((predict(model, moved, at)[0] - seen) / step)
+        columns.append((predict(model, moved, at, None if p in FELT else push)[0] - seen) / step)
     for name, value in at.items():
         step = 1e-3 * LAWS[name].prior_sd
-        there, over = predict(model, starts, at | {name: value + step})
+        there, over = predict(model, starts, at | {name: value + step}, push if LAWS[name].picture else None)
         columns.append((there - seen) / step)
         side_columns.append((over - side) / step)
     columns += list(_pushed_rows(model, pushes))
