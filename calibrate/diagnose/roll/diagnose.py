@@ -116,14 +116,16 @@ def _located(base: Fit, ripple: Ripple | None, rng: np.random.Generator) -> Loca
 
 def _held_against_the_nameless(base: Fit, found: Verdict) -> Verdict:
     """Unknown where a law that no candidate stands for (resistance in one part of the plate, growing with travel or time) does
-    clearly better than what was named."""
+    clearly better than what was named: about the baseline, and, where a strong effect is far from that, beside it as well."""
     if found.verdict not in ("name", "class"):
         return found
-    best = max(c.ln_bayes for c in found.candidates if set(c.names) <= set(found.names))
+    best = max((c for c in found.candidates if set(c.names) <= set(found.names)), key=lambda c: c.ln_bayes)
     nameless = best_without_name(base)
-    if nameless > best + LN_BF_RIVAL:
-        return replace(found, verdict="unknown", names=())
-    if found.verdict == "name" and nameless > best - LN_BF_RIVAL and set(found.names) <= set(OF_SPEED):
+    if nameless > best.ln_bayes + LN_BF_RIVAL:
+        beside = best_without_name(fit(base.problem, free=best.names, start=base))
+        if beside > LN_BF_RIVAL:
+            return replace(found, verdict="unknown", names=())
+    if found.verdict == "name" and nameless > best.ln_bayes - LN_BF_RIVAL and set(found.names) <= set(OF_SPEED):
         present = tuple(n for n in OF_SPEED if n in base.problem.effects)
         return replace(found, verdict="class", names=present, next_record=OTHER_LENGTH)
     return found
