@@ -11,10 +11,11 @@ from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.drop.air import speed_through_air
 from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
-from calibrate.diagnose.drop.model import build, predict
+from calibrate.diagnose.drop.model import FELT, LAWS, STARTS, build, predict, pushed
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble
 from calibrate.diagnose.drop.windows import windows_of
+from calibrate.diagnose.effects.drop import perspective
 from calibrate.diagnose.finding import credited
 from calibrate.diagnose.locate import locate
 from calibrate.diagnose.name import alarm, candidate, name
@@ -163,6 +164,19 @@ def test_a_fall_is_as_high_by_whatever_clock_it_was_filmed():
     one, other = (predict(m, s, {"clock-error": c})[1] for m, s, c in zip(models, (starts, slower), (0.0, 0.02), strict=True))
     assert np.abs(one[-2:]).max() > 0.1  # in sds of 1 mm: a height is stated, and parabolas in air miss it
     assert other[-2:] == pytest.approx(one[-2:], abs=1e-3)
+
+
+def test_forces_depend_on_nothing_for_which_they_are_not_asked_again():
+    """Neither on a place nor on the picture; as a control on each of the others' speeds and on drag."""
+    model = build(assemble(tracks(replace(LIGHT, bounces=1, spin=60.0), 1, np.random.default_rng(1))))
+    starts, values = problem_of(model).starts, dict.fromkeys(model.names, 0.01)
+    before = pushed(model, starts, values)
+    for p in range(STARTS):
+        moved = starts + 0.1 * (np.arange(STARTS) == p)
+        assert np.array_equal(pushed(model, moved, values), before) == (p not in FELT)
+    for law in model.names:
+        same = np.array_equal(pushed(model, starts, values | {law: 0.02}), before)
+        assert same if LAWS[law].picture else not same or law == perspective.RULER
 
 
 def test_what_the_stated_uncertainty_covers_is_no_news():
