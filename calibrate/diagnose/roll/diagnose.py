@@ -11,7 +11,7 @@ from calibrate.diagnose.locate import Location, locate
 from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.roll.curves import curves_of
-from calibrate.diagnose.roll.law import best_without_name, law_of
+from calibrate.diagnose.roll.law import law_of, named_and_nameless
 from calibrate.diagnose.roll.problem import MU_SD, build, roll_problem, scatter_of
 from calibrate.diagnose.roll.readings import diagnose_readings
 from calibrate.diagnose.roll.ripple import Ripple, arguments, as_stated, common_rise, find_ripple, held_out_rise, left_out_rise
@@ -116,16 +116,14 @@ def _located(base: Fit, ripple: Ripple | None, rng: np.random.Generator) -> Loca
 
 def _held_against_the_nameless(base: Fit, found: Verdict) -> Verdict:
     """Unknown where a law that no candidate stands for (resistance in one part of the plate, growing with travel or time) does
-    clearly better than what was named: about the baseline, and, where a strong effect is far from that, beside it as well."""
+    clearly better than what was named; a class of what grows with speed where it does as well."""
     if found.verdict not in ("name", "class"):
         return found
     best = max((c for c in found.candidates if set(c.names) <= set(found.names)), key=lambda c: c.ln_bayes)
-    nameless = best_without_name(base)
-    if nameless > best.ln_bayes + LN_BF_RIVAL:
-        beside = best_without_name(fit(base.problem, free=best.names, start=base))
-        if beside > LN_BF_RIVAL:
-            return replace(found, verdict="unknown", names=())
-    if found.verdict == "name" and nameless > best.ln_bayes - LN_BF_RIVAL and set(found.names) <= set(OF_SPEED):
+    named, nameless = named_and_nameless(base, fit(base.problem, free=best.names, start=base))
+    if nameless > named + LN_BF_RIVAL:
+        return replace(found, verdict="unknown", names=())
+    if found.verdict == "name" and nameless > named - LN_BF_RIVAL and set(found.names) <= set(OF_SPEED):
         present = tuple(n for n in OF_SPEED if n in base.problem.effects)
         return replace(found, verdict="class", names=present, next_record=OTHER_LENGTH)
     return found

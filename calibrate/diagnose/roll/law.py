@@ -34,10 +34,11 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """Terms with their columns (M, K) in the reduced space of a baseline, its projection and residual b (M,)."""
+    """Terms with their columns (M, K) in the reduced space of a fit, the globals: a (M, G), projection and residual b (M,)."""
 
     terms: list[Term]
     columns: np.ndarray
+    a: np.ndarray
     project: Callable
     b: np.ndarray
 
@@ -47,17 +48,24 @@ def asked_of(base: Fit) -> Asked:
     terms, library = _library(base)
     a, b = stacked(base.problem.reduce(base.starts, base.values, library)[0])
     a, columns = np.split(a, [len(base.names)], axis=1)
-    return Asked(terms, columns, projector(a, base.prior_sd), b)
+    return Asked(terms, columns, a, projector(a, base.prior_sd), b)
 
 
-def best_without_name(base: Fit) -> float:
-    """ln of the Bayes factor over the baseline, about, of the best single term that no candidate stands for: ones that grow with
-    travel or time, or act on one part of the plate. Half the fall of χ², less ln of the terms tried, less ½ ln of the fall
-    (Schwarz)."""
-    asked = asked_of(base)
+def named_and_nameless(base: Fit, model: Fit) -> tuple[float, float]:
+    """ln of the Bayes factors over the baseline, about, of what `model` frees and of the best single term in its place that no
+    candidate stands for: ones that grow with travel or time, or act on one part of the plate. Half the fall of χ², less ½ ln of
+    the fall (Schwarz) and ln of the terms tried; both as they are about the model, since a strong effect is far from the
+    baseline."""
+    asked = asked_of(replace(model, prior_sd=base.prior_sd))
+    own = asked.a[:, model.prior_sd > base.prior_sd]
     others = [i for i, t in enumerate(asked.terms) if t.family in ("travel", "time", "part")]
-    fall = max(fall_of_chi2(asked.columns[:, [i]], asked.project, asked.b)[0] for i in others)
-    return 0.5 * fall - float(np.log(len(others))) - 0.5 * float(np.log(max(fall, 1.0)))
+    named = fall_of_chi2(own, asked.project, asked.b)[0]
+    nameless = max(fall_of_chi2(asked.columns[:, [i]], asked.project, asked.b)[0] for i in others)
+    return _ln_bayes(named, own.shape[1]), _ln_bayes(nameless, 1) - float(np.log(len(others)))
+
+
+def _ln_bayes(fall: float, count: int) -> float:
+    return 0.5 * fall - 0.5 * count * float(np.log(max(fall, 1.0)))
 
 
 def law_of(base: Fit, where: Location) -> str | None:

@@ -28,6 +28,8 @@ WIDE_MU = 1.0  # the common rolling friction is measured here, not known
 CURVES = 6
 PARTS = 40  # of the level, for what a seed that is no ball meets by chance: some to half a turn
 SCATTER_P = 1e-3  # of a scatter of friction as great by chance, below which it is taken for seeds that differ more
+OWN_STEP = np.array([1e-7, 1e-8, 1e-8, 1e-5, 1e-6])  # for derivatives by a run's own numbers, and
+STEP = 1e-5  # of a prior's sd, by globals: so short since slope and friction are twins but for 1e-3 of what they do
 PUSH = 1e-6  # over weight, for derivatives: a 1e-4 of friction, so that the stop moves in proportion
 
 
@@ -91,7 +93,7 @@ def roll_problem(
     steady = np.where(np.array(OWN) == "incline_deg", incline_scatter_deg(model.runs, starts), np.inf)
     own = replace(own, sd=np.minimum(own.sd, steady))
     series = tuple(_series(model, r, own.start[r], noise, None if rough is None else rough[r]) for r in range(len(model.runs)))
-    made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=15)
+    made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=15, step=STEP)
     return replace(made, starts=starts)
 
 
@@ -123,7 +125,7 @@ def locals_of(model: Model, mu_sd: float) -> Locals:
     length_stated = all(math.isfinite(run.length) for run in model.runs)
     incline_stated = all(math.isfinite(run.incline) for run in model.runs)
     sd = [np.inf, np.inf, LENGTH_SD_M if length_stated else 0.02, INCLINE_SD_DEG if incline_stated else 5.0, mu_sd]
-    return Locals(np.array(start), np.array([1e-5, 1e-6, 1e-6, 1e-3, 1e-4]), np.array(sd))
+    return Locals(np.array(start), OWN_STEP, np.array(sd))
 
 
 def _series(model: Model, r: int, start: np.ndarray, noise: RunNoise, rough: float | None) -> Series:
