@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calibrate.diagnose.decide import LN_BF_BASELINE, Verdict
+from calibrate.diagnose.effects.slide.stribeck import SPEED
 from calibrate.diagnose.finding import Finding, Parameter, finding_of
 from calibrate.diagnose.locate import Location, Sector, locate
 from calibrate.diagnose.name import name
@@ -98,7 +99,8 @@ def _fitted(prepared: Prepared, model: Model) -> Fit:
     if model.stairs or not prepared.session.runs:
         return base
     jumping, lost = begin_with_jump(prepared, model, starts)
-    points = tuple((jumping, _at(base, values)) for values in ({"kinetic-friction": lost}, {"stribeck": lost}))
+    fading = {"stribeck": lost, SPEED.name: SPEED.low}  # as good as a jump; other speeds are downhill from it
+    points = tuple((jumping, _at(base, values)) for values in ({"kinetic-friction": lost}, fading))
     return replace(base, problem=replace(base.problem, elsewhere=points))
 
 
