@@ -21,7 +21,7 @@ HINGE_M = 0.15  # from the block, where it is not stated: all that depends on it
 LOCALS = 5
 RIVAL = Effect(  # no candidate, but what a law outside the library looks like: where it wins, nothing is named
     name="(friction by way slid)", sector="sliding", unit="1/m", meaning="friction gained per way slid", prior_sd=0.5, low=-20.0,
-    high=20.0, source="a scratched, dusty or waxed track",
+    high=20.0, source="a scratched, dusty or waxed track", twins=("viscous-sliding", "stribeck"),
 )  # fmt: skip
 
 
@@ -50,18 +50,22 @@ def candidates(session: Session) -> dict:
         names.append("reading-delay")
     if any(r.tilt.sensor for r in session.runs) or session.reads:
         names += ["clock-offset", "angle-offset"]
-    return {n: EFFECTS[n] for n in names} | ({RIVAL.name: RIVAL} if session.runs else {})
+    effects = {n: EFFECTS[n] for n in names}
+    if session.runs:  # a block is the faster the farther it has slid: speed and way are told apart by what differs between runs
+        viscous = effects["viscous-sliding"]
+        effects |= {viscous.name: replace(viscous, twins=(*viscous.twins, RIVAL.name)), RIVAL.name: RIVAL}
+    return effects
 
 
-def laws_of(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> Laws:
-    """All that acts on run r, its friction apart."""
+def laws_of(model: Model, r: int, own: np.ndarray, values: dict[str, float], stair: float, phase: float) -> Laws:
+    """All that acts on run r, its friction apart; stair, phase [rad]: of its tilt."""
     run = model.session.runs[r]
     get = values.get
     press = adhesion.press(get("adhesion", 0.0), run.mass_g) if np.isfinite(run.mass_g) else 0.0
     return Laws(
         press=press, static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0),
         ln_speed=get("stribeck.ln-speed", 0.0), shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0),
-        inertia=get("partial-rolling", 0.0),
+        inertia=get("partial-rolling", 0.0), stair=stair, stair_phase=phase,
         turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
         worn=get(RIVAL.name, 0.0), shake=get("plate-vibration", 0.0), ln_hertz=get("plate-vibration.ln-hertz", 0.0),
         wave_chance=own[4],
@@ -93,13 +97,13 @@ def moved(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tu
     """True travel [m] and speed [m/s] of run r, and its friction."""
     run = model.session.runs[r]
     c, stair, phase = tilt_of(model, r, own, values)
-    laws, onset = replace(laws_of(model, r, own, values), stair=stair, stair_phase=phase), own[1]
+    laws, onset = laws_of(model, r, own, values, stair, phase), own[1]
     if stair:  # it lets go where a stair begins: the friction is free within that stair
         friction = own[1]
         onset = _edge(friction, laws.press, c, stair, phase)
     else:
         friction = friction_at(onset, c, laws)
-    return *travel(run.time - run.tilt.origin, onset, c, replace(laws, friction=friction)), friction
+    return *travel(run.time - run.tilt.origin, onset, c, laws._replace(friction=friction)), friction
 
 
 def _edge(friction: float, press: float, c: np.ndarray, stair: float, phase: float) -> float:

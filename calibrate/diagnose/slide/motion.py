@@ -9,7 +9,7 @@ parameter. Runge–Kutta from that very moment, between the rows.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -28,8 +28,7 @@ STEPS = 300  # at least, from rest to the end
 FARTHEST_M = 100.0  # a block that a fit drives on beyond this stays there: its numbers must not overflow
 
 
-@dataclass(frozen=True)
-class Laws:
+class Laws(NamedTuple):
     """All that acts, SI. friction: kinetic; static_excess, stribeck, ln_speed, shape, viscous: see the effects' files; press:
     normal force over mass beside the weight's; inertia κ; turning c; from_hinge r₀; air d [1/m]; stair,
     stair_phase [rad]: 0 for a plate raised without steps; worn [1/m]: friction gained per way slid (no candidate: a rival
@@ -54,13 +53,9 @@ class Laws:
     wave_chance: float = 0.0
 
 
-def _array(laws: Laws) -> np.ndarray:
-    return np.array(list(vars(laws).values()))
-
-
 def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
     """Kinetic friction of a block that lets go at `onset`: pull over normal force there, less what friction loses in motion."""
-    p = _array(laws)
+    p = np.array(laws)
     pull, normal = _forces(onset, np.ascontiguousarray(tilt, float), p)
     return pull / normal - kinetic_friction.at_rest(0.0, p[1]) - stribeck.friction(0.0, p[2], p[3], p[4])
 
@@ -68,7 +63,7 @@ def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
 def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
     """x (n,) [m] and v (n,) [m/s] at rising times. tilt (4,): coefficients of θ [rad] in t, lowest first."""
     time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
-    return _travel(time, float(onset), tilt, _array(laws))
+    return _travel(time, float(onset), tilt, np.array(laws))
 
 
 @njit(cache=True)
