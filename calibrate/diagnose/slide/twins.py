@@ -10,12 +10,13 @@ import numpy as np
 
 from calibrate.diagnose.decide import LN_BF_RIVAL, Verdict
 from calibrate.diagnose.effects.slide.stribeck import SHAPE, SPEED
-from calibrate.diagnose.problem import Fit, fit
+from calibrate.diagnose.problem import Fit, Problem, fit
 from calibrate.diagnose.slide.model import RIVAL
 
 SCALING = ("angle-offset", "clock-offset", "adhesion", "partial-rolling")
 LN_BF_TWIN = 5.0  # the priors of twins differ by no more than that
 ALIKE = 1.05  # rates, loads
+FADES_OVER = np.arange(SPEED.low + 0.25, 0.0, 0.5)  # ln of speed scales, amid equal parts of their range
 SLOWEST_LN = -1.4  # of the speed scale over 0.05 m/s: friction that is gone by 12 mm/s is as good as kinetic friction
 RATE = "the same slide at three times the tilt rate: a clock's error in angle grows with the rate, a sensor's does not"
 LOAD = "the same slide with one seed, and with eight seeds taped together: a pull counts for less the heavier the block"
@@ -54,20 +55,34 @@ def honest(base: Fit, verdict: Verdict) -> Verdict:
 
 
 def may_fade(base: Fit, names: tuple[str, ...]) -> bool:
-    """Whether friction that fades within the least speed it physically may fits as well as friction that is lost at once: then
-    only a prior for greater speeds tells them apart, and less of it is lost."""
-    problem, fading = base.problem, tuple("stribeck" if n == "kinetic-friction" else n for n in names)
-    if "kinetic-friction" not in names or "stribeck" in names or not set(fading) <= set(problem.effects):
+    """Whether friction may as well fade over the first speeds as be lost at once: then it is not told, and less of it is lost.
+
+    Mean over speed scales v_s of exp(-Δχ²/2) against e^-3, ln v_s as likely anywhere from the least that it physically may be to
+    the typical one (what fades over more shows by itself); the candidate's own prior takes greater speeds for granted.
+    """
+    fading = tuple("stribeck" if n == "kinetic-friction" else n for n in names)
+    if "kinetic-friction" not in names or "stribeck" in names or not set(fading) <= set(base.problem.effects):
         return False
-    at = np.where(np.array(problem.names) == SPEED.name, SPEED.low, 0.0)
+    best = fit(base.problem, free=names, start=base)
+    swap = {"stribeck": best.by_name["kinetic-friction"], "kinetic-friction": 0.0}
+    near = replace(best, values=np.array([swap.get(n, v) for n, v in best.by_name.items()]))
+    likely = 0.0
+    for ln_speed in FADES_OVER:
+        near = fit(_at_speed(base.problem, ln_speed), free=fading, start=near)
+        likely += np.exp((best.chi2 - near.chi2) / 2) / len(FADES_OVER)
+    return not likely < np.exp(-LN_BF_RIVAL)
+
+
+def _at_speed(problem: Problem, ln_speed: float) -> Problem:
+    """The problem where friction fades over that speed, in the typical way."""
+    at = np.where(np.array(problem.names) == SPEED.name, ln_speed, 0.0)
 
     def reduce(starts, values, extra=None):
         reduced, change = problem.reduce(starts, values + at, extra)
         return tuple(replace(r, b=r.b - r.a[:, : len(at)] @ at) for r in reduced), change
 
     held = {n: e for n, e in problem.effects.items() if n not in (SPEED.name, SHAPE.name)}  # no candidates: they stay as they are
-    slow = fit(replace(problem, effects=held, reduce=reduce), free=fading, start=base)
-    return slow.chi2 < fit(problem, free=names, start=base).chi2 + 2 * LN_BF_RIVAL
+    return replace(problem, effects=held, reduce=reduce, elsewhere=())
 
 
 def _advice(base: Fit, names: tuple[str, ...]) -> str | None:
