@@ -98,24 +98,40 @@ def _strength(at: Fit) -> dict[str, float]:
     return strength
 
 
-def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: float = ALPHA) -> Verdict:
-    """The verdict on a fitted baseline that has been located; alarm: p < alpha."""
-    p, strength = alarm(base, location, rng)
-    if p >= alpha:
-        return Verdict("none", (), p, (), float("nan"), None)
-    tried: dict[tuple[str, ...], Candidate] = {(): candidate(base, (), rng)}
-    chosen: tuple[str, ...] = ()
-    for _ in range(MOST_EFFECTS):
+def _grown(base: Fit, chosen: tuple[str, ...], tried: dict, strength: dict, rng: np.random.Generator, alpha: float):
+    """`chosen` and what is found beside it, one after the other, until nothing is left; `tried` grows by what was fitted."""
+    while len(chosen) < MOST_EFFECTS:
         for other in _worth_trying(base, chosen, strength):
-            tried[tuple(sorted((*chosen, other)))] = candidate(base, (*chosen, other), rng)
+            key = tuple(sorted((*chosen, other)))
+            tried[key] = tried.get(key) or candidate(base, key, rng)
         level = [c for key, c in tried.items() if len(key) == len(chosen) + 1 and set(chosen) <= set(key)]
-        floor = tried[tuple(sorted(chosen))].ln_bayes + LN_BF_BASELINE
+        floor = tried[chosen].ln_bayes + LN_BF_BASELINE
         best = _best(level, floor)
         if best.ln_bayes < floor:
             break
         chosen = best.names
         if best.left_p > SATURATED_P and _rest(base, chosen, rng) >= alpha:
             break
+    return chosen
+
+
+def _other_beginnings(base: Fit, chosen: tuple[str, ...], tried: dict) -> list[str]:
+    """Where something is left beside all that was found, the first may have been a twin's: twins that stand by themselves."""
+    if tried[chosen].left_p > SATURATED_P:
+        return []
+    twins = dict.fromkeys(t for n in chosen for t in base.problem.effects[n].twins if t not in chosen)
+    return [t for t in twins if (c := tried.get((t,))) and possible(c) and c.ln_bayes >= LN_BF_BASELINE]
+
+
+def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: float = ALPHA) -> Verdict:
+    """The verdict on a fitted baseline that has been located; alarm: p < alpha."""
+    p, strength = alarm(base, location, rng)
+    if p >= alpha:
+        return Verdict("none", (), p, (), float("nan"), None)
+    tried: dict[tuple[str, ...], Candidate] = {(): candidate(base, (), rng)}
+    chosen = _grown(base, (), tried, strength, rng, alpha)
+    ends = [chosen, *(_grown(base, (twin,), tried, strength, rng, alpha) for twin in _other_beginnings(base, chosen, tried))]
+    chosen = _best([tried[end] for end in ends], -np.inf).names
     chosen = _settled(base, chosen, tried, strength, rng)
     left = _nameless_left(unbound(fit(base.problem, free=chosen, start=base), chosen), rng) if chosen else None
     return decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)
