@@ -84,7 +84,8 @@ def assemble(tracks) -> Session:
     low, high = rows["places"].min(0), rows["places"].max(0)
     about = [t.description for t in tracks]
     pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
-    view = View((low + high) / 2, float(high[1] - low[1]) / 2, rows["angle"], rows["phase"], pixel)
+    middle, fall = (low + high) / 2, np.median(np.concatenate([part["places"][:, 0] for part in _first_of(parts)]))
+    view = View(middle, float(high[1] - low[1]) / 2, rows["angle"], rows["phase"], pixel, fall=float(fall - middle[0]))
     spin = np.array([p["turned"].rate for p in parts])
     trust, spin_sd = trusted([p["turned"] for p in parts])
     release, release_sd = _releases(tracks)
@@ -104,6 +105,11 @@ def assemble(tracks) -> Session:
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
         elongation=float(np.median([_elongation(d) for d in about])), notes=tuple(notes),
     )  # fmt: skip
+
+
+def _first_of(parts: list[dict]) -> list[dict]:
+    """Each recording's first flight: its fall."""
+    return list({part["recording"]: part for part in reversed(parts)}.values())
 
 
 def _step(track) -> float:

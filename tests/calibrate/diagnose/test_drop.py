@@ -140,6 +140,18 @@ def test_a_ruler_beside_the_middle_is_no_wrong_scale():
     assert both.ln_bayes < seen.ln_bayes and abs(seen.value[0] - 0.03) < 2 * seen.sd[0]
 
 
+def test_where_a_tilted_plate_throws_seeds_upright_lines_lean_and_that_is_no_rolled_camera():
+    """They fall at one side of what is seen, and upright is as stated where they fall; as a control a camera that is rolled."""
+    thrown = replace(LIGHT, keystone=0.04, tilt_deg=5.0, axes=(3.5e-3,) * 3)
+    for roll in (0.0, 0.5):
+        base = fitted(replace(thrown, roll_deg=roll), 1)
+        assert abs(base.problem.model.session.view.fall) > 0.02
+        both = candidate(base, ("camera-roll", "perspective"), np.random.default_rng(0))
+        assert abs(both.value[0] - roll) < 0.1  # 2 sds of a plumb line
+        alone = candidate(base, ("perspective",), np.random.default_rng(0))
+        assert (both.ln_bayes > alone.ln_bayes + 5) == (roll > 0)
+
+
 def test_two_effects_are_both_named_and_what_stood_for_both_is_not():
     """A draught explains a rolled camera and drag together fairly well, so that it is what is found first."""
     _, found = verdict(replace(LIGHT, stated_air=0.0, roll_deg=1.0, noise_mm=0.15), 1)

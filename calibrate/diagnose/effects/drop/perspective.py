@@ -6,9 +6,12 @@ from calibrate.diagnose.effects.effect import Effect, View
 
 
 def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """Off the middle, true place over 1 + `value` (z − z_ruler): mm per px grows by `value` [1/m] per metre."""
-    off = places - view.middle
-    return view.middle + off / (1 + value * (off[:, 1:] - view.ruler * view.reach))
+    """Off the middle, true place over 1 + `value` (z − z_ruler): mm per px grows by `value` [1/m] per metre.
+
+    Lines that are upright lean in such a picture, but for the one along which seeds fall: there a plumb line hangs.
+    """
+    about = view.middle + np.array([view.fall, 0.0])
+    return about + (places - about) / (1 + value * (places[:, 1:] - view.middle[1] - view.ruler * view.reach))
 
 
 RULER = "perspective.ruler"  # acts through View.ruler, beside `perspective` only
