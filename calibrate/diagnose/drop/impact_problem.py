@@ -21,6 +21,7 @@ from calibrate.diagnose.problem import Problem
 
 E_FLOOR = 0.003  # bounces of the best balls scatter as much
 E_FLOOR_LONG = 0.15  # times the squared elongation: half of what seeds show that are let go nearly flat
+TURNING_M_S = 2.0  # times the elongation: how the speed scatters at which a seed leaves that is struck as it turns
 STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
 NUISANCES = {
@@ -64,7 +65,7 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
     later = impacts.number > 1
     spun = bool(impacts.spin_seen.mean() > 0.5) if len(impacts) else False
     e_rows, kick_rows = np.flatnonzero(seen.e_usable), np.flatnonzero(np.isfinite(seen.kick))
-    e_scatter = _scatter_of_e(e_rows, seen, impacts, E_FLOOR + E_FLOOR_LONG * long**2)
+    e_scatter = _scatter_of_e(e_rows, seen, impacts, long)
     seen, kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun), impacts, long)
     kick_scatter = _scatter_of_kicks(kick_rows, seen, later, push)
     found = [(rows, s) for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)) if s is not None]
@@ -88,17 +89,18 @@ def _rows_of(effect: str, model: ImpactModel) -> bool:
     return bool(len(model.kick_rows if IMPACT_EFFECTS[effect].kick else model.e_rows))
 
 
-def _scatter(rows, y, design, error, components, floor, asked: int = 0) -> Scatter | None:
+def _scatter(rows, y, design, error, components, floor, asked: int = 0, most: float = np.inf) -> Scatter | None:
     """The scatter of some rows about a law."""
     here = np.ix_(rows, rows)
-    return scatter_of(y[rows], design[rows], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor, asked)
+    return scatter_of(y[rows], design[rows], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor, asked, most)
 
 
-def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, floor: float) -> Scatter | None:
-    """About the law that the rows bear; e itself is nobody's news."""
+def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, long: float) -> Scatter | None:
+    """About the law that the rows bear; e itself is nobody's news. A ball bounces later as it did first, however it turns."""
+    floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
     same = (impacts.recording[:, None] == impacts.recording).astype(float)
     parts = [np.diag((impacts.number > 1) / seen.speed**2), same]
-    found = [_scatter(rows, seen.e, law, seen.e_error, parts, floor, asked=1) for law in _e_designs(seen, impacts.number)]
+    found = [_scatter(rows, seen.e, law, seen.e_error, parts, floor, 1, most) for law in _e_designs(seen, impacts.number)]
     return min((s for s in found if s), key=lambda s: s.aicc, default=None)
 
 

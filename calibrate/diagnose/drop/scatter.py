@@ -38,15 +38,16 @@ def scatter_of(
     components: list[np.ndarray],
     floor: float,
     asked: int = 0,
+    most: float = math.inf,
 ) -> Scatter | None:
     """Rows y (m,) about a free law `design` (m, p), whose columns from `asked` on are what anybody asks about; measured (m, m):
-    covariance of the measuring; components (m, m) each of unit size, the first at least `floor`² large. None where too few rows
-    are left to tell a scatter."""
+    covariance of the measuring; components (m, m) each of unit size, the first at least `floor`² large, the second at most
+    `most`². None where too few rows are left to tell a scatter."""
     design = _independent(design)
     if len(y) - design.shape[1] < LEAST_FREEDOM:
         return None
     starts = (np.ones(len(y)), _weights(_robust(y, design, floor) ** 2))
-    settled = [_settled(y, design, measured, components, floor, w) for w in starts]
+    settled = [_settled(y, design, measured, components, (floor, most), w) for w in starts]
     likelihood, parts, square = max(settled, key=lambda found: found[0])
     loss = _loss_of_weighting(square)
     few = max(_freedom(measured, parts, design, asked) * (1 - SCALE_LOSS * (loss - 1) / (MOST_LOSS - 1)), 1.0)
@@ -69,13 +70,13 @@ def _aicc(likelihood: float, rows: int, numbers: int) -> float:
     return -2 * likelihood + 2 * numbers * rows / max(rows - numbers - 1, 0.5)
 
 
-def _settled(y, design, measured, components, floor: float, weight: np.ndarray):
+def _settled(y, design, measured, components, bounds: tuple[float, float], weight: np.ndarray):
     """Weights and variances in turn, until they agree: ln of Student's likelihood, about, the components at their sizes, and
     the squares of the rows' residuals over the scale of their scatter."""
     at = None
     for _ in range(TURNS):
         rows = [components[0] / weight, components[1] / weight, *components[2:]]  # diagonal ones: they are what has outliers
-        parts, at = _fitted(y, design, measured, rows, floor, at)
+        parts, at = _fitted(y, design, measured, rows, bounds, at)
         whole = measured + sum(parts)
         square = _standardised(y, design, whole) ** 2 / weight
         before, weight = weight, _weights(square)
@@ -136,16 +137,18 @@ def _beside(inverse: np.ndarray, design: np.ndarray) -> np.ndarray:
     return inverse - inverse @ design @ np.linalg.pinv(design.T @ inverse @ design) @ design.T @ inverse
 
 
-def _fitted(y, design, known, components, floor: float, at):
+def _fitted(y, design, known, components, bounds: tuple[float, float], at):
     """The components at the largest restricted likelihood, and ln of their sizes, to begin with the next time."""
     basis = np.linalg.qr(design)[0]
     left = np.linalg.svd(np.eye(len(y)) - basis @ basis.T)[0][:, : len(y) - basis.shape[1]]
     seen, fixed, parts = left.T @ y, left.T @ known @ left, [left.T @ v @ left for v in components]
+    floor, most = bounds
     usual = float(np.mean(seen**2)) + floor**2
 
     def sizes(u: np.ndarray) -> np.ndarray:
         variance = usual * np.exp(np.clip(u, -14, 6))
         variance[0] += floor**2
+        variance[1] = min(variance[1], most**2)
         variance[2:] = np.minimum(variance[2:], variance[0])  # seeds differ by no more than bounces of one seed do
         return variance
 

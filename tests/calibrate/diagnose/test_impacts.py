@@ -13,7 +13,7 @@ from calibrate.diagnose.drop.air import Air
 from calibrate.diagnose.drop.bounce import bounces_of
 from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, settled
-from calibrate.diagnose.drop.impacts import Impacts, heard, seeds_of
+from calibrate.diagnose.drop.impacts import Impacts, chosen, heard, seeds_of
 from calibrate.diagnose.drop.scatter import scatter_of
 from calibrate.diagnose.effects.drop import impact_damage
 from calibrate.diagnose.effects.drop.impact import FALLING
@@ -228,6 +228,20 @@ def test_bounces_that_repeat_each_other_scatter_little_however_few():
     )
     assert sharp[0].alarm and impact_damage.EFFECT.name in sharp[0].names
     assert not vague[0].alarm
+
+
+def test_what_two_bounces_of_a_ball_have_in_common_is_no_scatter():
+    """Five bounces, e .47 at first and .376 after: a ball's later bounces scatter no more. As a control a long seed's do."""
+
+    def told(sizes):
+        table = chosen(repeated(0.0, np.random.default_rng(2)), np.arange(5))
+        e = np.where(table.number > 1, 0.376, 0.47)
+        after = np.column_stack([table.after[:, 0], -e * table.before[:, 1], table.after[:, 2]])
+        return diagnose_impacts(replace(table, after=after, seeds=seeds_of([{"seed": sizes}] * 3)), np.random.default_rng(0))[0]
+
+    ball = told(STATED_BALL | {"thickness_mm": 6.96})
+    assert ball.alarm and impact_damage.EFFECT.name in ball.names
+    assert not told(SOY).alarm
 
 
 def test_last_hops_of_a_dozen_rows_show_a_film():
