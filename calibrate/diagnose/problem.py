@@ -16,6 +16,7 @@ from calibrate.diagnose.linear import Reduced, ridge, stacked
 OUTSIDE = 10.0  # of χ²: ln of Bayes factor 5
 POOR = 2.0  # χ² per degree of freedom above which a fit may have ended beside its minimum
 STRAINED = 5.0  # sds of something known: likewise
+CLOSE = 0.01  # of χ² that a further step promises to take: a tenth of a sd in any direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,24 +123,21 @@ def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, valu
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
     prior = np.hypot(known, physical)
     values = values * (prior > 0)
-    before = lowest = np.inf
-    good = starts, values
+    lowest, good = np.inf, (starts, values)
     for _ in range(problem.turns):
         there, solve_there = problem.reduce(starts, values)
         here = _misfit(there, values, prior)
-        if not here < lowest + max(1.0, 1e-3 * lowest) and np.isfinite(lowest):  # too long a step, NaN included: half of it
+        refused = np.isfinite(lowest) and not here < lowest + max(1.0, 1e-3 * lowest)
+        if refused:  # too long a step, NaN included: half of it
             starts, values = (starts + good[0]) / 2, (values + good[1]) / 2
-            chi2 = lowest
             continue
         good, lowest, reduced, solve_locals = (starts, values), here, there, solve_there
         after, covariance, chi2 = ridge(*stacked(reduced), prior)
-        starts = starts + solve_locals(after - values)
-        moved, values = np.abs(after - values) / np.maximum(prior, 1e-300), after
-        if np.max(moved, where=prior > 0, initial=0.0) < 0.01 and abs(before - chi2) < 0.1:  # far below one sd, one unit of χ²
+        starts, values = starts + solve_locals(after - values), after
+        if here - _bulk(reduced) - chi2 < CLOSE:
             break
-        before = chi2
-    if chi2 == lowest:  # the last step was refused
-        starts, values = good
+    if refused:
+        (starts, values), chi2 = good, lowest - _bulk(reduced)
     return Fit(problem, prior, values, covariance, starts, chi2, reduced)
 
 
@@ -147,8 +145,12 @@ def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray, prior: np.ndarray)
     """χ² at `values`, their prior terms included; where a problem does not tell it, with the locals at their linear best."""
     costs = [r.cost for r in reduced if r.cost is not None]
     held = prior > 0
-    bent = float(((values[held] / prior[held]) ** 2).sum()) + 2 * sum(r.bulk for r in reduced)
+    bent = float(((values[held] / prior[held]) ** 2).sum()) + _bulk(reduced)
     if len(costs) == len(reduced):
         return sum(costs) + bent
     a, b = stacked(reduced)
     return float(((b - a @ values) ** 2).sum()) + bent
+
+
+def _bulk(reduced: tuple[Reduced, ...]) -> float:
+    return 2 * sum(r.bulk for r in reduced)

@@ -93,7 +93,7 @@ def roll_problem(
     steady = np.where(np.array(OWN) == "incline_deg", incline_scatter_deg(model.runs, starts), np.inf)
     own = replace(own, sd=np.minimum(own.sd, steady))
     series = tuple(_series(model, r, own.start[r], noise, None if rough is None else rough[r]) for r in range(len(model.runs)))
-    made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=15, step=STEP)
+    made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=20, step=STEP)
     return replace(made, starts=starts)
 
 

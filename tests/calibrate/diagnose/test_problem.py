@@ -1,0 +1,35 @@
+"""The fit of any problem, on one that bends: a valley."""
+
+import numpy as np
+import pytest
+
+from calibrate.diagnose.linear import Reduced
+from calibrate.diagnose.problem import Problem, fit
+
+
+def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:
+    """Rosenbrock's: χ² = (bent (y − x²))² + (3 − x)²; beside it a bulk, which no χ² holds."""
+
+    def reduce(starts, values, extra=None):
+        x, y = values
+        a = np.array([[2 * bent * x, -bent], [1.0, 0.0]])
+        left = np.array([bent * (y - x**2), 3.0 - x])
+        if seen is not None:
+            seen.append(tuple(values))
+        return (Reduced(a, np.zeros((2, 0)), left + a @ values, bulk=5.0),), lambda moved: np.zeros((1, 0))
+
+    return Problem("valley", ("one",), {}, ("x", "y"), {"x": 1e3, "y": 1e3}, np.zeros((1, 0)), reduce, 2, 0.0, None, turns)
+
+
+@pytest.mark.parametrize("turns", [2, 3])
+def test_a_fit_whose_last_step_was_refused_says_what_chi2_is_where_it_stands(turns):
+    """Not what a step further promises, nil; nor with the bulk."""
+    found = fit(valley(turns))
+    assert found.values == pytest.approx([0.0, 0.0]) and found.chi2 == pytest.approx(9.0)
+
+
+def test_a_fit_ends_where_nothing_is_left_to_take():
+    """Of a plane in the first turn after the step, whatever the priors' sizes; of a valley only at its end."""
+    seen: list = []
+    assert fit(valley(20, seen, bent=0.0)).values[0] == pytest.approx(3.0) and len(seen) == 2
+    assert fit(valley(60)).values == pytest.approx([3.0, 9.0], rel=1e-2)
