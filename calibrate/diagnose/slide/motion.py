@@ -8,7 +8,10 @@ to the friction) is given and says what static friction was: the travel is then 
 parameter. Runge–Kutta from that very moment, between the rows.
 """
 
+import hashlib
+import inspect
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +28,7 @@ from calibrate.diagnose.effects.slide import (
 
 G_M_S2 = 9.80665
 STEPS = 300  # at least, from rest to the end
+LAWS = (kinetic_friction, partial_rolling, plate_vibration, stepped_tilt, stribeck, viscous_sliding)
 FARTHEST_M = 100.0  # a block that a fit drives on beyond this stays there: its numbers must not overflow
 
 
@@ -53,6 +57,18 @@ class Laws(NamedTuple):
     wave_chance: float = 0.0
 
 
+def mark_of(sources: list[str]) -> str:
+    """Of the laws from which a motion is compiled."""
+    return hashlib.sha256("\0".join(sources).encode()).hexdigest()[:16]
+
+
+def _kept(function: Callable) -> Callable:
+    """Compiled, and kept on disk under a name that bears the mark of all laws: numba itself looks only at this file, and would
+    hand out what was made from older laws."""
+    function.__qualname__ = f"{function.__name__}_{mark_of([inspect.getsource(law) for law in LAWS])}"
+    return njit(cache=True)(function)
+
+
 def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
     """Kinetic friction of a block that lets go at `onset`: pull over normal force there, less what friction loses in motion."""
     p = np.array(laws)
@@ -66,7 +82,7 @@ def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tu
     return _travel(time, float(onset), tilt, np.array(laws))
 
 
-@njit(cache=True)
+@njit
 def _tilt(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
     angle = tilt[0] + t * (tilt[1] + t * (tilt[2] + t * tilt[3]))
     rate = tilt[1] + t * (2 * tilt[2] + t * 3 * tilt[3])
@@ -75,7 +91,7 @@ def _tilt(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
     return angle, rate
 
 
-@njit(cache=True)
+@_kept
 def _forces(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
     """Pull along the plate and normal force on a block at rest, over its mass [m/s²]."""
     angle, rate = _tilt(t, tilt, p)
@@ -83,7 +99,7 @@ def _forces(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
     return pull, G_M_S2 * math.cos(angle) + p[6]
 
 
-@njit(cache=True)
+@njit
 def _acceleration(t: float, x: float, v: float, tilt: np.ndarray, p: np.ndarray) -> float:
     angle, rate = _tilt(t, tilt, p)
     friction = p[0] + stribeck.friction(v, p[2], p[3], p[4]) + viscous_sliding.friction(v, p[5]) + p[13] * x
@@ -92,7 +108,7 @@ def _acceleration(t: float, x: float, v: float, tilt: np.ndarray, p: np.ndarray)
     return force * partial_rolling.share(p[7])
 
 
-@njit(cache=True)
+@njit
 def _step(t: float, s: float, x: float, v: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
     """x and v one Runge–Kutta step of s later."""
     a1 = _acceleration(t, x, v, tilt, p)
@@ -102,7 +118,7 @@ def _step(t: float, s: float, x: float, v: float, tilt: np.ndarray, p: np.ndarra
     return x + s * v + s * s / 6 * (a1 + a2 + a3), v + s / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
-@njit(cache=True)
+@_kept
 def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Steps from row to row; a block in motion does not stick again, so that a fit may try too much friction."""
     place, speed = np.zeros(len(time)), np.zeros(len(time))

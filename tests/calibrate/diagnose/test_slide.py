@@ -1,5 +1,6 @@
 """Slides made by other code (sliding.py): clean ones raise no alarm, concealed effects are located, named and measured."""
 
+import inspect
 import math
 from dataclasses import replace
 
@@ -10,9 +11,10 @@ from sliding import Bench, G, readings, slides
 
 from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.effects.slide import plate_vibration, stribeck
+from calibrate.diagnose.slide import motion
 from calibrate.diagnose.slide.diagnose import diagnose_slide, fitted
 from calibrate.diagnose.slide.model import Model, candidates
-from calibrate.diagnose.slide.motion import Laws, friction_at, travel
+from calibrate.diagnose.slide.motion import LAWS, Laws, friction_at, mark_of, travel
 from calibrate.diagnose.slide.problem import prepare
 from calibrate.diagnose.slide.readings import grid_of
 from calibrate.diagnose.slide.session import assemble
@@ -44,6 +46,17 @@ def test_a_block_that_a_fit_drives_too_far_stays_finite():
     tilt = np.array([math.radians(25.0), 0, 0, 0])
     x, v = travel(np.linspace(0, 60, 200), 0.0, tilt, Laws(friction=0.1, worn=-20.0))
     assert np.isfinite(x).all() and np.isfinite(v).all() and (np.diff(x) >= 0).all()
+
+
+def test_machine_code_of_older_laws_is_not_taken_up_again():
+    """It is kept under the mark of every law that goes into it."""
+    sources = [inspect.getsource(law) for law in LAWS]
+    for compiled in (motion._travel, motion._forces):
+        assert compiled.py_func.__qualname__.endswith(mark_of(sources))
+    for k, source in enumerate(sources):
+        assert mark_of([*sources[:k], source.replace("1", "2"), *sources[k + 1 :]]) != mark_of(sources)
+    used = {name for name, value in vars(motion).items() if inspect.ismodule(value) and "effects" in (value.__file__ or "")}
+    assert used == {law.__name__.split(".")[-1] for law in LAWS}
 
 
 def test_a_slowly_tilting_plate_gives_the_third_power():
