@@ -98,7 +98,9 @@ def _strength(at: Fit) -> dict[str, float]:
     return strength
 
 
-def _grown(base: Fit, chosen: tuple[str, ...], tried: dict, strength: dict, rng: np.random.Generator, alpha: float):
+def _grown(
+    base: Fit, chosen: tuple[str, ...], tried: dict, strength: dict, rng: np.random.Generator, alpha: float
+) -> tuple[str, ...]:
     """`chosen` and what is found beside it, one after the other, until nothing is left; `tried` grows by what was fitted."""
     while len(chosen) < MOST_EFFECTS:
         for other in _worth_trying(base, chosen, strength):

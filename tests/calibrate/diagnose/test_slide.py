@@ -107,10 +107,12 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
     assert abs(parameter.value - true) < 1.1 * (parameter.high95 - parameter.low95)  # 4.3 sd: six cases must all pass
 
 
-@pytest.mark.parametrize(("static", "tells"), [(0.002, False), (0.006, True)])
-def test_friction_that_is_lost_at_once_or_over_the_first_speeds(static, tells):
+@pytest.mark.parametrize(
+    ("static", "change", "tells"), [(0.002, {}, False), (0.006, {}, True), (0.006, {"rates": (1.0, 5.0), "fps": 240.0}, True)]
+)
+def test_friction_that_is_lost_at_once_or_over_the_first_speeds(static, change, tells):
     """What fades over a few mm/s looks the same where little is lost: a class; not so where the recordings tell."""
-    finding = found(replace(LIGHT, static=static), 1, count=4)
+    finding = found(replace(LIGHT, static=static, **change), 1, count=4)
     assert finding.names == (("kinetic-friction",) if tells else ("kinetic-friction", "stribeck"))
     assert finding.verdict == ("name" if tells else "class") and any("fades" in note for note in finding.notes) != tells
 

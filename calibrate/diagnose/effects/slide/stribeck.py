@@ -12,7 +12,9 @@ EXPONENT = 1.4  # between the exponential (1) and the Gaussian (2)
 
 @njit(cache=True)
 def friction(speed: float, value: float, ln_scale: float, shape: float) -> float:
-    """Δμ = `value` exp(−(v/v_s)^n) [-], v_s = SPEED e^ln_scale [m/s], n = EXPONENT e^shape."""
+    """Δμ = `value` exp(−(v/v_s)^n) [-], v_s = SPEED e^ln_scale [m/s], n = EXPONENT e^shape.
+
+    ln_scale within ±6, shape within ±3 [-]: far outside what a candidate may be, so that a fit meets no edge."""
     if value == 0.0:
         return 0.0
     ratio = abs(speed) / (SPEED_M_S * math.exp(min(max(ln_scale, -6.0), 6.0)))
