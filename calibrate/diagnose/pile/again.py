@@ -81,7 +81,7 @@ def piles_again(finding: Finding, recordings: list[SeenPile], folder: Path, pict
     change = COUNTERPARTS["pile"][effect].what.format(value=f"{np.mean(values):.2g}")
     how = (
         f"friction between seeds lets old and new twin fit as well as each can; {PACKINGS} packings each, their mean; "
-        "surfaces are compared in shares of the heap's height"
+        "surfaces are compared in shares of the flank's base, so that its steepness counts as well as its form"
     )
     again = Again("pile", (effect,), change, how, tuple(rows), len(seen) > 1, figure=_figure(*shown[0][:3]))
     return _pictured(again, shown[0][3]) if pictures else again
@@ -139,21 +139,26 @@ def _compared(recordings, old: Shape, new: Shape, by: str) -> list[Compared]:
     rows = []
     for r in recordings:
         own = shape_of([r])
-        before, after = (float(np.sqrt(np.nanmean((t.surface - own.surface) ** 2))) for t in (old, new))
-        rows.append(Compared(r.recording, "surface over the heap's height", "1", before, after, by))
+        before, after = (float(np.sqrt(np.nanmean((_over_base(t) - _over_base(own)) ** 2))) for t in (old, new))
+        rows.append(Compared(r.recording, "surface over the flank's base", "1", before, after, by))
         before, after = (abs(t.angle_deg - own.angle_deg) for t in (old, new))
         rows.append(Compared(r.recording, "angle of the flank", "°", before, after, by))
     return rows
 
 
+def _over_base(shape: Shape) -> np.ndarray:
+    """(n,) heights at AT in shares of the flank's base, which is what a photo shows but for its scale."""
+    return shape.surface * np.tan(np.radians(shape.angle_deg))
+
+
 def _figure(recordings, old: Shape, new: Shape) -> dict:
-    """Against the flank's straight line, so that what differs is seen."""
+    """The three profiles."""
     own = shape_of(list(recordings))
     points = {}
     for name, shape in (("recorded", own), ("old twin", old), ("new twin", new)):
         there = np.isfinite(shape.surface)
-        points[name] = (AT[there], (shape.surface - np.maximum(1 - AT, 0.0))[there])
-    return {"x": "place on the flank (0: crest, 1: toe)", "y": "surface above a straight flank (of the height)", "points": points}
+        points[name] = (AT[there], _over_base(shape)[there])
+    return {"x": "place on the flank (0: crest, 1: toe)", "y": "surface above the plate (of the flank's base)", "points": points}
 
 
 def _pictured(again: Again, at: Path) -> Again:

@@ -1,5 +1,6 @@
 """Heaps run again in the DEM: its settings, what a heap at a strength would be, and a hidden cohesion from photos to the twin."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,7 @@ from heaping import Heap, repeats
 
 from calibrate.diagnose.effects.pile import EFFECTS
 from calibrate.diagnose.model import COUNTERPARTS, NONE_AT_ALL
-from calibrate.diagnose.pile.again import FRICTIONS, Kind, _fitted, piles_again
+from calibrate.diagnose.pile.again import FRICTIONS, Kind, _compared, _fitted, piles_again
 from calibrate.diagnose.pile.diagnose import diagnose_pile
 from calibrate.diagnose.pile.slices import AT, LEVELS, Knobs, Shape, setting, shape_of
 from calibrate.twin.parameters import Parameters, bench
@@ -75,6 +76,15 @@ def test_friction_and_strength_are_found_on_the_other_half_of_the_recordings():
     new = _fitted([kind], 0, "cohesion", True)
     assert new.strength == pytest.approx(0.25, abs=0.03) and new.friction == pytest.approx(0.4, abs=0.03)
     assert _fitted([kind], 0, "cohesion", False).strength == 0.0
+
+
+def test_a_twin_of_the_same_form_that_is_less_steep_is_off():
+    heaps = repeats(Heap(), np.random.default_rng(1), 2)
+    own = shape_of(heaps[:1])
+    flat, steep = replace(own, angle_deg=own.angle_deg - 6), own
+    surface, angle = _compared(heaps[:1], flat, steep, "outline")
+    assert surface.before > 0.03 and surface.after == 0
+    assert (angle.before, angle.after) == (pytest.approx(6.0), 0.0)
 
 
 @pytest.mark.slow
