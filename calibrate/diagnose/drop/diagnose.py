@@ -18,6 +18,7 @@ from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 
 LEAST_IMPACTS = 3
+FLIGHTS = 0.25  # of the chance of a false alarm: a threshold costs hundreds of rows less of what they can show than a few bounces
 NEARER = "camera.distance_mm is not stated: a seed that comes nearer to the camera looks as if a force drove it"
 FEW = "too few impacts were seen to tell an effect from their scatter"
 
@@ -34,7 +35,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     sittings, notes = sittings_of(filmed)
     flights = fit(joint_problem(tuple(s.problem for s in sittings)))
     hit = any(len(s.problem.model.session.joint) >= 1 for s in sittings) or bool(listened)
-    alpha = ALPHA / 2 if hit else ALPHA
+    alpha = FLIGHTS * ALPHA if hit else ALPHA
     where = locate(flights, all_windows(flights), rng)
     found = name(flights, where, rng, alpha=alpha)
     where = credited(where, flights, found)
@@ -45,10 +46,10 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         finding = replace(finding, notes=(*finding.notes, NEARER)) if near else finding
     if not hit:
         return finding
-    below = diagnose_impacts(_impacts(flights, sittings, found, listened), rng, alpha=alpha)
+    below = diagnose_impacts(_impacts(flights, sittings, found, listened), rng, alpha=(1 - FLIGHTS) * ALPHA)
     if below is None:
-        return replace(finding, p_global=min(1.0, 2 * finding.p_global), notes=(*finding.notes, FEW))
-    return merged(finding, where, *below)
+        return replace(finding, p_global=min(1.0, finding.p_global / FLIGHTS), notes=(*finding.notes, FEW))
+    return merged(finding, where, *below, share=FLIGHTS)
 
 
 def _impacts(flights: Fit, sittings: tuple[Sitting, ...], found, listened) -> Impacts:

@@ -22,27 +22,30 @@ from calibrate.diagnose.problem import Fit, fit
 CLEARLY_WORSE = 10.0  # ln Bayes factor below which a law of e(v) is out: bounces scatter by no normal law
 MORE_HEIGHTS = "the same seed from 30, 100 and 300 mm: each law of e differs in how it goes with the speed"
 BINS = 4
+SHAPE = 1 / 3  # of the chance of a false alarm; the rest is the laws', which many are asked for
 
 
 def diagnose_impacts(impacts: Impacts, rng: np.random.Generator, *, alpha: float = ALPHA) -> tuple[Finding, Location] | None:
-    """None where the impacts are too few to tell an effect from their scatter. Two questions, law and shape, share `alpha`."""
+    """None where the impacts are too few to tell an effect from their scatter. Two questions, law and shape, share `alpha`
+    (weighted Bonferroni: Genovese, Roeder, Wasserman 2006, Biometrika 93, 509)."""
     elongation = elongation_of(impacts) if len(impacts) else 0.0
     problem = problem_of(impacts, elongation)
     if problem is None:
         return None
     shape = shape_of(impacts, bounces_of(impacts, elongation), elongation)
-    long = shape.p < alpha / 2
+    long = shape.p < SHAPE * alpha
     if long:  # as the contacts show it, not as stated
         problem = problem_of(impacts, shape.elongation) or problem
     base = fit(problem)
     where = locate(base, windows_of(base), rng)
-    found = by_count(settled(name(base, where, rng, alpha=alpha / 2)))
+    found = by_count(settled(name(base, where, rng, alpha=(1 - SHAPE) * alpha)))
     finding = finding_of(base, where, found, draw=curves_of)
     if set(found.names) & set(FALLING) and found.verdict == "class":
         finding = replace(finding, parameters=_falling_parameter(base, found))
     if found.verdict == "unknown":
         finding = with_law(finding, law_of_impacts(base))
-    finding = replace(finding, p_global=min(1.0, 2 * min(found.p_global, shape.p)), alarm=found.p_global < alpha / 2 or long)
+    p = min(1.0, found.p_global / (1 - SHAPE), shape.p / SHAPE)
+    finding = replace(finding, p_global=p, alarm=found.p_global < (1 - SHAPE) * alpha or long)
     return (_with_shape(finding, shape), _with_excess(where, shape)) if long else (finding, where)
 
 

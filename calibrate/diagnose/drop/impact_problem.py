@@ -100,7 +100,7 @@ def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, long: float
     floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
     same = (impacts.recording[:, None] == impacts.recording).astype(float)
     parts = [np.diag((impacts.number > 1) / seen.speed**2), same]
-    found = [_scatter(rows, seen.e, law, seen.e_error, parts, floor, 1, most) for law in _e_designs(seen, impacts.number)]
+    found = [_scatter(rows, seen.e, law, seen.e_error, parts, floor, 1, most) for law in _e_designs(seen, impacts)]
     return min((s for s in found if s), key=lambda s: s.aicc, default=None)
 
 
@@ -114,18 +114,21 @@ def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, later: np.ndarray, push: 
     return _scatter(rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
 
 
-def _e_designs(seen: Bounces, number: np.ndarray) -> list[np.ndarray]:
-    """Laws about which e scatters, from none to one that bends with speed and count; AICc takes the one that the rows bear.
+def _e_designs(seen: Bounces, impacts: Impacts) -> list[np.ndarray]:
+    """Laws about which e scatters, from none to one that bends with speed and count, with how the seed lies or without; AICc
+    takes the one that the rows bear.
 
     The speed is in steps: within a step it is what scatter of the bounce before has made it. But few bounces that lie on a
     curve of the speed itself do not scatter.
     """
     ln = np.log(seen.speed)
     step = STEP_LN_SPEED * np.round(ln / STEP_LN_SPEED)
-    one, later, slow, count = np.ones(len(step)), (number > 1) * 1.0, np.exp(-2 * step), np.minimum(number, 5)
+    one, later, slow = np.ones(len(step)), (impacts.number > 1) * 1.0, np.exp(-2 * step)
+    count, steep = np.minimum(impacts.number, 5), np.nan_to_num(impacts.steep)
     several = [one, step, later, slow, count]
     laws = ([one], [one, later], [one, step], [one, slow], [one, step, later], [one, ln, np.exp(-2 * ln)], several)
-    return [np.column_stack(law) for law in laws]
+    found = [np.column_stack(law) for law in laws]
+    return found + [np.column_stack([law, steep]) for law in found if steep.any()]
 
 
 def _kick_design(seen: Bounces, later: np.ndarray, push: Friction) -> np.ndarray:
@@ -153,9 +156,9 @@ def _blocks(impacts: Impacts, found) -> tuple[tuple[np.ndarray, np.ndarray], ...
 
 
 def _smooth(seen: Bounces, impacts: Impacts, e_rows: np.ndarray, kick_rows: np.ndarray) -> np.ndarray:
-    """(m, s): what e and the kick may depend on beyond every candidate: powers of the speed, the count."""
+    """(m, s): what e and the kick may depend on beyond every candidate: powers of the speed, the count, how the seed lies."""
     ln, count = np.log(seen.speed), np.minimum(impacts.number, 5) - 2.0
-    e = np.column_stack([ln, ln**2, seen.speed, count, count**2])[e_rows]
+    e = np.column_stack([ln, ln**2, seen.speed, count, count**2, np.nan_to_num(impacts.steep)])[e_rows]
     kick = np.column_stack([-seen.share - 0.6, count, ln])[kick_rows]
     out = np.zeros((len(e) + len(kick), e.shape[1] + kick.shape[1]))
     out[: len(e), : e.shape[1]], out[len(e) :, e.shape[1] :] = e, np.nan_to_num(kick)

@@ -9,6 +9,7 @@ from calibrate.diagnose.drop.air import G_M_S2, Air
 from calibrate.diagnose.drop.model import STARTS, predict, pushed, velocities
 from calibrate.diagnose.drop.noise_of_track import TrackNoise
 from calibrate.diagnose.drop.reduction import whitened
+from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.problem import Fit
 
 SLOWEST_M_S = 0.15  # slower contacts are hops of a seed that rolls or rocks already
@@ -38,7 +39,8 @@ class Impacts:
 
     recording (n,), number (n,): 1 for the first after release; before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise],
     NaN where not seen; flights (n, 2): which flight is before, after; flight_sd (F, 3): sd of v_x, v_z, ω of a flight; time_sd
-    [s] (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted.
+    [s] (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted; steep (n,): −cos 2α of the
+    silhouette's long axis at the contact, −1 lying, 1 on end, NaN where its angle is not seen.
     """
 
     names: tuple[str, ...]
@@ -51,6 +53,7 @@ class Impacts:
     time_sd: np.ndarray
     plumb_sd: float
     seeds: Seeds
+    steep: np.ndarray
 
     def __len__(self) -> int:
         return len(self.recording)
@@ -76,9 +79,17 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
         before=np.column_stack([speed[:count], spin[s.joint[:, 0]]]), after=np.column_stack([speed[count:], spin[s.joint[:, 1]]]),
         flight_sd=np.column_stack([_flight_sds(fit, noise), s.spin_sd]),
         time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
-        plumb_sd=math.radians(fit.sd("camera-roll")), seeds=seeds_of([t.description for t in used]),
+        plumb_sd=math.radians(fit.sd("camera-roll")), seeds=seeds_of([t.description for t in used]), steep=_steep(s),
     )  # fmt: skip
     return usable(table)
+
+
+def _steep(s: Session) -> np.ndarray:
+    """(J,) from the last row before each contact and the first after it."""
+    if not s.spin_seen:
+        return np.full(len(s.joint), np.nan)
+    ends = np.array([s.stop[s.joint[:, 0]] - 1, s.first[s.joint[:, 1]]])
+    return np.where(s.spin[s.joint].any(axis=1), -np.cos(2 * s.angle[ends]).mean(axis=0), np.nan)
 
 
 def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
@@ -116,7 +127,7 @@ def usable(impacts: Impacts) -> Impacts:
 
 def chosen(impacts: Impacts, rows: np.ndarray) -> Impacts:
     """Some of the impacts."""
-    cut = {key: getattr(impacts, key)[rows] for key in ("recording", "number", "before", "after", "flights", "time_sd")}
+    cut = {key: getattr(impacts, key)[rows] for key in ("recording", "number", "before", "after", "flights", "time_sd", "steep")}
     return replace(impacts, **cut)
 
 
@@ -149,6 +160,7 @@ def heard(names: tuple[str, ...], times: list[np.ndarray], descriptions: list[di
         names, found[:, 0].astype(int), found[:, 1].astype(int), np.column_stack([unseen, -found[:, 2], unseen]),
         np.column_stack([unseen, found[:, 3], unseen]), np.array(flights, dtype=int).reshape(-1, 2),
         np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]), np.zeros(len(found)), 0.0, seeds_of(descriptions),
+        np.full(len(found), np.nan),
     ))  # fmt: skip
 
 
@@ -156,7 +168,7 @@ def joined(parts: list[Impacts]) -> Impacts:
     """Impacts of several sessions as one table: what happens in impacts knows nothing of cameras."""
     recordings = np.cumsum([0, *(len(p.names) for p in parts)])[:-1]
     flights = np.cumsum([0, *(len(p.flight_sd) for p in parts)])[:-1]
-    arrays = ("number", "before", "after", "flight_sd", "time_sd")
+    arrays = ("number", "before", "after", "flight_sd", "time_sd", "steep")
     return Impacts(
         names=sum((p.names for p in parts), ()), **{key: np.concatenate([getattr(p, key) for p in parts]) for key in arrays},
         recording=np.concatenate([p.recording + n for p, n in zip(parts, recordings, strict=True)]),

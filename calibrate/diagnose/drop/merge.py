@@ -1,4 +1,4 @@
-"""One finding from two: flight and picture, and impacts; each has been asked at half the chance of a false alarm."""
+"""One finding from two: flight and picture, and impacts; each has been asked at its share of the chance of a false alarm."""
 
 from dataclasses import replace
 
@@ -11,8 +11,9 @@ from calibrate.diagnose.locate import Location, Sector
 NEWS_P = 0.05  # an excess more likely than this by chance is no part of what is to be explained, where another is not
 
 
-def merged(flight: Finding, above: Location, impact: Finding, below: Location) -> Finding:
-    """p: Bonferroni over both; shares of sectors in the excess of both; names of both where both are named."""
+def merged(flight: Finding, above: Location, impact: Finding, below: Location, *, share: float) -> Finding:
+    """p: Bonferroni over both, the flights having `share` of the chance; shares of sectors in the excess of both; names of both
+    where both are named."""
     told = [f for f in (flight, impact) if f.verdict != "none"]
     first, other = (flight, impact) if above.excess >= below.excess or impact.verdict == "none" else (impact, flight)
     if flight.verdict == "none" and impact.verdict != "none":
@@ -21,7 +22,7 @@ def merged(flight: Finding, above: Location, impact: Finding, below: Location) -
     both = first.verdict != "none" and other.verdict != "none"
     return replace(
         first, recordings=flight.recordings if len(flight.recordings) >= len(impact.recordings) else impact.recordings,
-        p_global=min(1.0, 2 * min(flight.p_global, impact.p_global)), alarm=flight.alarm or impact.alarm,
+        p_global=min(1.0, flight.p_global / share, impact.p_global / (1 - share)), alarm=flight.alarm or impact.alarm,
         sectors=_sectors(above, below), window=first.window or other.window, collapse=first.collapse or other.collapse,
         verdict=verdict, names=names, parameters={n: p for f in told for n, p in f.parameters.items()},
         ln_bayes_baseline=float(np.sum([f.ln_bayes_baseline for f in told])) if told else float("nan"),

@@ -168,7 +168,7 @@ def _roughness(part: dict) -> float:
 
 
 def _twice(angle: np.ndarray):
-    return (np.cos(2 * angle), np.sin(2 * angle)) if len(angle) > 60 and np.ptp(angle) > 0 else ()
+    return (np.cos(2 * angle), np.sin(2 * angle)) if len(angle) > 30 and np.ptp(angle) > 0 else ()
 
 
 def _free_part(part: dict, usual: float) -> dict | None:

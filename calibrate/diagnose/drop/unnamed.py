@@ -58,7 +58,8 @@ def _direction(part: Fit, way: str) -> np.ndarray:
 
 
 def law_of_impacts(base: Fit) -> Law | None:
-    """Restitution and kick as powers of the speed of impact, and of how many impacts there have been."""
+    """Restitution and kick as powers of the speed of impact, and of how many impacts there have been; restitution by how the
+    silhouette lies."""
     model = base.problem.model
     speed, before = model.bounces.speed, model.impacts.number - 1.0
     turned = np.abs(np.nan_to_num(model.impacts.before[:, 2])) * np.nan_to_num(
@@ -72,7 +73,23 @@ def law_of_impacts(base: Fit) -> Law | None:
         ):  # fmt: skip
             if np.ptp(values) > 0:
                 families.append(_impact(model, kind, what, quantity, values, powers))
+    if np.isfinite(model.impacts.steep[model.e_rows]).any():
+        families.append(_lying(model))
     return law_of(base, tuple(families))
+
+
+def _lying(model) -> Family:
+    """−cos 2α, α of the silhouette's long axis."""
+    steep = np.nan_to_num(model.impacts.steep)[model.e_rows]
+
+    def columns(exponents: np.ndarray) -> np.ndarray:
+        return np.concatenate([steep, np.zeros(len(model.kick_rows))]) * np.ones((len(exponents), 1))
+
+    def say(rises: bool, power: str) -> str:
+        more = "greater" if rises else "less"
+        return f"the restitution is {more} for a silhouette on end than for one that lies, in impacts only"
+
+    return Family("e steepness", say, columns, (1.0,))
 
 
 def _impact(model, kind: str, what: str, quantity: str, values: np.ndarray, powers: tuple[float, ...]) -> Family:

@@ -11,9 +11,10 @@ from falling import Bench, G, tracks
 from calibrate.diagnose.decide import Candidate, Verdict
 from calibrate.diagnose.drop.air import Air
 from calibrate.diagnose.drop.bounce import bounces_of
-from calibrate.diagnose.drop.diagnose import diagnose_drop
+from calibrate.diagnose.drop.diagnose import FLIGHTS, diagnose_drop
 from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, settled
 from calibrate.diagnose.drop.impacts import Impacts, chosen, heard, seeds_of
+from calibrate.diagnose.drop.merge import merged
 from calibrate.diagnose.drop.scatter import scatter_of
 from calibrate.diagnose.effects.drop import impact_damage
 from calibrate.diagnose.effects.drop.impact import FALLING
@@ -161,6 +162,7 @@ def test_restitution_of_a_central_impact_is_that_of_the_point_of_contact():
     table = Impacts(
         ("a",), np.zeros(4, dtype=int), np.ones(4, dtype=int), np.array(before), np.array(after),
         np.column_stack([np.arange(count), np.arange(count) + 1]), np.zeros((count + 1, 3)), none, 0.0, seeds_of([{"seed": SOY}]),
+        none,
     )  # fmt: skip
     seen = bounces_of(table, 0.19)
     plain = table.after[:, 1] / 2.0
@@ -178,8 +180,9 @@ def test_a_badly_seen_spin_makes_the_restitution_of_a_long_seed_uncertain():
         sds = np.column_stack([np.zeros((8, 2)), np.full(8, sd)])
         one = np.ones(4, dtype=int)
         table = Impacts(
-            ("a",), 0 * one, one, before + turned[0], after + turned[1], flights, sds, np.zeros(4), 0.0, seeds_of([{"seed": SOY}])
-        )
+            ("a",), 0 * one, one, before + turned[0], after + turned[1], flights, sds, np.zeros(4), 0.0,
+            seeds_of([{"seed": SOY}]), np.zeros(4),
+        )  # fmt: skip
         return bounces_of(table, long)
 
     redrawn = [seen(sd * rng.normal(size=(2, 4, 1)) * [0, 0, 1], 0.19).e for _ in range(2000)]
@@ -218,7 +221,8 @@ def repeated(scatter, rng):
     before, after = np.column_stack([nil, -speed, unseen]), np.column_stack([nil, e * speed, unseen])
     sds = np.tile([5e-4, 5e-4, np.nan], (12, 1))
     about = seeds_of([{"seed": STATED_BALL}] * 3)
-    return Impacts(tuple("abc"), np.repeat(np.arange(3), 2), np.tile([1, 2], 3), before, after, flights, sds, nil, 0.0, about)
+    number = np.tile([1, 2], 3)
+    return Impacts(tuple("abc"), np.repeat(np.arange(3), 2), number, before, after, flights, sds, nil, 0.0, about, unseen)
 
 
 def test_bounces_that_repeat_each_other_scatter_little_however_few():
@@ -242,6 +246,37 @@ def test_what_two_bounces_of_a_ball_have_in_common_is_no_scatter():
     ball = told(STATED_BALL | {"thickness_mm": 6.96})
     assert ball.alarm and impact_damage.EFFECT.name in ball.names
     assert not told(SOY).alarm
+
+
+def lying(slope, rng):
+    """Eight drops of a seed, three bounces each: e rises by `slope` to a silhouette on end, and scatters by .004."""
+    size, count = 24, 3
+    steep = rng.uniform(-1, 1, size)
+    e, number = 0.5 + slope * steep + 0.004 * rng.normal(size=size), np.tile(np.arange(1, count + 1), 8)
+    speed = np.array([1.5, 0.75, 0.38])[number - 1] * (1 + 0.02 * rng.normal(size=size))
+    nil, unseen, flights = np.zeros(size), np.full(size, np.nan), np.arange(2 * size).reshape(size, 2)
+    before, after = np.column_stack([nil, -speed, unseen]), np.column_stack([nil, e * speed, unseen])
+    sds, about = np.tile([5e-4, 5e-4, np.nan], (2 * size, 1)), seeds_of([{"seed": STATED_BALL | {"thickness_mm": 6.6}}] * 8)
+    return Impacts(tuple("abcdefgh"), np.repeat(np.arange(8), 3), number, before, after, flights, sds, nil, 0.0, about, steep)
+
+
+def test_a_restitution_that_depends_on_how_the_seed_lies_has_no_name_and_its_law_is_said():
+    """As controls none where it does not, and none where nobody saw how the seed lay."""
+    tilted = lying(0.03, np.random.default_rng(4))
+    found, _ = diagnose_impacts(tilted, np.random.default_rng(0))
+    assert found.alarm and found.verdict == "unknown" and "greater for a silhouette on end" in found.law
+    even = [lying(0.0, np.random.default_rng(seed)) for seed in range(8)]
+    for quiet in (replace(tilted, steep=np.full(24, np.nan)), *even):
+        assert not diagnose_impacts(quiet, np.random.default_rng(0))[0].alarm
+
+
+def test_a_few_bounces_need_not_be_as_sure_as_a_thousand_rows():
+    """The chance of a false alarm is shared out: a quarter for flights, half for laws of impact, a quarter for shape."""
+    found, where = diagnose_impacts(repeated(0.001, np.random.default_rng(2)), np.random.default_rng(0))
+    flown = replace(found, verdict="none", names=(), alarm=False, p_global=0.004, curves=(), candidates=())
+    both = merged(flown, where, replace(found, p_global=0.003), where, share=FLIGHTS)
+    assert both.p_global == pytest.approx(0.003 / 0.75) and both.alarm
+    assert merged(replace(flown, p_global=5e-4), where, found, where, share=FLIGHTS).p_global <= 5e-4 / 0.25
 
 
 def test_last_hops_of_a_dozen_rows_show_a_film():
