@@ -5,7 +5,7 @@ The rigs differ in how they predict; from here on they are all alike.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -62,7 +62,8 @@ class Problem:
 @dataclass(frozen=True, eq=False)
 class Fit:
     """prior_sd (G,) with which each global was held (0: fixed at nil); values (G,), covariance (G, G); starts: the locals; χ²
-    with its degrees of freedom, prior terms included; reduced: one a recording."""
+    with its degrees of freedom, prior terms included; reduced: one a recording. known: what was worked out from here, by what was
+    asked: the same few models answer many questions."""
 
     problem: Problem
     prior_sd: np.ndarray
@@ -71,6 +72,7 @@ class Fit:
     starts: np.ndarray
     chi2: float
     reduced: tuple[Reduced, ...]
+    known: dict = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,16 +94,26 @@ class Fit:
 
 def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = None) -> Fit:
     """From `start`, from elsewhere, or from the problem's own start where there is none or it leads nowhere; `free`: candidates
-    with their physical prior."""
-    nil = np.zeros(len(problem.names))
-    found = _descended(problem, free, *((start.starts, start.values) if start else (problem.starts, nil)))
-    if start is None or not free:
+    with their physical prior. The same again from the same start is no work."""
+    if start is None:
+        known: dict = {}
+        return replace(_descended(problem, free, problem.starts, np.zeros(len(problem.names)), known), known=known)
+    asked = problem, frozenset(free), start.starts.tobytes(), start.values.tobytes()
+    if asked not in start.known:
+        start.known[asked] = _best_of(problem, free, start)
+    return start.known[asked]
+
+
+def _best_of(problem: Problem, free: tuple[str, ...], start: Fit) -> Fit:
+    found = _descended(problem, free, start.starts, start.values, start.known)
+    if not free:
         return found
     wide = np.isin(problem.names, [n for effect in free for n in problem.columns_of(effect)])
     points = [point for point in problem.elsewhere if point[1][wide].any()]
     if not found.chi2 < POOR * problem.freedom or _strain(found, ~wide) > STRAINED:
-        points.append((problem.starts, nil))
-    return min([found, *(_descended(problem, free, *point) for point in points)], key=lambda f: _beside_range(f, free))
+        points.append((problem.starts, np.zeros(len(problem.names))))
+    others = [_descended(problem, free, *point, start.known) for point in points]
+    return min([found, *others], key=lambda f: _beside_range(f, free))
 
 
 def _strain(found: Fit, held: np.ndarray) -> float:
@@ -117,15 +129,19 @@ def _beside_range(found: Fit, free: tuple[str, ...]) -> float:
     return found.chi2 + (0.0 if possible else OUTSIDE) if np.isfinite(found.chi2) else np.inf
 
 
-def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, values: np.ndarray) -> Fit:
+def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, values: np.ndarray, known: dict) -> Fit:
+    """`known` has, or gets, the reduced space where it begins, which is that of every other fit from there."""
     wide = {n for effect in free for n in problem.columns_of(effect)}
-    known = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
+    usual = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
-    prior = np.hypot(known, physical)
+    prior = np.hypot(usual, physical)
     values = values * (prior > 0)
     lowest, good = np.inf, (starts, values)
-    for _ in range(problem.turns):
-        there, solve_there = problem.reduce(starts, values)
+    begun = problem.reduce, starts.tobytes(), values.tobytes()
+    if begun not in known:
+        known[begun] = problem.reduce(starts, values)
+    for turn in range(problem.turns):
+        there, solve_there = problem.reduce(starts, values) if turn else known[begun]
         here = _misfit(there, values, prior)
         refused = np.isfinite(lowest) and not here < lowest + max(1.0, 1e-3 * lowest)
         if refused:  # too long a step, NaN included: half of it

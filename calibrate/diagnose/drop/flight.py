@@ -8,6 +8,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 POINTS = 16
+TURNS = 60
+SMALL_M_S = 1e-6  # for derivatives
 NODES = -np.cos(np.pi * np.arange(POINTS) / (POINTS - 1))
 _TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, POINTS - 1))
 _ONCE = np.array([chebyshev.chebint(c, lbnd=0) for c in _TO_COEFFICIENTS.T])  # (points, degree): ∫₀ of each cardinal function
@@ -21,14 +23,33 @@ def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
     force(velocity (F, POINTS, 2)) → acceleration. Iterates until nothing moves by 1e-10 m/s (drag of light balls: 20 turns).
     """
     velocity = np.repeat(speeds[:, None, :], POINTS, axis=1)
-    for _ in range(60):
+    for _ in range(TURNS):
         now = force(velocity)
-        after = speeds[:, None, :] + half[:, None, None] * np.einsum("ij,fjc->fic", _SPEEDS_AT_NODES, now)
+        after = speeds_at_nodes(speeds, half, now)
         moved = np.abs(after - velocity).max()
         velocity = after
         if moved < 1e-10:
             break
     return force(velocity)
+
+
+def changes(velocity: np.ndarray, half: np.ndarray, force, speeds: np.ndarray, direct: np.ndarray) -> np.ndarray:
+    """By how much a (K, F, POINTS, 2) changes where the speeds in the middle do by `speeds` (K, F, 2) and the force, at the same
+    `velocity` (F, POINTS, 2), by `direct` (K, F, POINTS, 2): the derivative of `accelerations`."""
+    now = force(velocity)
+    slopes = [(force(velocity + small) - now) / SMALL_M_S for small in SMALL_M_S * np.eye(2)]
+    out = direct
+    for _ in range(TURNS):
+        moved = speeds_at_nodes(speeds, half, out)
+        before, out = out, direct + moved[..., :1] * slopes[0] + moved[..., 1:] * slopes[1]
+        if np.abs(out - before).max() <= 1e-9 * np.abs(out).max():
+            break
+    return out
+
+
+def speeds_at_nodes(speeds: np.ndarray, half: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Velocities (…, F, POINTS, 2) of flights that pass their middle with `speeds` (…, F, 2)."""
+    return speeds[..., None, :] + half[:, None, None] * (_SPEEDS_AT_NODES @ push)
 
 
 def shift_basis(tau: np.ndarray, half: np.ndarray) -> np.ndarray:
@@ -45,5 +66,4 @@ def positions_at_nodes(starts: np.ndarray, half: np.ndarray, push: np.ndarray) -
     """Places and velocities (F, POINTS, 2) at the nodes, for starts (F, ≥ 4: x, z, v_x, v_z) and accelerations `push`."""
     tau = half[:, None, None] * NODES[None, :, None]
     shift = np.einsum("ij,fjc->fic", chebyshev.chebvander(NODES, POINTS + 1) @ _TWICE.T, push) * half[:, None, None] ** 2
-    speed = np.einsum("ij,fjc->fic", _SPEEDS_AT_NODES, push) * half[:, None, None]
-    return starts[:, None, :2] + starts[:, None, 2:4] * tau + shift, starts[:, None, 2:4] + speed
+    return starts[:, None, :2] + starts[:, None, 2:4] * tau + shift, speeds_at_nodes(starts[:, 2:4], half, push)

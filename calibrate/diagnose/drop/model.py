@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.flight import accelerations, shift_basis, speed_basis
+from calibrate.diagnose.drop.flight import accelerations, changes, shift_basis, speed_basis, speeds_at_nodes
 from calibrate.diagnose.drop.nuisances import NUISANCES
 from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.effects.drop import EFFECTS, drag, perspective
@@ -52,7 +52,10 @@ class Model:
 
 
 STARTS = 7  # numbers of a start
-FELT = (2, 3, 4)  # those of them on which the forces depend
+FELT = (2, 3, 4)  # those of them on which the forces depend: v_x, v_z, v_y²
+NEARING = (5, 6)  # those that show where a distance is stated: y, v_y
+SPIN = "own spin"
+SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [m²/s²]
 NEAREST = 0.5  # of the way to the camera: no seed comes nearer
 
 
@@ -95,10 +98,15 @@ def rate_of(values: dict[str, float]) -> float:
 
 
 def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """Places (n, 2) [m] in the plane of the scale, of seeds that are y + v_y τ nearer: r → r/(1 − (y + v_y τ)/distance) about
-    the middle of the view. Another middle would all but move them evenly."""
+    """Places (n, 2) [m] in the plane of the scale, of seeds that are y + v_y τ nearer: they grow by `growth` about the middle of
+    the view. Another middle would all but move them evenly."""
+    return session.view.middle + (true - session.view.middle) * growth(session, starts, flight, tau)
+
+
+def growth(session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """1/(1 − (y + v_y τ)/distance) (n, 1)."""
     share = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[session.recording[flight]]
-    return session.view.middle + (true - session.view.middle) / (1 - np.minimum(share, NEAREST))[:, None]
+    return 1 / (1 - np.minimum(share, NEAREST))[:, None]
 
 
 def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarray:
@@ -111,9 +119,54 @@ def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarr
     return true
 
 
+def picture_slopes(true: np.ndarray, view: View, values: dict[str, float], step: dict[str, float]):
+    """Places (n, 2) as the camera shows them, and by how much (2, n) one more of x, of z and of each of its laws moves them."""
+    view = replace(view, ruler=values.get(perspective.RULER, 0.0))
+    slopes = {"x": np.array([[1.0], [0.0]]), "z": np.array([[0.0], [1.0]])}
+    for name, value in values.items():
+        picture = LAWS[name].picture
+        if picture is None:
+            continue
+        seen = picture(true, view, value)
+        if value:
+            turned = np.array([(picture(true + small, view, value) - seen).T for small in SMALL_M * np.eye(2)]) / SMALL_M
+            slopes = {n: moved[0] * turned[0] + moved[1] * turned[1] for n, moved in slopes.items()}
+        slopes[name] = np.ascontiguousarray((picture(true, view, value + step[name]) - seen).T) / step[name]
+        if name == perspective.EFFECT.name:
+            higher = replace(view, ruler=view.ruler + step[perspective.RULER])
+            slopes[perspective.RULER] = np.ascontiguousarray((picture(true, higher, value) - seen).T) / step[perspective.RULER]
+        true = seen
+    return true, slopes
+
+
 def pushed(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
     """Accelerations (F, POINTS, 2) at the flights' nodes, per stated second squared."""
     return accelerations(starts[:, 2:4], model.session.half, forces(model, values, starts[:, 4]))
+
+
+def push_slopes(model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray, step: dict[str, float]) -> dict:
+    """How `push` changes (F, POINTS, 2) with FELT of a start, with each global that acts in flight by its name, and, where spin
+    pushes, with SPIN, one sd of all flights' own; step: of each global, for the derivative."""
+    s = model.session
+    velocity = speeds_at_nodes(starts[:, 2:4], s.half, push)
+
+    def force(model: Model = model, values: dict[str, float] = values, aside_square: np.ndarray = starts[:, 4]) -> np.ndarray:
+        return forces(model, values, aside_square)(velocity)
+
+    now, nil = force(), np.zeros_like(push)
+    aside = (force(aside_square=starts[:, 4] + SMALL_SQUARE) - now) / SMALL_SQUARE
+    direct: dict[int | str, np.ndarray] = dict(zip(FELT, (nil, nil, aside), strict=True))
+    direct |= {n: (force(values=values | {n: values[n] + step[n]}) - now) / step[n] for n in values if not _pictures(n)}
+    if "magnus" in values:
+        direct[SPIN] = force(replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))) - now
+    speeds = np.zeros((len(direct), len(starts), 2))
+    speeds[0, :, 0] = speeds[1, :, 1] = 1.0
+    found = changes(velocity, s.half, forces(model, values, starts[:, 4]), speeds, np.array(list(direct.values())))
+    return dict(zip(direct, found, strict=True))
+
+
+def _pictures(name: str) -> bool:
+    return LAWS[name].picture is not None or name == perspective.RULER
 
 
 def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
@@ -154,21 +207,26 @@ def velocities(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
     return starts[at.flight, 2:4] + np.einsum("np,npc->nc", at.speed, push[at.flight])
 
 
-def predict(
-    model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated. push: the
-    accelerations, where they are known already."""
-    s = model.session
-    push = pushed(model, starts, values) if push is None else push
-    true = nearer(places(model.rows, starts, push), s, starts, model.rows.flight, model.rows.tau)
-    seen = pictured(true, s.view, values)
+def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """What the camera reads (n, 2) [m]; side conditions (J + R,) over their sds: contacts join, falls are as stated."""
+    push, rows = pushed(model, starts, values), model.rows
+    true = nearer(places(rows, starts, push), model.session, starts, rows.flight, rows.tau)
+    return pictured(true, model.session.view, values), sides(model, starts, push, rate_of(values))
+
+
+def sides(model: Model, starts: np.ndarray, push: np.ndarray, rate: float) -> np.ndarray:
+    """(J + R,), see `predict`."""
+    count = len(model.session.joint)
     touch = places(model.contacts, starts, push)
-    count = len(s.joint)
+    joined = (touch[count:, 0] - touch[:count, 0]) / joint_sds(model, starts, push)
+    return np.concatenate([joined, _falls(model, starts, push, touch[:count], rate)])
+
+
+def joint_sds(model: Model, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """(J,) [m]: how well a seed's place across is the same before and after a contact."""
+    s, count = model.session, len(model.session.joint)
     speed = velocities(model.contacts, starts, push)[:, 0]
-    kick = np.abs(speed[count:] - speed[:count])
-    joined = (touch[count:, 0] - touch[:count, 0]) / (joint_sd(s) + 0.3 * s.frame_s * kick)
-    return seen, np.concatenate([joined, _falls(model, starts, push, touch[:count], rate_of(values))])
+    return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[count:] - speed[:count])
 
 
 def joint_sd(session: Session) -> float:

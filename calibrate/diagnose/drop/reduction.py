@@ -11,13 +11,29 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from calibrate.diagnose.drop.flight import POINTS
-from calibrate.diagnose.drop.model import FELT, LAWS, STARTS, Model, predict, pushed
+from calibrate.diagnose.drop.model import (
+    LAWS,
+    NEARING,
+    SMALL_M,
+    SPIN,
+    STARTS,
+    Model,
+    growth,
+    joint_sds,
+    nearer,
+    picture_slopes,
+    places,
+    push_slopes,
+    pushed,
+    rate_of,
+    sides,
+)
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
-from calibrate.diagnose.drop.sides import pushed_sides, side_rows, unseen_rows
+from calibrate.diagnose.drop.sides import pushed_sides, side_rows, touching, unseen_rows
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
 
-STEPS = (1e-6, 1e-6, 1e-6, 1e-6, 1e-3, 1e-4, 1e-3)  # of a start
+STEP = 1e-3  # of a global's prior sd, for derivatives
 SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
 
 
@@ -37,36 +53,52 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
 def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
     """Triangle of each flight's whitened rows [locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
     rows. There is no column of spin where none was seen."""
-    s, names = model.session, model.names
-    at = dict(zip(names, values, strict=True))
+    s, at = model.session, dict(zip(model.names, values, strict=True))
+    step = {n: STEP * LAWS[n].prior_sd for n in at}
     push = pushed(model, starts, at)
-    seen, side = predict(model, starts, at, push)
-    columns, side_columns = [], []
-    for p, step in enumerate(STEPS):
-        moved = starts.copy()
-        moved[:, p] += step
-        columns.append((predict(model, moved, at, None if p in FELT else push)[0] - seen) / step)
-    for name, value in at.items():
-        step = 1e-3 * LAWS[name].prior_sd
-        there, over = predict(model, starts, at | {name: value + step}, push if LAWS[name].picture else None)
-        columns.append((there - seen) / step)
-        side_columns.append((over - side) / step)
-    columns += list(_pushed_rows(model, pushes))
-    side_columns += [pushed_sides(model, starts, at, push) for push in pushes]
-    own = _own_spins(model, starts, at) if "magnus" in at else None
-    if own:
-        columns.append(own[0])
-    jacobian = np.stack([*columns, s.places - seen], axis=-1)  # (n, 2, locals + G + K (+ 1) + 1)
-    triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian)]
-    return triangles, side_rows(model, starts, at, np.array(side_columns).T, side, own[1] if own else None)
+    driven = push_slopes(model, starts, at, push, step)
+    spun = [driven.pop(SPIN)] if SPIN in driven else []
+    seen, columns = row_slopes(model, starts, at, push, driven, step)
+    columns += list(_pushed_rows(model, np.array([*pushes, *spun]).reshape(-1, *push.shape)))
+    jacobian = np.stack([*columns, (s.places - seen).T], axis=-1)  # (2, n, locals + G + K (+ 1) + 1)
+    triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian.swapaxes(0, 1))]
+    side, side_columns = side_slopes(model, starts, at, push, driven, step)
+    sds = joint_sds(model, starts, push)
+    side_columns += [pushed_sides(model, sds, push) for push in pushes]
+    own = sum((touching(model, push) for push in spun), np.zeros(2 * len(s.joint)))
+    return triangles, side_rows(model, starts, at, sds, np.array(side_columns).T, side, own)
 
 
-def _own_spins(model: Model, starts: np.ndarray, at: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Where one sd more of its own spin moves each flight's rows (n, 2), and its place across at the contacts (2 J,)."""
-    s, still = model.session, pushed(model, starts, at)
-    faster = replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))
-    push = pushed(faster, starts, at) - still
-    return _pushed_rows(model, push[None])[0], np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
+def side_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, driven: dict, step: dict):
+    """Side conditions (J + R,), and how they change with each global; driven: how `push` does (push_slopes)."""
+    side = sides(model, starts, push, rate_of(at))
+    slopes = [np.zeros_like(side) for _ in at]
+    for k, n in enumerate(at):
+        if n in driven:
+            rate = rate_of(at | {n: at[n] + step[n]})
+            slopes[k] = (sides(model, starts, push + step[n] * driven[n], rate) - side) / step[n]
+    return side, slopes
+
+
+def row_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, driven: dict, step: dict):
+    """What the camera reads (n, 2), and how that changes (2, n) with the numbers of each flight's start and with each global."""
+    s, rows = model.session, model.rows
+    level = places(rows, starts, push)
+    true = nearer(level, s, starts, rows.flight, rows.tau)
+    seen, slopes = picture_slopes(true, s.view, at, step)
+    carried = dict(zip(driven, _pushed_rows(model, np.array(list(driven.values()))), strict=True))
+    grown = growth(s, starts, rows.flight, rows.tau)[:, 0]
+
+    def shown(moved: np.ndarray) -> np.ndarray:
+        return moved[0] * slopes["x"] + moved[1] * slopes["z"]
+
+    across, up = np.eye(2)[:, :, None]
+    moves = [across, up, rows.tau * across + carried[2], rows.tau * up + carried[3], carried[4]]
+    columns = [shown(grown * moved) for moved in moves]
+    for p in NEARING:
+        moved = starts + SMALL_M * (np.arange(STARTS) == p)
+        columns.append(shown((nearer(level, s, moved, rows.flight, rows.tau) - true).T) / SMALL_M)
+    return seen, columns + [slopes[n] if n in slopes else shown(grown * carried[n]) for n in at]
 
 
 def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
@@ -94,13 +126,9 @@ def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
 
 
 def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
-    """(K, n, 2): where accelerations (K, F, POINTS, 2) move the rows."""
-    s = model.session
-    parts = [
-        np.einsum("np,kpc->knc", model.rows.shift[a:b], pushes[:, f], optimize=True)
-        for f, (a, b) in enumerate(zip(s.first, s.stop))
-    ]
-    return np.concatenate(parts, axis=1)
+    """(K, 2, n): where accelerations (K, F, POINTS, 2) move the rows."""
+    parts = [np.einsum("np,kpc->kcn", model.rows.shift[a:b], pushes[:, f], optimize=True) for f, a, b in model.rows.runs]
+    return np.concatenate(parts, axis=2)
 
 
 def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):

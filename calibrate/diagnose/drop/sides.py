@@ -5,32 +5,28 @@ import math
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, Model, joint_sd, pushed, rate_of, velocities
+from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, Model, rate_of
 
 ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
 DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
 
 
-def joint_sds(model: Model, starts: np.ndarray, at: dict) -> np.ndarray:
-    """(J,) [m]: how well a seed's place across is the same before and after a contact."""
-    s = model.session
-    push = pushed(model, starts, at)
-    speed = velocities(model.contacts, starts, push)[:, 0]
-    return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[len(s.joint) :] - speed[: len(s.joint)])
+def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Change of the side conditions (J + R,) by an acceleration, `sds` being `joint_sds`; stated falls are too loose (1 mm) to
+    notice."""
+    count, touch = len(model.session.joint), touching(model, push)
+    return np.concatenate([(touch[count:] - touch[:count]) / sds, np.zeros(len(model.session.names))])
 
 
-def pushed_sides(model: Model, starts: np.ndarray, at: dict, push: np.ndarray) -> np.ndarray:
-    """Change of the side conditions (J + R,) by an acceleration; stated falls are too loose (1 mm) to notice."""
-    count = len(model.session.joint)
-    touch = np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
-    return np.concatenate([(touch[count:] - touch[:count]) / joint_sds(model, starts, at), np.zeros(len(model.session.names))])
+def touching(model: Model, push: np.ndarray) -> np.ndarray:
+    """(2 J,) [m]: how far across an acceleration moves seeds at their contacts."""
+    return np.einsum("np,np->n", model.contacts.shift, push[model.contacts.flight, :, 0])
 
 
-def side_rows(model: Model, starts: np.ndarray, at: dict, side_columns: np.ndarray, side: np.ndarray, spun: np.ndarray | None):
+def side_rows(model: Model, starts: np.ndarray, at: dict, sds: np.ndarray, side_columns: np.ndarray, side, spun: np.ndarray):
     """Rows (recording, {flight: entries of its x, z, v_x, v_z, and its spin's}, globals (G,), right side) of contacts, falls."""
     s = model.session
-    spun = np.zeros(2 * len(s.joint)) if spun is None else spun
-    count, rows, sds = len(s.joint), [], joint_sds(model, starts, at)
+    count, rows = len(s.joint), []
     for j, (before, after) in enumerate(s.joint):
         sd = sds[j]
         taus = model.contacts.tau[[j, count + j]]

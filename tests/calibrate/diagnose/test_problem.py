@@ -1,5 +1,7 @@
 """The fit of any problem, on one that bends: a valley."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,3 +35,14 @@ def test_a_fit_ends_where_nothing_is_left_to_take():
     seen: list = []
     assert fit(valley(20, seen, bent=0.0)).values[0] == pytest.approx(3.0) and len(seen) == 2
     assert fit(valley(60)).values == pytest.approx([3.0, 9.0], rel=1e-2)
+
+
+def test_what_was_asked_once_is_known():
+    """The same from the same start is the same fit; of another problem with the same space, only where it begins is known."""
+    seen: list = []
+    problem = valley(20, seen, bent=0.0)
+    base = fit(problem)
+    again = fit(problem, start=base)
+    assert len(seen) == 3 and fit(problem, start=base) is again and len(seen) == 3
+    held = fit(replace(problem, known_sd={"x": 1.0, "y": 1e3}), start=base)
+    assert held.values[0] == pytest.approx(1.5) and seen[3:] == [tuple(held.values)]
