@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calibrate.diagnose.decide import LN_BF_BASELINE, Verdict
+from calibrate.diagnose.decide import LN_BF_BASELINE, LN_BF_RIVAL, Verdict
 from calibrate.diagnose.effects.slide.stribeck import SPEED
 from calibrate.diagnose.finding import Finding, Parameter, finding_of
 from calibrate.diagnose.locate import Location, Sector, locate
@@ -12,7 +12,7 @@ from calibrate.diagnose.name import name
 from calibrate.diagnose.problem import Fit, fit
 from calibrate.diagnose.scores import ln_evidence
 from calibrate.diagnose.slide.law import law_of
-from calibrate.diagnose.slide.model import Model, candidates
+from calibrate.diagnose.slide.model import RIVAL, Model, candidates
 from calibrate.diagnose.slide.problem import Prepared, begin, begin_with_jump, prepare, problem_of
 from calibrate.diagnose.slide.readings import SPACING_SD, grid_of
 from calibrate.diagnose.slide.scan import vibration
@@ -25,6 +25,7 @@ GENTLE_M_S2 = 0.03  # a vibration of less than the runs' friction scatters by
 CERTAIN_P = 1e-9  # of stairs that a column or a list of readings shows by itself
 FADES = "friction that fades over the first few mm/s, by less, fits as well: a tenth of the tilt rate and more frames would tell"
 STILL = "the block moves as on a plate that stands still under a weight that turns: so it is simulated now and then"
+HINGE = "the way from the plate's hinge to the block (start_mm), and the same slide at three times the tilt rate"
 UNHEARD = "no ripple is heard: the vibration is told from how early and fast the block lets go; raised by hand it should not"
 
 
@@ -38,7 +39,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     if told.verdict.verdict != "none" and not alone:
         told = _or_still(prepared, told, steps is not None, rng)
     verdict = Verdict("none", (), alone.p, (), float("nan"), None) if alone else told.verdict
-    law = law_of(told.base) if verdict.verdict == "unknown" else None
+    law = law_of(_without_rival(told)) if verdict.verdict == "unknown" else None
     notes = prepared.session.notes + ((STILL,) if not told.base.problem.model.turning else ())
     notes += (UNHEARD,) if SHAKEN in verdict.names and not shaken else ()
     notes += (FADES,) if {"kinetic-friction", "stribeck"} <= set(verdict.names) else ()
@@ -71,7 +72,11 @@ def _told(base: Fit, rng: np.random.Generator) -> Told:
 
 
 def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Generator) -> Told:
-    """Where no hinge is stated: the same on a plate that stands still, if that misses nothing, or explains clearly more."""
+    """Where no hinge is stated: the same on a plate that stands still, if that misses nothing, or fits clearly better.
+
+    At one rate the plate's turning does what friction that grows with speed does, and costs no parameter: where a plate that
+    stands still has more evidence for that alone, what either names is a class.
+    """
     runs, base = prepared.session.runs, told.base
     if not runs or any(run.from_hinge for run in runs):
         return told
@@ -80,8 +85,29 @@ def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Genera
     if not better and told.verdict.verdict != "unknown":
         return told
     still = _told(other, rng)
-    taken = still.verdict.verdict == "none" or still.ln_evidence > told.ln_evidence + LN_BF_BASELINE
-    return still if taken else told
+    more = still.ln_evidence - told.ln_evidence
+    if still.verdict.verdict == "none" or (more > LN_BF_BASELINE and _best(still).chi2 < _best(told).chi2 - 2 * LN_BF_RIVAL):
+        return still
+    if told.verdict.verdict != "name" or more < -LN_BF_RIVAL or set(told.verdict.names) == set(still.verdict.names):
+        return told
+    names = tuple(dict.fromkeys((*told.verdict.names, *still.verdict.names)))
+    return replace(told, verdict=replace(told.verdict, verdict="class", names=names, next_record=HINGE))
+
+
+def _most_evident(told: Told) -> tuple[str, ...]:
+    """Of all that was fitted."""
+    return max(told.verdict.candidates, key=lambda c: c.ln_bayes).names
+
+
+def _best(told: Told) -> Fit:
+    return fit(told.base.problem, free=_most_evident(told), start=told.base)
+
+
+def _without_rival(told: Told) -> Fit:
+    """What a law without a name stands beside: the baseline with the effects that the rival outside the library needs too."""
+    names = _most_evident(told)
+    known = tuple(n for n in names if n != RIVAL.name)
+    return fit(told.base.problem, free=known, start=told.base) if known and known != names else told.base
 
 
 def fitted(prepared: Prepared, model: Model, steps: bool = False) -> Fit:

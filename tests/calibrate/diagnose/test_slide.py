@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from sliding import Bench, G, readings, slides
 
-from calibrate.diagnose.decide import ALPHA
+from calibrate.diagnose.decide import ALPHA, Candidate, Verdict
 from calibrate.diagnose.effects.slide import plate_vibration, stribeck
-from calibrate.diagnose.slide import motion
+from calibrate.diagnose.slide import diagnose, motion
 from calibrate.diagnose.slide.diagnose import diagnose_slide, fitted
 from calibrate.diagnose.slide.model import Model, candidates
 from calibrate.diagnose.slide.motion import LAWS, Laws, friction_at, mark_of, travel
@@ -135,6 +135,7 @@ def test_what_friction_grows_with_is_told_beside_friction_lost_at_once(friction,
     bench = replace(LIGHT, static=0.0015, friction=friction, rates=(1.0, 5.0), noise_mm=0.02)
     finding = found(bench, 3, count=4)
     assert finding.verdict == verdict and set(finding.names) == names
+    assert names or "with the way slid to the power 1 " in finding.law  # beside the friction that is lost at once
 
 
 def test_the_shape_of_fading_friction_has_no_kink():
@@ -159,6 +160,25 @@ def test_a_weight_that_turns_about_a_still_plate_is_no_news():
     finding = found(still, 1, count=2)  # one at each rate
     assert finding.verdict == "none" and any("stands still" in note for note in finding.notes)
     assert found(replace(still, hinge_stated=True), 1, count=2).alarm
+
+
+def test_what_a_plate_that_turns_and_one_that_stands_still_call_by_two_names_is_a_class(monkeypatch):
+    """At one rate a plate's turning is friction that grows with speed: that it takes no parameter is no proof of it."""
+    still = replace(LIGHT, turns=False, hinge_stated=False, rates=(4.0,), noise_mm=0.02)
+    prepared = prepare(assemble(slides(still, 3, np.random.default_rng(1))))
+    base = fitted(prepared, Model(prepared.session, 0.0, candidates(prepared.session)))
+    both, one = ("kinetic-friction", "viscous-sliding"), ("kinetic-friction",)
+
+    def told(fit, names, evidence):
+        best = Candidate(names, (0.0,), (0.0,), 20.0, 1.0, 0.1, 1.0, 0.5, ())
+        return diagnose.Told(fit, None, Verdict("name", names, 1e-9, (best,), 9.0, None), evidence)
+
+    def verdict(more):
+        monkeypatch.setattr(diagnose, "_told", lambda fit, rng: told(fit, one, 100.0 + more))
+        return diagnose._or_still(prepared, told(base, both, 100.0), False, np.random.default_rng(0)).verdict
+
+    assert verdict(6.0).verdict == "class" and verdict(6.0).names == both and "start_mm" in verdict(6.0).next_record
+    assert verdict(-6.0).verdict == "name" and verdict(-6.0).names == both
 
 
 def test_what_one_rate_and_one_load_cannot_tell_is_a_class():

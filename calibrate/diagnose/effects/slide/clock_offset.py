@@ -10,6 +10,6 @@ def true_time(time_s: float, value: float) -> float:
 
 EFFECT = Effect(
     name="clock-offset", sector="measurement", unit="s", meaning="tilt stamp minus picture stamp", prior_sd=0.7, low=-20.0,
-    high=20.0, source="offset of the angle ∝ tilt rate", twins=("angle-offset", "adhesion", "partial-rolling"),
+    high=20.0, source="offset of the angle ∝ tilt rate", twins=("angle-offset", "adhesion", "partial-rolling", "viscous-sliding"),
     separating="the same slide at three times the tilt rate: a clock's error in angle grows with the rate, a sensor's does not",
 )  # fmt: skip

@@ -13,6 +13,7 @@ def share(value: float) -> float:
 
 EFFECT = Effect(
     name="partial-rolling", sector="sliding", unit="1", meaning="added inertia over mass", prior_sd=0.2, low=0.0, high=1.0,
-    source="a seed that comes loose rolls: I/mr² = 2/5 of a ball", twins=("angle-offset", "clock-offset", "adhesion"),
+    source="a seed that comes loose rolls: I/mr² = 2/5 of a ball",
+    twins=("angle-offset", "clock-offset", "adhesion", "viscous-sliding"),
     separating="the same block filmed from the side with a mark on it, and a ruler in the picture: turning against scale",
 )  # fmt: skip

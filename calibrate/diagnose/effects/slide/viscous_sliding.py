@@ -13,6 +13,6 @@ def friction(speed: float, value: float) -> float:
 
 EFFECT = Effect(
     name="viscous-sliding", sector="sliding", unit="s/m", meaning="slope of mu on speed", prior_sd=0.15, low=0.0, high=3.0,
-    source="wet or waxy seed coats; Armstrong-Hélouvry et al. (1994)", twins=("stribeck",),
+    source="wet or waxy seed coats; Armstrong-Hélouvry et al. (1994)", twins=("stribeck", "angle-offset"),
     separating="the same slide at three times the tilt rate: higher speeds at the same places",
 )  # fmt: skip
