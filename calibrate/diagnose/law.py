@@ -12,7 +12,7 @@ import numpy as np
 
 from calibrate.diagnose.linear import Reduced, fall_of_chi2, projector, ridge, stacked
 from calibrate.diagnose.problem import Fit
-from calibrate.diagnose.scores import HeldOut
+from calibrate.diagnose.scores import HeldOut, noise_of_left_out
 
 WITHIN = 3.84  # χ² of one degree of freedom at 95 %
 LEAST_FALL = 12.0  # of χ², for a term worth saying
@@ -110,13 +110,11 @@ def _held_out(base: Fit, reduced: tuple[Reduced, ...], column: int) -> HeldOut |
     with_term = _prior(base, reduced, column)
     without = np.where(np.arange(len(with_term)) == column, 0.0, with_term)
     sse_without = sse_with = 0.0
-    rows = 0
     for r, mine in enumerate(reduced):
         others = stacked(reduced[:r] + reduced[r + 1 :])
         sse_without += float(((mine.b - mine.a @ ridge(*others, without)[0]) ** 2).sum())
         sse_with += float(((mine.b - mine.a @ ridge(*others, with_term)[0]) ** 2).sum())
-        rows += len(mine.b)
-    return HeldOut.of(sse_without, sse_with, rows)
+    return HeldOut.of(sse_without, sse_with, *noise_of_left_out(base.problem, reduced, with_term))
 
 
 def _prior(base: Fit, reduced: tuple[Reduced, ...], column: int) -> np.ndarray:

@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calibrate.diagnose.linear import Reduced, block_diagonal, fall_of_chi2, projector, ridge, stacked
-from calibrate.diagnose.problem import Fit
+from calibrate.diagnose.problem import Fit, Problem
 
 FLAT = 1e3  # times its sd, a prior says nothing
+BY_CHANCE = 2.0  # sd by which noise alone misses what is left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,63 +99,73 @@ class HeldOut:
     """What the effects do for recordings that were left out when they were fitted.
 
     rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals; removed_fraction: (SSE_base − SSE_fit)/(SSE_base − SSE_noise), NaN
-    where the baseline misses nothing beyond noise: there is nothing of which a share could be removed.
+    where the baseline misses no more than noise does by chance: there is nothing of which a share could be removed.
     """
 
     rmse_ratio: float
     removed_fraction: float
 
     @classmethod
-    def of(cls, sse_base: float, sse_fit: float, sse_noise: float) -> "HeldOut":
-        """From the three sums of squares of whitened residuals."""
+    def of(cls, sse_base: float, sse_fit: float, sse_noise: float, noise_sd: float = 0.0) -> "HeldOut":
+        """From the three sums of squares of whitened residuals, and the scatter of that of the noise."""
         missed = sse_base - sse_noise
-        return cls(float(np.sqrt(sse_fit / sse_base)), float((sse_base - sse_fit) / missed) if missed > 0 else float("nan"))
+        share = (sse_base - sse_fit) / missed if missed > BY_CHANCE * noise_sd else float("nan")
+        return cls(float(np.sqrt(sse_fit / sse_base)), float(share))
 
 
 def held_out(fit: Fit, base: Fit, effects: tuple[str, ...]) -> HeldOut | None:
     """Each recording predicted with the globals of the others; None for one recording: nothing is held out.
 
-    The baseline predicts with `effects` at nil. SSE_noise: what a saturated model leaves, plus one a column; less than one where
-    the verdict's own model leaves less, because recordings differ by less than the priors of what is their own allow for.
+    The baseline predicts with `effects` at nil.
     """
     if len(fit.reduced) < 2:
         return None
     nil = np.where([n in effects for n in base.names], 0.0, base.prior_sd)
-    sse_base = sse_fit = bare = 0.0
-    columns = 0
+    sse_base = sse_fit = 0.0
     for r, (mine, its) in enumerate(zip(fit.reduced, base.reduced, strict=True)):
         theta = ridge(*stacked(fit.reduced[:r] + fit.reduced[r + 1 :]), fit.prior_sd)[0]
         theta_base = ridge(*stacked(base.reduced[:r] + base.reduced[r + 1 :]), nil)[0]
         sse_fit += float(((mine.b - mine.a @ theta) ** 2).sum())
         sse_base += float(((its.b - its.a @ theta_base) ** 2).sum())
+    return HeldOut.of(sse_base, sse_fit, *noise_of_left_out(fit.problem, fit.reduced, fit.prior_sd))
+
+
+def noise_of_left_out(problem: Problem, reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, float]:
+    """SSE that recordings left out are expected to have under the true model, its parameters fitted to the others, and its
+    scatter beside what no model changes."""
+    return (_noise_in_common if problem.common_smooth else _noise_of_each)(reduced, prior_sd)
+
+
+def _noise_of_each(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, float]:
+    """What a saturated model leaves, plus one a column; less than one where the verdict's own model leaves less, because
+    recordings differ by less than the priors of what is their own allow for."""
+    columns, bare = 0, 0.0
+    for mine in reduced:
         fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
-        bare += float((mine.b**2).sum()) - fall
-        columns += count
-    if fit.problem.common_smooth:  # a saturated recording would leave nothing: what all have in common is what can be known
-        return HeldOut.of(sse_base, sse_fit, _noise_left(fit))
-    a, b = stacked(fit.reduced)
-    theta, covariance, _ = ridge(a, b, fit.prior_sd)
+        bare, columns = bare + float((mine.b**2).sum()) - fall, columns + count
+    a, b = stacked(reduced)
+    theta, covariance, _ = ridge(a, b, prior_sd)
     spare = columns - float(np.einsum("ij,jk,ik->", a, covariance, a))
-    power = (float(((b - a @ theta) ** 2).sum()) - bare) / spare if spare > 0 else 1.0
-    return HeldOut.of(sse_base, sse_fit, bare + columns * min(power, 1.0))
+    power = min((float(((b - a @ theta) ** 2).sum()) - bare) / spare if spare > 0 else 1.0, 1.0)
+    return bare + columns * power, power * float(np.sqrt(2 * columns))
 
 
-def _noise_left(fit: Fit) -> float:
-    """SSE that recordings left out are expected to have under the true model, its parameters fitted to the others.
+def _noise_in_common(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, float]:
+    """The same where a saturated recording would leave nothing: what all have in common is what can be known.
 
     Beside what the saturated model, common to all recordings, leaves of these very recordings: s² for each of its columns, and
     s² tr(a C aᵀ) for what the others do not fix (C: covariance of the globals from them). s² is the noise's power among the
     directions that any model can reach, from what differs there between recordings: scatter between recordings is not as well
     known as a recording's own noise, by which s² would be 1.
     """
-    columns = [np.hstack([r.a, r.smooth]) for r in fit.reduced]
-    every, b = np.vstack(columns), np.concatenate([r.b for r in fit.reduced])
+    columns = [np.hstack([r.a, r.smooth]) for r in reduced]
+    every, b = np.vstack(columns), np.concatenate([r.b for r in reduced])
     fall, count = fall_of_chi2(every, lambda x: x, b)
-    own = [fall_of_chi2(c, lambda x: x, r.b) for c, r in zip(columns, fit.reduced, strict=True)]
+    own = [fall_of_chi2(c, lambda x: x, r.b) for c, r in zip(columns, reduced, strict=True)]
     freedom = sum(rank for _, rank in own) - count
     power = (sum(f for f, _ in own) - fall) / freedom if freedom > 0 else 1.0
     unsure = 0.0
-    for r, mine in enumerate(fit.reduced):
-        covariance = ridge(*stacked(fit.reduced[:r] + fit.reduced[r + 1 :]), fit.prior_sd)[1]
+    for r, mine in enumerate(reduced):
+        covariance = ridge(*stacked(reduced[:r] + reduced[r + 1 :]), prior_sd)[1]
         unsure += float(np.einsum("ij,jk,ik->", mine.a, covariance, mine.a))
-    return float(b @ b) - fall + power * (count + unsure)
+    return float(b @ b) - fall + power * (count + unsure), power * float(np.sqrt(2 * (count + unsure)))

@@ -135,7 +135,7 @@ def held_out_rise(found: Fit, base: Fit) -> HeldOut | None:
     """Each run predicted with the nuisances and the rise of the others; its phase, which nobody can foretell, is its own.
 
     None for one run."""
-    rise, sse_fit, sse_base, sse_noise = left_out_rise(found), 0.0, 0.0, 0.0
+    rise, sse_fit, sse_base, sse_noise, columns = left_out_rise(found), 0.0, 0.0, 0.0, 0
     if len(rise) < 2:
         return None
     turns = np.linspace(0, 2 * np.pi, PHASES, endpoint=False)
@@ -149,8 +149,8 @@ def held_out_rise(found: Fit, base: Fit) -> HeldOut | None:
         sse_fit += float((((mine.b - mine.a @ theta)[:, None] - ripples) ** 2).sum(0).min())
         sse_base += float(((its.b - its.a @ theta_base) ** 2).sum())
         fall, count = fall_of_chi2(np.hstack([mine.a, mine.smooth]), lambda x: x, mine.b)
-        sse_noise += float((mine.b**2).sum()) - fall + count
-    return HeldOut.of(sse_base, sse_fit, sse_noise)
+        sse_noise, columns = sse_noise + float((mine.b**2).sum()) - fall + count, columns + count
+    return HeldOut.of(sse_base, sse_fit, sse_noise, float(np.sqrt(2 * columns)))
 
 
 def as_stated(rise: float, sd: float, seed: Seed) -> bool:

@@ -25,6 +25,11 @@ def test_a_baseline_that_misses_nothing_has_no_share_to_remove(noise):
     assert math.isnan(HeldOut.of(100.0, 99.0, noise).removed_fraction)
 
 
+def test_what_noise_misses_by_chance_has_no_share_to_remove():
+    assert math.isnan(HeldOut.of(119.0, 99.0, 100.0, 10.0).removed_fraction)
+    assert HeldOut.of(121.0, 100.0, 100.0, 10.0).removed_fraction == pytest.approx(1.0)
+
+
 def session(rng: np.random.Generator, *, size: float, noise: float, common: bool):
     """Six recordings of 120 rows: a nuisance, effects "true" (put in with `size`) and "other"; noise of that sd, taken for 1, and
     in four directions that all columns share less than that, as where recordings scatter by less than was thought."""
