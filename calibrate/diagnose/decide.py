@@ -7,10 +7,12 @@ saturated model would still explain (p > .01). Else a class with the recording t
 
 from dataclasses import dataclass
 
+from calibrate.diagnose.effects.effect import Effect
+
 ALPHA = 0.005
 LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
 SAME_SIGN = 0.8
-OUTSIDE_SD = 2.0  # by which a parameter may lie beyond its physical range, for it is not known better
+OUTSIDE_SD = 2.0  # by which a parameter may lie beyond how large it can be, for neither is known better; its sign is
 SATURATED_P = 0.01
 
 
@@ -54,7 +56,7 @@ def possible(candidate: Candidate) -> bool:
 def flaws_of(effects, names, values, sds, bayes, shared, same, left) -> tuple[str, ...]:
     """The rules that a candidate breaks by itself; rivals are `decide`'s business."""
     flaws = [f"{n} = {v:.3g} {effects[n].unit} is outside its physical range" for n, v, sd in zip(names, values, sds, strict=True)
-             if not effects[n].low - OUTSIDE_SD * sd <= v <= effects[n].high + OUTSIDE_SD * sd]  # fmt: skip
+             if _outside(effects[n], v, sd)]  # fmt: skip
     if bayes < LN_BF_BASELINE:
         flaws.append(f"ln Bayes factor {bayes:.1f} over the baseline is below {LN_BF_BASELINE:g}")
     if not shared:  # drops from several heights gain unequally: then it must do without the recording that gains most
@@ -64,6 +66,11 @@ def flaws_of(effects, names, values, sds, bayes, shared, same, left) -> tuple[st
     if left <= SATURATED_P:
         flaws.append(f"something else is left (p = {left:.1g})")
     return tuple(flaws)
+
+
+def _outside(effect: Effect, value: float, sd: float) -> bool:
+    low, high = (edge and edge + side * OUTSIDE_SD * sd for edge, side in ((effect.low, -1), (effect.high, 1)))
+    return not low <= value <= high
 
 
 def decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...], left: float) -> Verdict:

@@ -96,12 +96,23 @@ def _scatter(rows, y, design, error, components, floor, asked: int = 0, most: fl
 
 
 def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, long: float) -> Scatter | None:
-    """About the law that the rows bear; e itself is nobody's news. A ball bounces later as it did first, however it turns."""
+    """About the law that the rows bear, by AICc, with how the seed lies if that is better still; e itself is nobody's news.
+
+    A ball bounces later as it did first, however it turns.
+    """
     floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
     same = (impacts.recording[:, None] == impacts.recording).astype(float)
     parts = [np.diag((impacts.number > 1) / seen.speed**2), same]
-    found = [_scatter(rows, seen.e, law, seen.e_error, parts, floor, 1, most) for law in _e_designs(seen, impacts)]
-    return min((s for s in found if s), key=lambda s: s.aicc, default=None)
+
+    def about(law: np.ndarray) -> Scatter | None:
+        return _scatter(rows, seen.e, law, seen.e_error, parts, floor, 1, most)
+
+    found = [(scatter, law) for law in _e_designs(seen, impacts.number) if (scatter := about(law))]
+    if not found:
+        return None
+    best, law = min(found, key=lambda one: one[0].aicc)
+    lying = about(np.column_stack([law, steep])) if (steep := np.nan_to_num(impacts.steep)).any() else None
+    return lying if lying and lying.aicc < best.aicc else best
 
 
 def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, later: np.ndarray, push: Friction) -> Scatter | None:
@@ -114,21 +125,18 @@ def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, later: np.ndarray, push: 
     return _scatter(rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
 
 
-def _e_designs(seen: Bounces, impacts: Impacts) -> list[np.ndarray]:
-    """Laws about which e scatters, from none to one that bends with speed and count, with how the seed lies or without; AICc
-    takes the one that the rows bear.
+def _e_designs(seen: Bounces, number: np.ndarray) -> list[np.ndarray]:
+    """Laws about which e scatters, from none to one that bends with speed and count.
 
     The speed is in steps: within a step it is what scatter of the bounce before has made it. But few bounces that lie on a
     curve of the speed itself do not scatter.
     """
     ln = np.log(seen.speed)
     step = STEP_LN_SPEED * np.round(ln / STEP_LN_SPEED)
-    one, later, slow = np.ones(len(step)), (impacts.number > 1) * 1.0, np.exp(-2 * step)
-    count, steep = np.minimum(impacts.number, 5), np.nan_to_num(impacts.steep)
+    one, later, slow, count = np.ones(len(step)), (number > 1) * 1.0, np.exp(-2 * step), np.minimum(number, 5)
     several = [one, step, later, slow, count]
     laws = ([one], [one, later], [one, step], [one, slow], [one, step, later], [one, ln, np.exp(-2 * ln)], several)
-    found = [np.column_stack(law) for law in laws]
-    return found + [np.column_stack([law, steep]) for law in found if steep.any()]
+    return [np.column_stack(law) for law in laws]
 
 
 def _kick_design(seen: Bounces, later: np.ndarray, push: Friction) -> np.ndarray:

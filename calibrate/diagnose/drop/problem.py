@@ -7,6 +7,7 @@ import numpy as np
 from calibrate.diagnose.drop.air import G_M_S2
 from calibrate.diagnose.drop.model import LAWS, STARTS, Model
 from calibrate.diagnose.drop.noise_of_track import TRACKER_PX, TrackNoise, estimate_noise
+from calibrate.diagnose.drop.nuisances import LENS, OFF_CENTRE
 from calibrate.diagnose.drop.reduction import reduce
 from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.effects.drop import EFFECTS
@@ -36,7 +37,10 @@ def baseline_sd(session: Session) -> dict[str, float]:
     }  # fmt: skip
     turning = 1e3 * float(np.hypot(TRACKER_PX * session.view.pixel, session.uneven_m))  # of an outline that turns
     known |= {n: turning for n, law in LAWS.items() if law.name == WOBBLE or law.group == WOBBLE}
-    return known | {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens", "drag-slope"))}
+    known |= {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens", "drag-slope"))}
+    # a camera looks at the fall, at the middle of what was seen, or between: evenly spread
+    aside = abs(session.view.fall) / session.view.reach / np.sqrt(3)
+    return known | {"lens.x": LENS * float(np.hypot(OFF_CENTRE, aside))}
 
 
 def _parabolas(model: Model) -> np.ndarray:
