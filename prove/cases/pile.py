@@ -114,7 +114,7 @@ def skin(
 def photograph(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> np.ndarray:
     """One photo (h, w) uint8: in all photos of one heap the same grains lie in its skin, the camera's noise is each one's own."""
     rng, camera = np.random.default_rng(run.noise_seed), np.random.default_rng([run.noise_seed, photo])
-    pixel, wide = scene.mm_per_px, run.half_mm * 1.55 + 20
+    pixel, wide = scene.mm_per_px, _width_mm(scene, run, sizes, photo)
     tall = run.half_mm * np.tan(np.radians(scene.angle_deg + 6)) + sizes.get("cohesion", 0.0) + 22
     columns, rows = np.arange(-wide, wide, pixel), np.arange(tall, -14, -pixel)
     x, y = np.meshgrid(columns, rows)
@@ -130,6 +130,14 @@ def photograph(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> n
     picture = GROUND + heap * (PILE + 12 * speckle - GROUND)
     picture += base * (PLATE - picture)
     return np.clip(np.round(picture + GREY_SD * camera.standard_normal(picture.shape)), 0, 255).astype(np.uint8)
+
+
+def _width_mm(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> float:
+    """Half of the picture's: the whole heap is in it."""
+    out = np.arange(1.55 * run.half_mm, 10 * run.half_mm)
+    plate = np.tan(np.radians(sizes.get("base-tilt", 0.0)))
+    deep = np.max([profile(x, scene, run, sizes, photo) - plate * x for x in (out, -out)], axis=0)
+    return float(out[np.argmax(deep < 0.35 * scene.grain_mm)]) + 20
 
 
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
