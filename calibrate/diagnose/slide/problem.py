@@ -1,7 +1,6 @@
 """The slide as a problem: its noise, nuisances, and the runs' onsets to begin with."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -23,7 +22,6 @@ ANGLE_SD_DEG = 0.05  # of a tilt sensor, common to all
 EXACT_MM = 1e-4  # a simulated track may be exact
 ANYWHERE_MM, ANYWHEN_S, FRICTION_SD = 1e3, 1e3, 1.0
 TURNS = 25  # of Gauss–Newton: an onset moves much for little
-MOST_KNOWN = 500  # points of linearisation kept, some 50 kB each
 READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
 NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0, "scale": 1e-3}
 
@@ -106,24 +104,7 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
         "slide", tuple(series), own, partial(predict, model), model.effects, {n: s for n, s in NUISANCES.items() if n in known},
         known, model, turns=TURNS, step=1e-5, smooth=True,
     )  # fmt: skip
-    return replace(problem, starts=starts, reduce=_remembered(problem.reduce))
-
-
-def _remembered(reduce: Callable) -> Callable:
-    """`reduce`, each point worked out once: what was chosen is fitted again for every later question."""
-    known: dict[tuple[bytes, bytes], tuple] = {}
-
-    def reduced(starts: np.ndarray, values: np.ndarray, extra=None):
-        if extra is not None:
-            return reduce(starts, values, extra)
-        key = starts.tobytes(), values.tobytes()
-        if key not in known:
-            if len(known) == MOST_KNOWN:
-                known.clear()
-            known[key] = reduce(starts, values)
-        return known[key]
-
-    return reduced
+    return replace(problem, starts=starts)
 
 
 def _series(model: Model, r: int, prepared: Prepared, start: np.ndarray) -> Series:
