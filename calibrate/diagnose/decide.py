@@ -1,18 +1,15 @@
 """What the evidence makes of the candidates: a name, a class, or unknown.
 
-Rules. Alarm: global p < .005. Definite name: ln BF ≥ 5 over the baseline and ≥ 3 over every rival, predictive gain > 2 standard
-errors, the same sign in ≥ 80 % of the recordings, parameter inside its physical range (within 2 sd), and nothing left that the
-saturated model would still explain (p > .01). Else a class with the recording that best separates it; else unknown.
+Rules. Alarm: global p < .005. Definite name: ln BF ≥ 5 over the baseline and ≥ 3 over every rival,
+predictive gain > 2 standard errors, the same sign in ≥ 80 % of the recordings, parameter inside its physical range, and nothing
+left that the saturated model would still explain (p > .01). Else a class with the recording that best separates it; else unknown.
 """
 
 from dataclasses import dataclass
 
-from calibrate.diagnose.effects.effect import Effect
-
 ALPHA = 0.005
 LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
 SAME_SIGN = 0.8
-OUTSIDE_SD = 2.0  # by which a parameter may lie beyond how large it can be, for neither is known better; its sign is
 SATURATED_P = 0.01
 
 
@@ -53,10 +50,10 @@ def possible(candidate: Candidate) -> bool:
     return not any("physical range" in flaw for flaw in candidate.flaws)
 
 
-def flaws_of(effects, names, values, sds, bayes, shared, same, left) -> tuple[str, ...]:
+def flaws_of(effects, names, values, bayes, shared, same, left) -> tuple[str, ...]:
     """The rules that a candidate breaks by itself; rivals are `decide`'s business."""
-    flaws = [f"{n} = {v:.3g} {effects[n].unit} is outside its physical range" for n, v, sd in zip(names, values, sds, strict=True)
-             if _outside(effects[n], v, sd)]  # fmt: skip
+    flaws = [f"{n} = {v:.3g} {effects[n].unit} is outside its physical range" for n, v in zip(names, values, strict=True)
+             if not effects[n].low <= v <= effects[n].high]  # fmt: skip
     if bayes < LN_BF_BASELINE:
         flaws.append(f"ln Bayes factor {bayes:.1f} over the baseline is below {LN_BF_BASELINE:g}")
     if not shared:  # drops from several heights gain unequally: then it must do without the recording that gains most
@@ -66,11 +63,6 @@ def flaws_of(effects, names, values, sds, bayes, shared, same, left) -> tuple[st
     if left <= SATURATED_P:
         flaws.append(f"something else is left (p = {left:.1g})")
     return tuple(flaws)
-
-
-def _outside(effect: Effect, value: float, sd: float) -> bool:
-    low, high = (edge and edge + side * OUTSIDE_SD * sd for edge, side in ((effect.low, -1), (effect.high, 1)))
-    return not low <= value <= high
 
 
 def decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...], left: float) -> Verdict:

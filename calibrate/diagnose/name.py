@@ -171,7 +171,7 @@ def candidate(base: Fit, names: tuple[str, ...], rng: np.random.Generator) -> Ca
     error = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else float("nan")
     shared = gain > 2 * error or (len(gains) > 2 and gains.sum() - gains.max() > LN_BF_RIVAL)
     same = min((_same_sign(found, n) for n in names), default=1.0)
-    flaws = flaws_of(base.problem.effects, names, values, sds, bayes, shared, same, left)
+    flaws = flaws_of(base.problem.effects, names, values, bayes, shared, same, left)
     return Candidate(names, values, sds, bayes, gain, error, same, left, flaws)
 
 
