@@ -10,6 +10,7 @@ from calibrate.diagnose.effects.effect import View
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
 LEAST_ROWS = 8  # of a flight: a last hop of so few still says how fast the seed left
+SMOOTH_DEGREE = 4  # beyond that, air bends the fall of a seed by less than a tenth of a pixel
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
 HEIGHT_SD_M = 1e-3  # how well a release height is known
 
@@ -180,10 +181,17 @@ def _free_part(part: dict, usual: float) -> dict | None:
             return None
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         cut = part | {key: part[key][rows] for key in ("places", "frame", "angle", "phase")}
-        cut |= {"middle": middle, "half": half, "tau": time - middle}
+        cut |= {"middle": middle, "half": half, "tau": time - middle, "phase": _smooth(cut["phase"], (time - middle) / half)}
         if _roughness(cut) < ROUGH * max(usual, 1e-7):
             return cut
     return None
+
+
+def _smooth(phase: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Where among the pixels the seed was: by each row's own reading, where a seed hardly crosses a pixel, its noise would be
+    explained by that very noise."""
+    basis = np.polynomial.legendre.legvander(at, min(SMOOTH_DEGREE, len(at) // 4))
+    return basis @ np.linalg.lstsq(basis, phase, rcond=None)[0]
 
 
 def _elongation(description: dict) -> float:

@@ -27,8 +27,9 @@ class Motion:
 @dataclass(frozen=True)
 class View:
     """What the camera looks at: middle (2,) of the view and reach [m] (from there to its top); angle (n,) of the seed [rad], 0
-    where unknown; phase (n, 2): raw place in pixels times 2π, 0 where the scale is not stated; pixel [m]; ruler: how high above
-    the middle the scale is as stated, in reaches; fall [m]: how far beside the middle seeds fall, where upright is as stated."""
+    where unknown; phase (n, 2): place in pixels times 2π, on a smooth curve, 0 where the scale is not stated; pixel [m]; ruler:
+    how high above the middle the scale is as stated, in reaches; fall [m]: how far beside the middle seeds fall, where upright is
+    as stated."""
 
     middle: np.ndarray
     reach: float

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-G = 9.80665
+G, PIXEL_MM = 9.80665, 0.25
 STATED = {"length_mm": 8.72, "width_mm": 6.84, "thickness_mm": 5.98, "density_kg_m3": 1250.0}
 
 
@@ -39,6 +39,7 @@ class Bench:
     keystone: float = 0.0  # 1/m
     away: float = math.inf  # distance of a pinhole from the plane in which the seed is let go
     wobble_mm: float = 0.0
+    lock_mm: float = 0.0  # by which places are read too far towards whole pixels
     noise_mm: float = 0.05
     rho: float = 0.9
     white: float = 0.0
@@ -177,6 +178,7 @@ def film(bench: Bench, rng):
     x, z = x * math.cos(roll) + (z - middle) * math.sin(roll), middle + (z - middle) * math.cos(roll) - x * math.sin(roll)
     shrink = (1 + bench.scale) * (1 + bench.keystone * (z - middle) / 1000)
     x, z = x / shrink, z / shrink
+    x, z = (place + bench.lock_mm * np.sin(2 * math.pi * place / PIXEL_MM) for place in (x, z))
     x, z = x + noise(len(t), bench, rng), z + noise(len(t), bench, rng)
     keep = rng.random(len(t)) >= bench.lost
     return (
@@ -202,7 +204,8 @@ def tracks(bench: Bench, count: int, rng, *, heights=None):
         here = replace(bench, height=heights[i % len(heights)]) if heights else bench
         t, x, z, angle, frame = film(here, rng)
         camera = Camera(
-            fps=bench.fps, mm_per_px=0.25, mm_per_px_sd=0.0002, plumb_deg=0.0, plumb_sd_deg=0.05, distance_mm=bench.stated_away_mm
+            fps=bench.fps, mm_per_px=PIXEL_MM, mm_per_px_sd=0.0002, plumb_deg=0.0, plumb_sd_deg=0.05,
+            distance_mm=bench.stated_away_mm,
         )  # fmt: skip
         seed, air = Seed(**STATED), Air(density_kg_m3=bench.stated_air)
         told = Recording(

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from falling import Bench, G, tracks
+from falling import PIXEL_MM, Bench, G, tracks
 from scipy import stats
 
 from calibrate.diagnose.decide import ALPHA
@@ -62,6 +62,16 @@ def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
     assert found.verdict == "none" and found.names == ()
     # correlated noise estimated from 2,000 rows: σ² to 3 %, so χ² per degree of freedom to 10 %
     assert base.chi2 / base.freedom == pytest.approx(1, abs=0.12)
+
+
+@pytest.mark.parametrize("lock_px", [0.0, 0.04])
+def test_pixels_pull_by_where_the_seed_was_not_by_what_was_read(lock_px):
+    """Read with .2 px of noise, of seeds that take many frames to cross a pixel: both axes tell the same pull, or none."""
+    base = fitted(Bench(fps=2000.0, noise_mm=0.05, rho=0.5, lock_mm=lock_px * PIXEL_MM), 4)
+    for axis in "xz":
+        for wave, true in (("sin", lock_px), ("cos", 0.0)):
+            law = f"pixel-lock.{axis}.{wave}"
+            assert abs(base.by_name[law] - true) < 4 * base.sd(law), law
 
 
 def test_speed_that_no_picture_shows_is_felt_by_the_air_and_no_news():
