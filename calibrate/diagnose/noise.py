@@ -19,6 +19,10 @@ from scipy.optimize import minimize
 CELLS = 8  # correlation lengths that a usual stretch must hold for its correlation to be told from the curve's own freedom
 COARSE = [(0.0, 0.0), *((rho, white) for rho in (0.3, 0.6, 0.8, 0.9, 0.95, 0.98) for white in (0.0, 0.4, 0.8))]
 LEAST_ROWS = 40  # of a stretch that is to tell about correlation
+FARTHEST = 6.0  # logits: beyond, a share is as good as none
+PRIOR_SD = 1.8  # of either logit
+WIDEST_STEP = 0.4  # of either logit, where the likelihood's curvature is taken
+AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 SPIKE_SD = 6.0  # innovations beyond are outliers: 2e-9 by chance
 
 
@@ -161,17 +165,26 @@ def _loss(packed, rho: float, white: float) -> tuple[float, float]:
 def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
     """sd of ln of the low-frequency power, from the curvature of the likelihood in (logit ρ, logit white); 0.7 where it has none.
 
-    A flat valley (correlation nearly as long as a flight, white share near its end) is as wide as the prior allows: ± 0.7.
+    A flat valley (correlation nearly as long as a flight, white share near its end) is as wide as the prior allows: ± 0.7. Each
+    logit is stepped by about its own sd: over a step of many the likelihood is no parabola.
     """
-    step = 0.4
-    points = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, -1]]) * step + np.clip(at, -4, 4)
-    found = [_loss(packed, *_natural(u, highest)) for u in points]
-    loss = np.array([f[0] for f in found]) / 2
-    level = np.array([f[1] + np.log(Noise(*_natural(u, highest), 0.0).low_frequency) for f, u in zip(found, points, strict=True)])
-    cross = (loss[5] + loss[6] + 2 * loss[0] - loss[1:5].sum()) / 2
-    curve = np.array([[loss[1] + loss[2] - 2 * loss[0], cross], [cross, loss[3] + loss[4] - 2 * loss[0]]])
-    slope = np.array([level[1] - level[2], level[3] - level[4]]) / 2
-    values, vectors = np.linalg.eigh(curve + 0.05 * np.eye(2))  # steps of 0.4: a prior sd of 1.8 on either logit
+    centre = np.clip(at, -FARTHEST, FARTHEST)
+
+    def told(*shares: tuple[float, float]) -> np.ndarray:
+        found = [(_loss(packed, *_natural(centre + share * step, highest)), centre + share * step) for share in np.array(shares)]
+        return np.array([(f[0] / 2, f[1] + np.log(Noise(*_natural(u, highest), 0.0).low_frequency)) for f, u in found])
+
+    step = np.full(2, WIDEST_STEP)
+    for _ in range(2):
+        (here, _), *about = told((0, 0), *AXES)
+        rise = (about[0][0] + about[1][0] - 2 * here) / 2, (about[2][0] + about[3][0] - 2 * here) / 2
+        step = np.minimum(step / np.sqrt(np.maximum(rise, 0.25)), WIDEST_STEP)
+    (here, _), *about = told((0, 0), *AXES, (1, 1), (-1, -1))
+    loss, level = np.array(about).T
+    cross = (loss[4] + loss[5] + 2 * here - loss[:4].sum()) / 2
+    curve = np.array([[loss[0] + loss[1] - 2 * here, cross], [cross, loss[2] + loss[3] - 2 * here]])
+    slope = np.array([level[0] - level[1], level[2] - level[3]]) / 2
+    values, vectors = np.linalg.eigh(curve + np.diag((step / PRIOR_SD) ** 2))
     if values[0] <= 0:
         return 0.7
     spread = (vectors.T @ slope) ** 2 / values

@@ -64,6 +64,26 @@ def test_noise_is_found_beside_a_flexible_curve(rho, white):
     assert abs(np.log(found.low_frequency / truth)) < 4 * found.log_level_sd + 0.1
 
 
+def test_how_well_the_power_is_known_is_told_of_many_rows_too():
+    """20,000 rows, of which the likelihood is narrow; each estimate's own sd beside how far it is off."""
+    rng, off = np.random.default_rng(6), []
+    u = np.linspace(-1, 1, 5000)
+    for _ in range(5):
+        parts = [
+            Stretch(np.polynomial.legendre.legvander(u, 4), drawn(5000, 0.3, 0.12, rng), frame_lag(np.arange(5000)))
+            for _ in range(4)
+        ]
+        found = estimate(parts)
+        whitened = [
+            whiten(np.column_stack([s.design, s.data])[:, None], s.lag[:, None], found.rho, found.white)[0][:, 0] for s in parts
+        ]
+        left = [w[:, -1] - w[:, :-1] @ np.linalg.lstsq(w[:, :-1], w[:, -1], rcond=None)[0] for w in whitened]
+        power = np.mean([(x**2).sum() / (len(x) - 5) for x in left]) * found.low_frequency
+        assert found.log_level_sd < 0.05  # the scatter of such estimates is .025
+        off.append(np.log(power / (0.12 + 0.88 * 1.3 / 0.7)) / found.log_level_sd)
+    assert np.sqrt(np.mean(np.square(off))) < 2.0  # 5 numbers of unit variance: by chance 1e-3
+
+
 def false_alarms(rho, rng, *, tracks):
     """Fractions of clean tracks in which any of 7 candidates lowers the BIC: residuals taken for white, and whitened."""
     naive = clean = 0
