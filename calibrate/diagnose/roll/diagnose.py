@@ -14,7 +14,17 @@ from calibrate.diagnose.roll.curves import curves_of
 from calibrate.diagnose.roll.law import law_of, named_and_nameless
 from calibrate.diagnose.roll.problem import MU_SD, build, roll_problem, scatter_of
 from calibrate.diagnose.roll.readings import diagnose_readings
-from calibrate.diagnose.roll.ripple import Ripple, arguments, as_stated, common_rise, find_ripple, held_out_rise, left_out_rise
+from calibrate.diagnose.roll.ripple import (
+    Ripple,
+    arguments,
+    as_seen,
+    as_stated,
+    common_rise,
+    find_ripple,
+    held_out_rise,
+    left_out_rise,
+    of_this_size,
+)
 from calibrate.diagnose.roll.rough import roughness
 from calibrate.diagnose.roll.session import assemble
 from calibrate.diagnose.roll.windows import sectors_of, windows_of
@@ -102,7 +112,7 @@ def _with_ripple(
     freed = fit(problem, free=("shape-barrier",))
     rise, sd, _ = common_rise(freed)
     if not as_stated(rise, sd, seed):
-        return fit(problem), (), ripple
+        return fit(of_this_size(problem, freed)), (), ripple
     note = f"the centre rises by {rise:.2g} mm as the seed turns, as its stated shape makes it ({seed.rise_mm:.2g} mm): no news"
     return fit(roll_problem(model, scales, shape_known=seed.rise_mm, mu_sd=scatter, rough=rough)), (note,), None
 
@@ -141,7 +151,7 @@ def _finding(base: Fit, where: Location, found: Verdict, notes: tuple[str, ...],
 def _reported(made: Finding, base: Fit, model: Fit) -> Finding:
     """With a ripple's rise and all that the corner takes, for which several globals stand."""
     if "shape-barrier" in made.parameters:
-        rise, sd, scatter = common_rise(model)
+        rise, sd, scatter = common_rise(as_seen(model))
         half = NORMAL_95 * float(np.hypot(sd, scatter / np.sqrt(len(base.problem.recordings))))
         told = {"shape-barrier": Parameter("mm", rise, max(rise - half, 0.0), rise + half)}
         made = replace(made, parameters=made.parameters | told)
@@ -150,8 +160,8 @@ def _reported(made: Finding, base: Fit, model: Fit) -> Finding:
         told = {"corner-loss": Parameter("1", lost, lost - NORMAL_95 * sd, lost + NORMAL_95 * sd)}
         made = replace(made, parameters=made.parameters | told)
     if "shape-barrier" in made.left_out:
-        made = replace(made, left_out=made.left_out | {"shape-barrier": left_out_rise(model)})
-        made = replace(made, held_out=held_out_rise(model, base))
+        made = replace(made, left_out=made.left_out | {"shape-barrier": left_out_rise(as_seen(model))})
+        made = replace(made, held_out=held_out_rise(as_seen(model), base))
     return made
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from calibrate.diagnose.noise import Noise, Stretch, estimate, whiten
+from calibrate.diagnose.linear import block_diagonal
+from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, whiten
 from calibrate.diagnose.roll.session import Run
 
 EXACT_M = 3e-6  # a simulated track may be exact; no camera is, and no path is straight to less than some micrometres
@@ -24,14 +25,14 @@ class RunNoise:
 
 
 def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """ρ and white share by REML over all legs; σ of each run from its innovations. turn (R,) [1/m]: argument of the ripple."""
-    legs = [_legs(run, turn[r]) for r, run in enumerate(runs)]
-    noise = estimate([leg for run in legs for leg in run])
+    """ρ and white share by REML over all runs; σ of each run from its innovations. turn (R,) [1/m]: argument of the ripple."""
+    stretches = [_stretches(run, turn[r]) for r, run in enumerate(runs)]
+    noise = estimate([s for own in stretches for s in own])
     power, spare = np.zeros(len(runs)), np.zeros(len(runs))
-    for r, run in enumerate(legs):
-        for leg in run:
-            rows = np.column_stack([leg.design, leg.data])
-            white = whiten(rows[:, None, :], leg.lag[:, None], noise.rho, noise.white)[0][:, 0]
+    for r, own in enumerate(stretches):
+        for s in own:
+            rows = np.column_stack([s.design, s.data])
+            white = whiten(rows[:, None, :], s.lag[:, None], noise.rho, noise.white)[0][:, 0]
             left = white[:, -1] - white[:, :-1] @ np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=1e-9)[0]
             power[r] += left @ left
             spare[r] += len(left) - np.linalg.matrix_rank(white[:, :-1], tol=1e-9 * np.abs(white[:, :-1]).max())
@@ -40,22 +41,26 @@ def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
 
 
-def _legs(run: Run, turn: float) -> list[Stretch]:
-    """Down, level, at rest: rows away from where one passes into the other."""
+def _stretches(run: Run, turn: float) -> list[Stretch]:
+    """The run as one stretch, with a curve of its own in each leg; rows where one leg passes into the next are left out. Rest and
+    incline are short, but little of their noise is lost in their curves, and they are one with the level's."""
     t, way = run.time_s, run.way
     guard = GUARD * float(np.median(np.diff(t)))
-    found = []
+    used, curves, data = [], [], []
     borders = (-np.inf, way.release, way.corner, way.stop, np.inf)
     for low, high, design in zip(borders[:-1], borders[1:], (_still, _down, _level, _still), strict=True):
         rows = np.flatnonzero((t > low + guard) & (t < high - guard))
         if len(rows) < 8:
             continue
         columns = design(run, rows, turn)
-        scale = np.maximum(np.abs(columns).max(0), 1e-300)
         if len(rows) >= 2 * columns.shape[1]:
-            lag = np.concatenate([[np.inf], run.lag[rows][1:]])
-            found.append(Stretch(columns / scale, run.x[rows] - run.x[rows[0]], lag))
-    return found
+            used.append(rows)
+            curves.append(columns / np.maximum(np.abs(columns).max(0), 1e-300))
+            data.append(run.x[rows] - run.x[rows[0]])
+    if not used:
+        return []
+    frame = np.cumsum(np.append(0.0, run.lag[1:]))[np.concatenate(used)]
+    return [Stretch(block_diagonal(curves), np.concatenate(data), frame_lag(frame))]
 
 
 def _tau(run: Run, rows) -> np.ndarray:

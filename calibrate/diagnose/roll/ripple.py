@@ -4,19 +4,19 @@ Each run's ripple has a phase of its own: two columns a run, tested all together
 is looked for as well, and paid for by the number of radii that were tried.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calibrate.diagnose.decide import ALPHA
-from calibrate.diagnose.linear import chance, fall_of_chi2, projector, ridge, stacked
+from calibrate.diagnose.linear import block_diagonal, chance, fall_of_chi2, projector, ridge, stacked
 from calibrate.diagnose.locate import noise_doubt
-from calibrate.diagnose.problem import Fit
+from calibrate.diagnose.problem import Fit, Problem
 from calibrate.diagnose.roll.motion import Table
 from calibrate.diagnose.roll.problem import PUSH
 from calibrate.diagnose.roll.session import Run, Seed
 from calibrate.diagnose.roll.windows import Flown, flown, response
-from calibrate.diagnose.scores import HeldOut
+from calibrate.diagnose.scores import FLAT, HeldOut, unbound
 
 RADII = 0.82, 1.18  # of the stated radius: sizes of one lot, and which of its axes a seed rolls about
 MOST_RADII = 61
@@ -120,6 +120,38 @@ def common_rise(found: Fit) -> tuple[float, float, float]:
         beyond = float((weight**2 * ((rise - mean) ** 2 - sd**2)).sum() / (weight**2).sum())
         scatter = float(np.sqrt(max(beyond, 0.0))) if len(rise) > 2 else 0.0
     return mean, float(1 / np.sqrt(weight.sum())), scatter
+
+
+def of_this_size(problem: Problem, found: Fit) -> Problem:
+    """With a rise as likely as what was found of it: seeds of one lot rise alike, by how much nobody knows beforehand; a prior of
+    any rise would be paid for by each run anew. Each quadrature is as wide as the whole rise, √2 of what was seen: about what it
+    costs to have chosen the size."""
+    rise, sd, scatter = common_rise(beside_all(found))
+    size = float(np.hypot(max(rise, sd), scatter))
+    own = set(problem.columns_of("shape-barrier")) - {"shape-barrier"}
+    return replace(problem, effects={n: replace(e, prior_sd=size) if n in own else e for n, e in problem.effects.items()})
+
+
+def beside_all(found: Fit) -> Fit:
+    """The ripple beside all other candidates and each run's smooth curves, about the same point: what else is missing is not
+    taken for it."""
+    effects, (a, b) = found.problem.effects, stacked(found.reduced)
+    curves = block_diagonal([r.smooth for r in found.reduced])
+    curves = curves / np.sqrt((curves**2).sum(0)).clip(1e-300)
+    wide = [FLAT * effects[n].prior_sd if n in effects else sd for n, sd in zip(found.names, found.prior_sd, strict=True)]
+    return _solved(found, np.hstack([a, curves]), b, np.append(wide, np.full(curves.shape[1], FLAT)))
+
+
+def as_seen(found: Fit) -> Fit:
+    """The ripple as the runs have it: a prior tells what is likely to be there, not how much of it was seen."""
+    return _solved(found, *stacked(found.reduced), unbound(found, ("shape-barrier",)).prior_sd)
+
+
+def _solved(found: Fit, a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray) -> Fit:
+    """About the same point with other priors of the globals, which are the first columns of a."""
+    values, covariance, _ = ridge(a, b, prior_sd)
+    count = len(found.names)
+    return replace(found, values=values[:count], covariance=covariance[:count, :count], prior_sd=prior_sd[:count])
 
 
 def left_out_rise(found: Fit) -> tuple[float, ...]:

@@ -95,6 +95,21 @@ def test_few_rows_of_a_short_run_tell_their_noise():
     assert abs(np.mean(power)) < 0.5 and np.max(power) < 1.0  # each is known to 0.3
 
 
+def test_noise_that_lasts_is_told_by_rest_and_incline_too():
+    """Places that wander over 40 ms, in runs of half a second: the level's own flexible curve takes up most of that, and of the
+    power at low frequency the level alone told a ninth (median)."""
+    wandering = Bench(
+        mu=0.06, length_mm=10.0, fps=240.0, noise_mm=0.045, rho=0.9, white=0.35, stated=BALL, before_s=0.03, after_s=0.15
+    )
+    off = []
+    for seed in range(4):
+        runs = assemble(rolls(wandering, 8, np.random.default_rng(seed)))[0]
+        found = estimate_noise(runs, np.full(len(runs), 2 / 3.5e-3))
+        power = (found.sigma.mean() / 45e-6) ** 2 * found.noise.low_frequency
+        off.append(np.log(power / (0.35 + 0.65 * 1.9 / 0.1)))
+    assert abs(np.median(off)) < 1.0
+
+
 def test_what_a_sharp_corner_takes_is_no_news():
     """(1 − cos 15°)/1.4 of the speed: as a ball loses it that rolls from one plate on to the next."""
     found = diagnosed(Bench(corner=0.0243, noise_mm=0.02))
@@ -161,6 +176,15 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
     told = found.parameters[effect]
     half = (told.high95 - told.low95) / 2
     assert abs(told.value - true) < 2 * half  # 3.9 sd: five cases must all pass
+
+
+def test_a_small_rise_pays_for_its_size_once_and_not_with_each_run():
+    """1 µm, which a hundred times as wide a prior for each run hid, though a ripple as great arises by chance at 1e-20."""
+    found = diagnosed(
+        Bench(rise_mm=0.001, noise_mm=0.03, rho=0.0, white=1.0, stated=BALL, common_incline=True, length_mm=20.0), count=6
+    )
+    assert found.verdict == "name" and found.names == ("shape-barrier",)
+    assert found.parameters["shape-barrier"].low95 < 0.001 < found.parameters["shape-barrier"].high95
 
 
 @pytest.mark.parametrize("viscous", [0.0008, 0.01])
