@@ -21,6 +21,7 @@ from calibrate.diagnose.slide.twins import honest
 from calibrate.diagnose.slide.windows import windows_of
 
 STEP, SHAKEN = "stepped-tilt", "plate-vibration"
+TURNING_ALIKE = "viscous-sliding"  # what a plate's turning looks like at one rate
 GENTLE_M_S2 = 0.03  # a vibration of less than the runs' friction scatters by
 CERTAIN_P = 1e-9  # of stairs that a column or a list of readings shows by itself
 FADES = "friction that fades over the first few mm/s, by less, fits as well: a tenth of the tilt rate and more frames would tell"
@@ -75,7 +76,7 @@ def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Genera
     """Where no hinge is stated: the same on a plate that stands still, if that misses nothing, or fits clearly better.
 
     At one rate the plate's turning does what friction that grows with speed does, and costs no parameter: where a plate that
-    stands still has more evidence for that alone, what either names is a class.
+    stands still has more evidence for that alone, or spares a name that friction, what either names is a class.
     """
     runs, base = prepared.session.runs, told.base
     if not runs or any(run.from_hinge for run in runs):
@@ -83,7 +84,7 @@ def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Genera
     other = fitted(prepared, replace(base.problem.model, turning=0.0), steps)
     better = ln_evidence(other.reduced, other.prior_sd) > ln_evidence(base.reduced, base.prior_sd)
     if not better and told.verdict.verdict != "unknown":
-        return told
+        return _unless_spared(told, other)
     still = _told(other, rng)
     more = still.ln_evidence - told.ln_evidence
     if still.verdict.verdict == "none" or (more > LN_BF_BASELINE and _best(still).chi2 < _best(told).chi2 - 2 * LN_BF_RIVAL):
@@ -92,6 +93,17 @@ def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Genera
         return told
     names = tuple(dict.fromkeys((*told.verdict.names, *still.verdict.names)))
     return replace(told, verdict=replace(told.verdict, verdict="class", names=names, next_record=HINGE))
+
+
+def _unless_spared(told: Told, other: Fit) -> Told:
+    """A class where the rest of a name needs no friction that grows with speed on a plate that stands still, `other`."""
+    names = told.verdict.names
+    if told.verdict.verdict != "name" or TURNING_ALIKE not in names:
+        return told
+    rest = fit(other.problem, free=tuple(n for n in names if n != TURNING_ALIKE), start=other)
+    if ln_evidence(rest.reduced, rest.prior_sd) < told.ln_evidence - LN_BF_RIVAL:
+        return told
+    return replace(told, verdict=replace(told.verdict, verdict="class", next_record=HINGE))
 
 
 def _most_evident(told: Told) -> tuple[str, ...]:

@@ -1,19 +1,21 @@
 """What a verdict must not say: one of several that no recording at hand tells apart, or a library's name for what is outside it.
 
 Angle offset, clock offset, adhesion under one load and a little added inertia all do one thing to a track: they scale the
-acceleration after the onset, by cos θ₀, by 1/(1 + κ). Whichever prior is wider must not decide between them.
+acceleration after the onset, by cos θ₀, by 1/(1 + κ); at one rate so does, nearly, friction that grows with speed. Whichever
+prior is wider must not decide between them.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from calibrate.diagnose.decide import LN_BF_RIVAL, Verdict
+from calibrate.diagnose.decide import LN_BF_RIVAL, Candidate, Verdict, possible
 from calibrate.diagnose.effects.slide.stribeck import SHAPE, SPEED
 from calibrate.diagnose.problem import Fit, Problem, fit
 from calibrate.diagnose.slide.model import RIVAL
 
 SCALING = ("angle-offset", "clock-offset", "adhesion", "partial-rolling")
+ALSO_SCALING = (*SCALING, "viscous-sliding")
 LN_BF_TWIN = 5.0  # the priors of twins differ by no more than that
 ALIKE = 1.05  # rates, loads
 FADES_OVER = np.arange(SPEED.low + 0.25, 0.0, 0.5)  # ln of speed scales, amid equal parts of their range
@@ -40,18 +42,23 @@ def honest(base: Fit, verdict: Verdict) -> Verdict:
             verdict = replace(verdict, verdict="class", names=tuple(dict.fromkeys((*chosen.names, "kinetic-friction"))))
     if verdict.verdict == "name" and may_fade(base, verdict.names):
         verdict = replace(verdict, verdict="class", names=(*verdict.names, "stribeck"))
-    if chosen and len(chosen.names) == 1 and chosen.names[0] in SCALING:
-        floor = chosen.ln_bayes - LN_BF_TWIN
-        near = [
-            c.names[0] for c in verdict.candidates
-            if len(c.names) == 1 and c.names[0] in SCALING and c.ln_bayes > floor and not any("range" in f for f in c.flaws)
-        ]  # fmt: skip
-        members = tuple(dict.fromkeys((*verdict.names, *near)))
-        if len(members) > 1 and verdict.verdict in ("name", "class"):
-            verdict = replace(verdict, verdict="class", names=members)
+    members = tuple(dict.fromkeys((*verdict.names, *_also_scaling(chosen, verdict)))) if chosen else verdict.names
+    if len(members) > len(verdict.names) and verdict.verdict in ("name", "class"):
+        verdict = replace(verdict, verdict="class", names=members)
     if verdict.verdict == "class" or verdict.next_record:
         return replace(verdict, next_record=_advice(base, verdict.names) or verdict.next_record)
     return verdict
+
+
+def _also_scaling(chosen: Candidate, verdict: Verdict) -> list[str]:
+    """What might stand in the place of one of `chosen` that scales the acceleration, beside the same others."""
+    out: list[str] = []
+    for rival in verdict.candidates:
+        mine, its = set(chosen.names) - set(rival.names), set(rival.names) - set(chosen.names)
+        swapped = len(mine) == len(its) == 1 and mine <= set(SCALING) and its <= set(ALSO_SCALING)
+        if swapped and rival.ln_bayes > chosen.ln_bayes - LN_BF_TWIN and possible(rival):
+            out += its
+    return out
 
 
 def may_fade(base: Fit, names: tuple[str, ...]) -> bool:

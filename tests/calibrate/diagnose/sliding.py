@@ -49,6 +49,9 @@ class Bench:
     more: dict = field(default_factory=dict)
 
 
+LIGHT = Bench(fps=120.0, rest_s=1.0)
+
+
 def slide(bench: Bench, mu: float, rate: float, mass: float, rng):
     """t since the plate was level, x [m], true tilt [rad] a frame, from rest_s before the onset until travel_mm."""
     omega, dt, r0 = math.radians(rate), 2.5e-4, 1e-3 * bench.hinge_mm
@@ -153,3 +156,10 @@ def readings(angles_of, rates, counts, repeats: int, rng, *, masses: bool = True
         told = {"seed": seed, "camera": {"scale_sd": 0.01}, "air": {"density_kg_m3": 1.2}, "slide": {"tilt_rate_deg_s": rate}}
         out.append(SeenSlide(f"slide-{i:02d}", "", none, none, none, none, None, angles, told))
     return out
+
+
+def found(bench: Bench, seed: int, count: int = 3):
+    """The finding on `count` slides of this bench."""
+    from calibrate.diagnose.slide.diagnose import diagnose_slide
+
+    return diagnose_slide(slides(bench, count, np.random.default_rng(seed)), np.random.default_rng(0))

@@ -51,6 +51,7 @@ def amplitude(wave_mm: float, omega: float) -> float:
 EFFECT = Effect(
     name="plate-vibration", sector="sliding", unit="m/s^2", meaning="amplitude", prior_sd=0.5, low=0.0, high=20.0,
     source="stepper drives; the slips of a block on a shaken slope: stick while g sin θ + a sin ωt < μ g cos θ",
+    twins=("kinetic-friction", "stribeck"),
     separating="the same slide with the plate raised by hand, the drive off",
 )  # fmt: skip
 FREQUENCY = Effect(
