@@ -63,9 +63,11 @@ def _swapped(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Gen
 
 
 def _settled(base: Fit, chosen: tuple[str, ...], tried: dict, strength: dict, rng: np.random.Generator) -> tuple[str, ...]:
-    """What is left of the effects found one after the other: what was found first may have stood for two, a twin or both; and
-    what was found beside something that goes again may stand for what that had hidden."""
-    whole = _swapped(base, chosen, tried, rng, lambda n: base.problem.effects[n].twins)
+    """What is left of the effects found one after the other: what was found first may have stood for two, a twin or both, and
+    so may what takes its place; what was found beside something that goes again may stand for what that had hidden."""
+    whole = chosen
+    while (better := _swapped(base, whole, tried, rng, lambda n: base.problem.effects[n].twins)) != whole:
+        whole = better
     fewer = _needed(base, whole, tried, rng)
     if len(fewer) == len(whole):
         return whole
@@ -118,11 +120,19 @@ def _grown(
 
 
 def _other_beginnings(base: Fit, chosen: tuple[str, ...], tried: dict) -> list[str]:
-    """Where something is left beside all that was found, the first may have been a twin's: twins that stand by themselves."""
-    if tried[chosen].left_p > SATURATED_P:
-        return []
+    """Twins that stand by themselves, since the first may have stood for one of them and something else: where something is left
+    beside all that was found, or where so much is beside the twin that both may have more evidence."""
     twins = dict.fromkeys(t for n in chosen for t in base.problem.effects[n].twins if t not in chosen)
-    return [t for t in twins if (c := tried.get((t,))) and possible(c) and c.ln_bayes >= LN_BF_BASELINE]
+    able = [t for t in twins if (c := tried.get((t,))) and possible(c) and c.ln_bayes >= LN_BF_BASELINE]
+    if tried[chosen].left_p <= SATURATED_P:
+        return able
+    short = {t: _worth(tried[chosen]) - _worth(tried[(t,)]) for t in able}
+    return [t for t in able if max(_strength(fit(base.problem, free=(t,), start=base)).values()) ** 2 / 2 > short[t]]
+
+
+def _worth(found: Candidate) -> float:
+    """Its evidence, less what every effect must bring."""
+    return found.ln_bayes - LN_BF_BASELINE * len(found.names)
 
 
 def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: float = ALPHA) -> Verdict:
@@ -133,7 +143,8 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
     tried: dict[tuple[str, ...], Candidate] = {(): candidate(base, (), rng)}
     chosen = _grown(base, (), tried, strength, rng, alpha)
     ends = [chosen, *(_grown(base, (twin,), tried, strength, rng, alpha) for twin in _other_beginnings(base, chosen, tried))]
-    chosen = _best([tried[end] for end in ends], -np.inf).names
+    able = [tried[end] for end in ends if possible(tried[end])] or [tried[end] for end in ends]
+    chosen = max(able, key=_worth).names
     chosen = _settled(base, chosen, tried, strength, rng)
     left = _nameless_left(unbound(fit(base.problem, free=chosen, start=base), chosen), rng) if chosen else None
     return decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)

@@ -6,8 +6,8 @@ import numpy as np
 
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced
-from calibrate.diagnose.name import name
-from calibrate.diagnose.problem import Problem, fit
+from calibrate.diagnose.name import _settled, candidate, name
+from calibrate.diagnose.problem import Fit, Problem, fit
 
 PRIORS = {"stand-in": 500.0, "first": 10.0, "second": 1.6e6, "like-second": 10.0}
 
@@ -32,16 +32,20 @@ def test_what_is_dropped_again_has_not_hidden_what_it_stood_for():
     assert found.verdict == "name" and found.names == ("first", "second")
 
 
-def drawn(shapes: dict[str, np.ndarray], twins: dict[str, tuple[str, ...]]):
-    """The verdict on three recordings in which 20 of "first" and of "second" are seen."""
+def drawn(shapes: dict[str, np.ndarray], twins: dict[str, tuple[str, ...]], curves: int = 6) -> Fit:
+    """The baseline on three recordings in which 20 of "first" and of "second" are seen."""
     effects = {n: Effect(n, "flight", "1", n, 100.0, -1e9, 1e9, "drawn", twins=twins.get(n, ())) for n in shapes}
     a = np.column_stack(list(shapes.values())) / np.sqrt(3)
-    made = (Reduced(a, np.eye(40)[:, :6], 20 * (shapes["first"] + shapes["second"]) / np.sqrt(3)),) * 3
+    made = (Reduced(a, np.eye(40)[:, :curves], 20 * (shapes["first"] + shapes["second"]) / np.sqrt(3)),) * 3
     problem = Problem(
         "pile", tuple("abc"), effects, tuple(effects), {}, np.zeros((3, 0)),
         lambda starts, values, extra=None: (made, lambda moved: np.zeros((3, 0))), 120, 0.1, None, common_smooth=True,
     )  # fmt: skip
-    return name(fit(problem), SimpleNamespace(p=1e-9), np.random.default_rng(0))
+    return fit(problem)
+
+
+def verdict_on(base: Fit):
+    return name(base, SimpleNamespace(p=1e-9), np.random.default_rng(0))
 
 
 def test_where_something_is_left_the_twin_of_what_was_found_is_a_beginning_too():
@@ -53,6 +57,30 @@ def test_where_something_is_left_the_twin_of_what_was_found_is_a_beginning_too()
         "stand-in": rows[0] + rows[1] + 0.5 * rows[2], "first": rows[0], "second": rows[1],
         "third": rows[2] + 0.5 * rows[3],
     }  # fmt: skip
-    found = drawn(shapes, {"stand-in": ("first",)})
+    found = verdict_on(drawn(shapes, {"stand-in": ("first",)}))
     assert found.verdict == "name" and found.names == ("first", "second")
-    assert drawn(shapes, {}).verdict == "unknown"
+    assert verdict_on(drawn(shapes, {})).verdict == "unknown"
+
+
+def test_two_stand_ins_give_way_one_after_the_other():
+    """Found are two, each of which stands for another: neither swap alone leads to the two that are there."""
+    rows, rng = np.eye(40), np.random.default_rng(0)
+    shapes = {
+        "first": rows[0], "second": rows[1], "like-first": rows[0] + 0.3 * rows[2], "like-second": rows[1] + 0.4 * rows[3],
+    }  # fmt: skip
+    base = drawn(shapes, {"like-first": ("first",), "like-second": ("second",)})
+    found = ("like-first", "like-second")
+    tried = {key: candidate(base, key, rng) for key in ((), found)}
+    assert _settled(base, found, tried, {}, rng) == ("first", "second")
+
+
+def test_what_stands_for_two_and_leaves_nothing_that_shows_gives_way_to_both():
+    """A stand-in for both leaves χ² of 24, which is nothing among 30 curves; as a control where it leaves but 4."""
+    rows = np.eye(40)
+
+    def told(off: float):
+        shapes = {"stand-in": rows[0] + rows[1] + off * rows[10], "first": rows[0], "second": rows[1]}
+        return verdict_on(drawn(shapes, {"stand-in": ("first",)}, curves=30))
+
+    assert told(0.25).names == ("first", "second")
+    assert told(0.1).names == ("stand-in",)
