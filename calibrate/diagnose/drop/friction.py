@@ -9,6 +9,7 @@ from calibrate.diagnose.drop.impacts import Impacts
 
 KICK_FLOOR = 0.002  # kicks of the best balls scatter as much
 NEARLY_ROUND = 0.05  # elongation below which the contact is taken to lie below the centre: Δv_x = (I/mh) Δω but for the tilt
+STUCK = -1.0  # of the slip: all of it
 STUCK_SD = 5.0
 
 
@@ -27,6 +28,11 @@ class Friction:
     turn_sd: float
     grip_sd: float = 0.0
 
+    @property
+    def sticks(self) -> bool:
+        """Whether slip and turn tell the kick whole, whatever the shape."""
+        return self.stick == STUCK
+
 
 def friction_of(elongation: float, spun: bool) -> Friction:
     if not spun:
@@ -36,7 +42,7 @@ def friction_of(elongation: float, spun: bool) -> Friction:
 
 def stuck_friction(elongation: float) -> Friction:
     """With slip and turn as `_stuck` has them: −1 but for the radius, which is not the same all round, and the spin's noise."""
-    return Friction(-1.0, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
+    return Friction(STUCK, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
 
 
 def sticking(

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from calibrate.diagnose.drop.bounce import Bounces, bounces_of
-from calibrate.diagnose.drop.friction import KICK_FLOOR, Friction, friction_of, sticking
+from calibrate.diagnose.drop.friction import KICK_FLOOR, NEARLY_ROUND, Friction, friction_of, sticking
 from calibrate.diagnose.drop.impacts import Impacts
 from calibrate.diagnose.drop.scatter import Scatter, scatter_of
 from calibrate.diagnose.effects.drop import plate_tilt
@@ -21,6 +21,8 @@ from calibrate.diagnose.problem import Problem
 
 E_FLOOR = 0.003  # bounces of the best balls scatter as much
 E_FLOOR_LONG = 0.15  # times the squared elongation: half of what seeds show that are let go nearly flat
+ASIDE_FLOOR, ASIDE_LONG = 0.008, 0.4  # of a radius: how far beside its centre a seed is touched; more if let go in any attitude
+AGAIN = 0.7  # of that: where on a seed that does not turn
 TURNING_M_S = 2.0  # times the elongation: how the speed scatters at which a seed leaves that is struck as it turns
 STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
@@ -62,12 +64,11 @@ def problem_of(impacts: Impacts, elongation: float | None = None) -> Problem | N
     """None where too few impacts were seen to tell anything from their scatter."""
     long = elongation_of(impacts) if elongation is None else elongation
     seen = bounces_of(impacts, long)
-    later = impacts.number > 1
     spun = bool(impacts.spin_seen.mean() > 0.5) if len(impacts) else False
     e_rows, kick_rows = np.flatnonzero(seen.e_usable), np.flatnonzero(np.isfinite(seen.kick))
     e_scatter = _scatter_of_e(e_rows, seen, impacts, long)
     seen, kick_rows, push = sticking(seen, kick_rows, friction_of(long, spun), impacts, long)
-    kick_scatter = _scatter_of_kicks(kick_rows, seen, later, push)
+    kick_scatter = _scatter_of_kicks(kick_rows, seen, impacts, push, long)
     found = [(rows, s) for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)) if s is not None]
     if not found:
         return None
@@ -89,10 +90,10 @@ def _rows_of(effect: str, model: ImpactModel) -> bool:
     return bool(len(model.kick_rows if IMPACT_EFFECTS[effect].kick else model.e_rows))
 
 
-def _scatter(rows, y, design, error, components, floor, asked: int = 0, most: float = np.inf) -> Scatter | None:
+def _scatter(rows, y, design, error, components, floor, **about) -> Scatter | None:
     """The scatter of some rows about a law."""
     here = np.ix_(rows, rows)
-    return scatter_of(y[rows], design[rows], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor, asked, most)
+    return scatter_of(y[rows], design[rows], error[here], [np.eye(len(rows)), *(c[here] for c in components)], floor, **about)
 
 
 def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, long: float) -> Scatter | None:
@@ -101,11 +102,10 @@ def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, long: float
     A ball bounces later as it did first, however it turns.
     """
     floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
-    same = (impacts.recording[:, None] == impacts.recording).astype(float)
-    parts = [np.diag((impacts.number > 1) / seen.speed**2), same]
+    parts = [np.diag((impacts.number > 1) / seen.speed**2), _same_seed(impacts)]
 
     def about(law: np.ndarray) -> Scatter | None:
-        return _scatter(rows, seen.e, law, seen.e_error, parts, floor, 1, most)
+        return _scatter(rows, seen.e, law, seen.e_error, parts, floor, asked=1, most=most)
 
     found = [(scatter, law) for law in _e_designs(seen, impacts.number) if (scatter := about(law))]
     if not found:
@@ -115,14 +115,22 @@ def _scatter_of_e(rows: np.ndarray, seen: Bounces, impacts: Impacts, long: float
     return lying if lying and lying.aicc < best.aicc else best
 
 
-def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, later: np.ndarray, push: Friction) -> Scatter | None:
-    """Beside what friction is known to make of them, about as much of its doubt as their number bears."""
-    sure = push.turn_sd < 0.5
+def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, impacts: Impacts, push: Friction, long: float) -> Scatter | None:
+    """Beside what friction is known to make of them, about as much of its doubt as their number bears.
+
+    A seed that is nearly round hardly turns, and is touched beside its centre on the same side again."""
+    later, sure = impacts.number > 1, push.turn_sd < 0.5
+    aside = ASIDE_FLOOR + ASIDE_LONG * long
+    usual = (aside, 0.0, AGAIN * aside * (long < NEARLY_ROUND)) if not push.sticks else ()
     beside = seen.kick - sure * np.nan_to_num(push.turn * seen.turn + push.stick * seen.slip)
     design = _kick_design(seen, later, push)
     while design.shape[1] > 1 and len(rows) < 4 * design.shape[1]:
         design = design[:, :-1]
-    return _scatter(rows, beside, design, seen.kick_error, [np.diag(later * 1.0)], KICK_FLOOR)
+    return _scatter(rows, beside, design, seen.kick_error, [np.diag(later * 1.0), _same_seed(impacts)], KICK_FLOOR, usual=usual)
+
+
+def _same_seed(impacts: Impacts) -> np.ndarray:
+    return (impacts.recording[:, None] == impacts.recording).astype(float)
 
 
 def _e_designs(seen: Bounces, number: np.ndarray) -> list[np.ndarray]:

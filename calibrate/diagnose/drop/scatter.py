@@ -18,6 +18,7 @@ LEAST_WEIGHT = 1e-3
 LEAST_FREEDOM = 3
 MOST_LOSS = (TAILS + 3) / (TAILS + 1)  # of information by the weights, where the scatter is Student's t itself
 SCALE_LOSS = 3 / (TAILS + 3)  # of information on its scale then
+USUAL_ROWS = 2.0  # that what is known beforehand of a scatter is worth
 VAGUE = 0.1  # information on ln of a variance component without data
 
 
@@ -39,15 +40,17 @@ def scatter_of(
     floor: float,
     asked: int = 0,
     most: float = math.inf,
+    usual: tuple[float, ...] = (),
 ) -> Scatter | None:
     """Rows y (m,) about a free law `design` (m, p), whose columns from `asked` on are what anybody asks about; measured (m, m):
     covariance of the measuring; components (m, m) each of unit size, the first at least `floor`² large, the second at most
-    `most`². None where too few rows are left to tell a scatter."""
+    `most`²; usual: sds expected of the components beforehand, each worth USUAL_ROWS rows, 0 where nothing is. None where too few
+    rows are left to tell a scatter."""
     design = _independent(design)
     if len(y) - design.shape[1] < LEAST_FREEDOM:
         return None
     starts = (np.ones(len(y)), _weights(_robust(y, design, floor) ** 2))
-    settled = [_settled(y, design, measured, components, (floor, most), w) for w in starts]
+    settled = [_settled(y, design, measured, components, (floor, most), usual, w) for w in starts]
     likelihood, parts, square = max(settled, key=lambda found: found[0])
     loss = _loss_of_weighting(square)
     few = max(_freedom(measured, parts, design, asked) * (1 - SCALE_LOSS * (loss - 1) / (MOST_LOSS - 1)), 1.0)
@@ -70,13 +73,13 @@ def _aicc(likelihood: float, rows: int, numbers: int) -> float:
     return -2 * likelihood + 2 * numbers * rows / max(rows - numbers - 1, 0.5)
 
 
-def _settled(y, design, measured, components, bounds: tuple[float, float], weight: np.ndarray):
+def _settled(y, design, measured, components, bounds: tuple[float, float], usual: tuple[float, ...], weight: np.ndarray):
     """Weights and variances in turn, until they agree: ln of Student's likelihood, about, the components at their sizes, and
     the squares of the rows' residuals over the scale of their scatter."""
     at = None
     for _ in range(TURNS):
         rows = [components[0] / weight, components[1] / weight, *components[2:]]  # diagonal ones: they are what has outliers
-        parts, at = _fitted(y, design, measured, rows, bounds, at)
+        parts, at = _fitted(y, design, measured, rows, bounds, usual, at)
         whole = measured + sum(parts)
         square = _standardised(y, design, whole) ** 2 / weight
         before, weight = weight, _weights(square)
@@ -137,7 +140,7 @@ def _beside(inverse: np.ndarray, design: np.ndarray) -> np.ndarray:
     return inverse - inverse @ design @ np.linalg.pinv(design.T @ inverse @ design) @ design.T @ inverse
 
 
-def _fitted(y, design, known, components, bounds: tuple[float, float], at):
+def _fitted(y, design, known, components, bounds: tuple[float, float], expected: tuple[float, ...], at):
     """The components at the largest restricted likelihood, and ln of their sizes, to begin with the next time."""
     basis = np.linalg.qr(design)[0]
     left = np.linalg.svd(np.eye(len(y)) - basis @ basis.T)[0][:, : len(y) - basis.shape[1]]
@@ -153,12 +156,15 @@ def _fitted(y, design, known, components, bounds: tuple[float, float], at):
         return variance
 
     def loss(u: np.ndarray) -> float:
-        whole = fixed + sum(s * v for s, v in zip(sizes(u), parts, strict=True))
+        found = sizes(u)
+        whole = fixed + sum(s * v for s, v in zip(found, parts, strict=True))
         try:
             triangle = np.linalg.cholesky(whole + 1e-10 * np.trace(whole) / len(whole) * np.eye(len(whole)))
         except np.linalg.LinAlgError:  # one row so far off that the others' scatter is lost beside it
             return np.inf
-        return float(2 * np.log(np.diag(triangle)).sum() + (np.linalg.solve(triangle, seen) ** 2).sum() + 0.02 * (u**2).sum())
+        chance = 2 * np.log(np.diag(triangle)).sum() + (np.linalg.solve(triangle, seen) ** 2).sum()
+        beforehand = sum(np.log(v) + sd**2 / v for v, sd in zip(found, expected, strict=False) if sd)
+        return float(chance + USUAL_ROWS * beforehand + 0.02 * (u**2).sum())
 
     starts = [np.full(len(parts), -2.0), np.r_[-6.0, np.full(len(parts) - 1, -1.0)]] if at is None else [at]
     ends = [minimize(loss, u, method="Nelder-Mead", options={"maxfev": 200, "fatol": 0.01}) for u in starts]
