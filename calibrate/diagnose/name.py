@@ -142,9 +142,9 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
         return Verdict("none", (), p, (), float("nan"), None)
     tried: dict[tuple[str, ...], Candidate] = {(): candidate(base, (), rng)}
     chosen = _grown(base, (), tried, strength, rng, alpha)
-    ends = [chosen, *(_grown(base, (twin,), tried, strength, rng, alpha) for twin in _other_beginnings(base, chosen, tried))]
-    able = [tried[end] for end in ends if possible(tried[end])] or [tried[end] for end in ends]
-    chosen = max(able, key=_worth).names
+    others = [_grown(base, (twin,), tried, strength, rng, alpha) for twin in _other_beginnings(base, chosen, tried)]
+    ends = [tried[end] for end in (chosen, *others) if end == chosen or not set(chosen) < set(end)]  # beside it nothing was found
+    chosen = max([end for end in ends if possible(end)] or ends, key=_worth).names
     chosen = _settled(base, chosen, tried, strength, rng)
     left = _nameless_left(unbound(fit(base.problem, free=chosen, start=base), chosen), rng) if chosen else None
     return decide(base.problem.effects, p, chosen, tuple(c for key, c in tried.items() if key), 1.0 if left is None else left)

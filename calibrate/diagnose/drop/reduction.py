@@ -175,8 +175,10 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
             row[0, local : local + count], row[0, -1] = across, right
             rows.append(row)
         triangle = np.asarray(np.linalg.qr(np.vstack(rows), mode="r"))  # one array, whatever numpy's types say
-        below = triangle[local:]
-        bulk = float(np.log(np.abs(np.diag(triangle)[spins:local])).sum())
+        below, sizes = triangle[local:], np.abs(np.diag(triangle)[:local])
+        if not sizes.all():  # forces so great that a start moves nothing beside them: no place to be
+            below[:, -1], sizes = np.inf, np.ones(local)
+        bulk = float(np.log(sizes[spins:]).sum())
         reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1], bulk=bulk))
         back.append((flights, triangle[:local, :local], triangle[:local, local : local + count], triangle[:local, -1]))
 

@@ -232,6 +232,15 @@ def test_derivatives_are_those_of_what_a_camera_reads():
         assert seen == pytest.approx(rows[p].T, rel=2e-3, abs=2e-3 * np.abs(seen).max()), p
 
 
+def test_where_forces_leave_no_say_to_a_start_is_no_place_for_a_fit():
+    """A drag that goes as v^-15: whatever is fitted there, it does not come out as a better fit than any other."""
+    base = fitted(LIGHT, 1)
+    wild = np.where([n == "drag-slope" for n in base.names], -17.0, base.values)
+    with np.errstate(all="ignore"):
+        reduced, _ = base.problem.reduce(base.starts, wild)
+    assert not any(np.isfinite((r.b**2).sum()) for r in reduced)
+
+
 def test_what_the_stated_uncertainty_covers_is_no_news():
     """A roll of 1.5 of its own sd and a C_d 15 % off are the bench's usual state."""
     base = fitted(replace(LIGHT, roll_deg=0.075, shape_drag=1.15), 4)
