@@ -143,7 +143,7 @@ def name(base: Fit, location: Location, rng: np.random.Generator, *, alpha: floa
     tried: dict[tuple[str, ...], Candidate] = {(): candidate(base, (), rng)}
     chosen = _grown(base, (), tried, strength, rng, alpha)
     others = [_grown(base, (twin,), tried, strength, rng, alpha) for twin in _other_beginnings(base, chosen, tried)]
-    ends = [tried[end] for end in (chosen, *others) if end == chosen or not set(chosen) < set(end)]  # beside it nothing was found
+    ends = [tried[end] for end in (chosen, *others) if not set(chosen) < set(end)]  # beside it nothing was found
     chosen = max([end for end in ends if possible(end)] or ends, key=_worth).names
     chosen = _settled(base, chosen, tried, strength, rng)
     left = _nameless_left(unbound(fit(base.problem, free=chosen, start=base), chosen), rng) if chosen else None

@@ -130,6 +130,7 @@ def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, impacts: Impacts, push: F
 
 
 def _same_seed(impacts: Impacts) -> np.ndarray:
+    """(n, n): 1 where two impacts are of one recording, that is of one seed."""
     return (impacts.recording[:, None] == impacts.recording).astype(float)
 
 
