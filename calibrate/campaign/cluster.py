@@ -12,6 +12,7 @@ from typing import Any
 from calibrate.campaign.store import CampaignStopped
 
 PATIENCE_S = 30.0
+CLOSING_S = 10.0  # dask would wait without end for a worker that does not answer
 
 
 @dataclass(frozen=True)
@@ -42,9 +43,8 @@ def connected(jobs: int, workers: int | None, scheduler: str | None) -> Iterator
     with _local(min(workers or cores, jobs)) as cluster, Client(cluster, set_as_default=False) as client:
         try:
             yield Connection(client, cores)
-        except BaseException:
-            _kill(cluster)  # closing politely would wait for jobs of minutes
-            raise
+        finally:
+            _kill(cluster)  # all is stored, or given up: closing politely would wait for jobs of minutes
 
 
 def _joined(scheduler: str) -> Any:
@@ -80,13 +80,13 @@ def _local(workers: int) -> Iterator[Any]:
         yield cluster
     finally:
         with contextlib.suppress(TimeoutError):
-            cluster.close()
+            cluster.close(timeout=CLOSING_S)
 
 
 def _kill(cluster) -> None:
     """End the worker processes at once; what they were writing is swept afterwards."""
     for nanny in cluster.workers.values():
-        nanny.auto_restart = False
+        nanny.close_gracefully()  # says only that it is not to start another
         if nanny.pid:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(nanny.pid, signal.SIGKILL)

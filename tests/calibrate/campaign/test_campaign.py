@@ -1,5 +1,6 @@
 """Whole campaigns on local worker processes: order, resuming, Ctrl-C, failures."""
 
+import asyncio
 import os
 import shlex
 import signal
@@ -13,14 +14,16 @@ import psutil
 import pytest
 from campaign_stand_ins import Square, computed, nothing_half_written, square
 
-from calibrate.campaign import CampaignStopped, read_campaign, run_campaign, stream_campaign
+from calibrate.campaign import CampaignStopped, cluster, read_campaign, run_campaign, stream_campaign
 from calibrate.campaign.run import threads_each
 from calibrate.campaign.store import open_store
 from calibrate.twin import Parameters
 from calibrate.twin.job import Job
 
 SCRIPT = """
+import faulthandler
 import sys
+faulthandler.dump_traceback_later(80)  # says where it waits, if it does
 from campaign_stand_ins import Square, square
 from calibrate.campaign import stream_campaign
 if __name__ == "__main__":
@@ -61,6 +64,21 @@ def test_a_campaign_is_resumed_and_failures_are_named(tmp_path, monkeypatch):
     assert again.table.equals(results.table) and len(computed(log)) == 3
     assert read_campaign([*mixed, roll], tmp_path / "store").counts() == {"done": 4, "unmeasured": 0, "failed": 1, "missing": 1}
     assert nothing_half_written(tmp_path / "store")
+
+
+def test_a_campaign_ends_though_its_cluster_does_not_close(tmp_path, monkeypatch):
+    """Without a bound its last result is followed by silence without end."""
+
+    async def never(*_, **__) -> None:
+        await asyncio.sleep(1e6)
+
+    monkeypatch.setattr("distributed.LocalCluster._close", never)
+    monkeypatch.setattr(cluster, "CLOSING_S", 1.0)
+    began = time.monotonic()
+    assert run_campaign([Square(1)], tmp_path / "store", workers=1, work=square).counts()["done"] == 1
+    assert time.monotonic() - began < 30  # a busy machine; it takes five
+    alive = psutil.wait_procs(psutil.Process().children(recursive=True), timeout=1.0)[1]
+    assert not [process for process in alive if "spawn_main" in " ".join(process.cmdline())]
 
 
 def test_a_job_of_a_machine_that_falls_silent_is_taken_over(tmp_path):
