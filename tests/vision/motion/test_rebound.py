@@ -329,3 +329,40 @@ def test_coverage_over_everything_a_recording_states():
         for q in measure_rebound(track, known).quantities:
             inside.setdefault(q.name, []).append(abs(q.value - truth[q.name]) < 1.96 * q.sd)
     assert all(0.90 <= np.mean(hits) <= 0.98 for hits in inside.values()), {k: np.mean(v) for k, v in inside.items()}
+
+
+@pytest.mark.parametrize("stray", [False, True])
+def test_slow_noise_and_stray_rows_while_a_seed_is_held_are_no_contacts(stray):
+    """80 mm at 8000 frames a second, held for 0.1 s; noise of 0.15 mm that wanders over ten frames, or few rows 6 sd off."""
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        motion = draw_drop(height_mm=80, rest_s=0.1, end_s=0.6)
+        track = film_track(motion, rng, fps=8000, noise_mm=0.03 if stray else 0.15, ar=0.0 if stray else 0.9)
+        if stray:
+            odd = rng.random(len(track)) < 0.02
+            track = replace(track, y=track.y + odd * rng.normal(0, 0.18, len(track)))
+        found = measure_rebound(track, drop(80.0, fps=8000, mm_per_px=0.2))
+        assert found.flights.meeting(0) == pytest.approx(motion.truth["bounces"][0]["t_s"], abs=1e-3)
+        assert named(found)["restitution"].quality == "good"
+
+
+def test_the_lows_of_a_seed_that_rocks_to_rest_are_no_contacts():
+    """After its third flight the centre goes up and down by a few mm, five times a second: bounces are those before."""
+    motion = draw_drop(end_s=1.8)
+    track = film_track(motion, np.random.default_rng(0), noise_mm=0.02)
+    late = np.maximum(track.t_s - motion.truth["bounces"][3]["t_s"], 0.0)
+    rocking = 2.0 * (1 - np.cos(2 * np.pi * 5 * late)) * np.exp(-late)
+    rest = 3.4 + np.random.default_rng(1).normal(0, 0.02, len(track))
+    found = measure_rebound(replace(track, y=np.where(late > 0, rest + rocking, track.y)), drop())
+    assert len(found.bounces) == 3
+    assert found.bounces.restitution.to_numpy() == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_seed_that_bounced_out_of_the_picture_has_no_contact_below_the_plate():
+    """What came back after two bounces that nobody saw belongs to no bounce."""
+    motion = draw_drop(restitution=0.8, end_s=2.0)
+    track = film_track(motion, np.random.default_rng(0))
+    times = [bounce["t_s"] for bounce in motion.truth["bounces"]]
+    seen = (track.t_s < (times[1] + times[2]) / 2) | (track.t_s > times[3] + 0.3 * (times[4] - times[3]))
+    found = measure_rebound(track.marked(~seen), drop())
+    assert found.bounces.t_s.to_numpy() == pytest.approx(times[:2], abs=1e-4)
