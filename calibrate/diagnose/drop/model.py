@@ -20,7 +20,6 @@ from calibrate.diagnose.effects.effect import Motion, View
 
 LAWS = EFFECTS | NUISANCES
 ROUND_JOINT_SD_M = 2e-5  # how far the centre moves sideways during a contact beside what its speeds before and after say
-LONG_JOINT_SD_M = 3e-4  # a long seed touches with one end, then with the other: some ms at a speed in between
 LEAST_ASIDE_M_S = 0.01
 ROUND = 0.02  # elongation of what is taken for a ball
 
@@ -230,8 +229,8 @@ def joint_sds(model: Model, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
 
 
 def joint_sd(session: Session) -> float:
-    """[m], see above; a seed of which no sizes are stated may be long."""
-    return ROUND_JOINT_SD_M if session.elongation < ROUND else LONG_JOINT_SD_M
+    """[m]: a long seed touches with one end, some ms later with the other; one of which no sizes are stated may be long."""
+    return ROUND_JOINT_SD_M if session.elongation < ROUND else session.rocking_m
 
 
 def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray, rate: float) -> np.ndarray:

@@ -16,6 +16,7 @@ from calibrate.diagnose.problem import Problem
 GRAVITY_SD = 5e-4  # of g at an unknown place on earth, beside 9.80665: a twin of the scale, so part of what is known of it
 PERSPECTIVE_SD = 1e-3
 WOBBLE = "silhouette-wobble"
+TURNS = 15  # where a scale is far off and a wind strong, five end half way
 
 
 def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
@@ -25,7 +26,7 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
     rows = 2 * len(s.tau) + int(np.isfinite(s.release).sum()) + len(s.joint)
     return Problem(
         "drop", s.names, EFFECTS, model.names, baseline_sd(s), _parabolas(model), partial(reduce, model, noise),
-        rows - 4 * len(s.middle), noise.level_sd, model,
+        rows - 4 * len(s.middle), noise.level_sd, model, TURNS,
     )  # fmt: skip
 
 

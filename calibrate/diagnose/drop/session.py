@@ -7,11 +7,14 @@ import numpy as np
 from calibrate.diagnose.drop.air import Air, air_of
 from calibrate.diagnose.drop.turning import trusted, turning
 from calibrate.diagnose.effects.effect import View
+from calibrate.diagnose.noise import SPIKE_SD
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
+MOST_STRAY = 0.05  # of a flight's rows; more are no strays but its way
 LEAST_ROWS = 8  # of a flight: a last hop of so few still says how fast the seed left
 SMOOTH_DEGREE = 4  # beyond that, air bends the fall of a seed by less than a tenth of a pixel
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
+LEAST_ROCKING_M = 3e-4  # of balls too, along the line of sight
 HEIGHT_SD_M = 1e-3  # how well a release height is known
 
 
@@ -58,6 +61,7 @@ class Session:
     scale_sd: float
     plumb_sd_deg: float
     elongation: float  # (length − thickness)/(length + thickness) of the stated seed; NaN where not stated
+    rocking_m: float  # how far aside it may come between its first touch and its last at one contact
     notes: tuple[str, ...] = ()
 
 
@@ -104,7 +108,8 @@ def assemble(tracks) -> Session:
         air=tuple(air_of(d) for d in about), view=view, spin_seen=spin_seen,
         scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
-        elongation=float(np.median([_elongation(d) for d in about])), notes=tuple(notes),
+        elongation=float(np.median([_elongation(d) for d in about])), rocking_m=float(np.median([_rocking(d) for d in about])),
+        notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -136,6 +141,7 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
             rows = _before_landing(rows, places[rows, 1], track.description)
             if len(rows) < LEAST_ROWS:
                 continue
+        rows = rows[~_stray(track.time_s[rows], places[rows])]
         time = track.time_s[rows]
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         turned = turning(track.angle_deg, rows, time)
@@ -144,6 +150,18 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
             "places": places[rows], "frame": track.frame[rows], "angle": turned.angle, "phase": phase[rows],
         }))  # fmt: skip
     return found
+
+
+def _stray(time: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Rows (n,) that lie SPIKE_SD robust sds off a smooth curve through their flight, across or up."""
+    stray = np.zeros(len(time), dtype=bool)
+    basis = np.polynomial.legendre.legvander(2 * (time - time[0]) / max(np.ptp(time), 1e-12) - 1, min(6, len(time) // 10))
+    for _ in range(2):
+        left = places - basis @ np.linalg.lstsq(basis[~stray], places[~stray], rcond=None)[0]
+        stray = (np.abs(left) > SPIKE_SD * 1.4826 * np.median(np.abs(left), axis=0) + 1e-12).any(axis=1)
+        if stray.mean() > MOST_STRAY:
+            return np.zeros(len(time), dtype=bool)
+    return stray
 
 
 def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.ndarray:
@@ -199,6 +217,17 @@ def _elongation(description: dict) -> float:
     return (max(sizes) - min(sizes)) / (max(sizes) + min(sizes)) if len(sizes) > 1 else float("nan")
 
 
+def _rocking(description: dict) -> float:
+    """How far aside a seed comes while its other end comes down [m]: taken for half of what its centre may sink by."""
+    return max(_shape_sd(description), LEAST_ROCKING_M)
+
+
+def _shape_sd(description: dict) -> float:
+    """A quarter of what the longest size is over the shortest [m]; of a seed of which no sizes are stated, HEIGHT_SD_M."""
+    sizes = _sizes(description)
+    return (max(sizes) - min(sizes)) / 4000 if len(sizes) > 1 else 0.0 if sizes else HEIGHT_SD_M
+
+
 def _uneven(description: dict) -> float:
     """Half the length squared over the distance [m]; of a seed of which no sizes are stated, of 8 mm."""
     away = description["camera"].get("distance_mm") or np.inf
@@ -210,9 +239,7 @@ def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
     falls, sds = [], []
     for t in tracks:
         stated = t.description.get("drop", {}).get("height_mm")
-        sizes = _sizes(t.description)
-        shape = (max(sizes) - min(sizes)) / 4000 if len(sizes) > 1 else 0.0 if sizes else HEIGHT_SD_M
         usable = bool(stated) and t.release_seen and len(t.contacts_s) > 0
         falls.append(stated / 1000 if usable else np.nan)
-        sds.append(float(np.hypot(HEIGHT_SD_M, shape)))
+        sds.append(float(np.hypot(HEIGHT_SD_M, _shape_sd(t.description))))
     return np.array(falls), np.array(sds)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from calibrate.diagnose.drop.air import G_M_S2
-from calibrate.diagnose.drop.model import LONG_JOINT_SD_M, Model, rate_of
+from calibrate.diagnose.drop.model import Model, rate_of
 
 ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
 DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
@@ -65,5 +65,5 @@ def unseen_rows(model: Model, starts: np.ndarray, r: int):
             continue
         before, taus = s.joint[j, 0], model.contacts.tau[[j, len(s.joint) + j]]
         apart = starts[f, 5] + taus[1] * starts[f, 6] - starts[before, 5] - taus[0] * starts[before, 6]
-        entries = np.array([1, taus[1], -1, -taus[0]]) / LONG_JOINT_SD_M
-        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / LONG_JOINT_SD_M
+        entries = np.array([1, taus[1], -1, -taus[0]]) / s.rocking_m
+        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / s.rocking_m

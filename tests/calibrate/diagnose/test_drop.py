@@ -232,6 +232,14 @@ def test_derivatives_are_those_of_what_a_camera_reads():
         assert seen == pytest.approx(rows[p].T, rel=2e-3, abs=2e-3 * np.abs(seen).max()), p
 
 
+def test_a_fit_goes_on_where_the_baseline_is_far_off():
+    """A scale four of its sds off and a wind of 1.2 m/s, in a narrow valley: after five steps χ² is 210 above where it ends."""
+    bench = Bench(fps=1000.0, wind=1.2, scale=0.04, noise_mm=0.03, rho=0.0, e=0.65, bounces=4, angle=False)
+    problem = problem_of(build(assemble(tracks(bench, 4, np.random.default_rng(2), heights=[0.1, 0.31]))))
+    problem = replace(problem, known_sd=problem.known_sd | {"scale-error": 0.01})
+    assert fit(problem).chi2 == pytest.approx(fit(replace(problem, turns=40)).chi2, abs=80.0)
+
+
 def test_where_forces_leave_no_say_to_a_start_is_no_place_for_a_fit():
     """A drag that goes as v^-15: whatever is fitted there, it does not come out as a better fit than any other."""
     base = fitted(LIGHT, 1)

@@ -18,7 +18,7 @@ def acceleration(motion: Motion, value: float) -> np.ndarray:
 
 
 EFFECT = Effect(
-    name="draught", sector="flight", unit="m/s", meaning="wind along x", prior_sd=0.3, low=-3.0, high=3.0,
+    name="draught", sector="flight", unit="m/s", meaning="wind along x", prior_sd=0.3, low=-6.0, high=6.0,
     source="drag with v − u; ventilated rooms have 0.1 to 0.5 m/s (ISO 7730)",
     twins=("camera-roll", "magnus"), separating="a plumb line in the picture; a drop behind a screen",
     acceleration=acceleration,

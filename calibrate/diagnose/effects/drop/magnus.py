@@ -16,7 +16,7 @@ def acceleration(motion: Motion, value: float) -> np.ndarray:
 
 
 EFFECT = Effect(
-    name="magnus", sector="flight", unit="1", meaning="C in a = C (rho A r / 2 m) omega x v", prior_sd=1.0, low=-5.0, high=5.0,
+    name="magnus", sector="flight", unit="1", meaning="C in a = C (rho A r / 2 m) omega x v", prior_sd=1.0, low=-10.0, high=10.0,
     source="Rubinow, Keller (1961), J. Fluid Mech. 11, 447 (C = 2); Oesterlé, Bui Dinh (1998), Exp. Fluids 25, 16 (0.2 to 1)",
     twins=("draught",), separating="drops that spin the other way: a draught does not turn with the spin", needs="spin",
     acceleration=acceleration,
