@@ -73,7 +73,8 @@ def _told(base: Fit, rng: np.random.Generator) -> Told:
 
 
 def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Generator) -> Told:
-    """Where no hinge is stated: the same on a plate that stands still, if that misses nothing, or fits clearly better.
+    """Where no hinge is stated: the same on a plate that stands still, if that misses nothing, fits clearly better, or knows a
+    name for what else is unknown.
 
     At one rate the plate's turning does what friction that grows with speed does, and costs no parameter: where a plate that
     stands still has more evidence for that alone, or spares a name that friction, what either names is a class.
@@ -88,6 +89,8 @@ def _or_still(prepared: Prepared, told: Told, steps: bool, rng: np.random.Genera
     still = _told(other, rng)
     more = still.ln_evidence - told.ln_evidence
     if still.verdict.verdict == "none" or (more > LN_BF_BASELINE and _best(still).chi2 < _best(told).chi2 - 2 * LN_BF_RIVAL):
+        return still
+    if told.verdict.verdict == "unknown" != still.verdict.verdict and more > -LN_BF_RIVAL:
         return still
     if told.verdict.verdict != "name" or more < -LN_BF_RIVAL or set(told.verdict.names) == set(still.verdict.names):
         return told

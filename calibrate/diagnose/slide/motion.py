@@ -130,7 +130,7 @@ def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> 
         if time[i] <= onset:
             place[i], speed[i] = plate_vibration.crept(p[14], p[15], growth, time[i] - onset)
             continue
-        count = max(math.ceil((time[i] - t) / longest), 1)
+        count = min(max(math.ceil((time[i] - t) / longest), 1), STEPS)  # a fit may try an onset long before the first row
         s = (time[i] - t) / count
         for k in range(count):
             x, v = _step(t + k * s, s, x, v, tilt, p)

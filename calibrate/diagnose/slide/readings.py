@@ -7,6 +7,7 @@ import numpy as np
 FINEST_DEG = 0.1  # what a goniometer is read to: grids of that and less are its resolution
 COARSEST_DEG = 5.0
 NEAR_DEG = 0.011  # how well a reading sits on its grid
+ROUNDED_SD_DEG = 0.01 / math.sqrt(12)  # of a reading to a hundredth of a degree, the same each time that a stair is read
 CHANCE = 1e-3
 PARTS = 5  # of the least difference between two readings that may be the spacing
 SPACING_SD = 0.005  # relative
@@ -34,10 +35,12 @@ def grid_of(readings: list[np.ndarray]) -> tuple[float, float, float] | None:
     for part in range(1, PARTS + 1) if len(seen) else ():
         spacing = float(np.diff(seen).min()) / part
         number = np.round((values - seen[0]) / spacing)
-        spacing = float(np.polyfit(number, values, 1)[0])
+        stairs = np.unique(number)
+        spacing = float(np.polyfit(stairs, [values[number == k].mean() for k in stairs], 1)[0])
         off = values - seen[0] - spacing * number
         if np.ptp(off) < 2 * NEAR_DEG and spacing > FINEST_DEG and PARTS * (FINEST_DEG / spacing) ** (n - 2) < CHANCE:
-            half = 1.96 * SPACING_SD * spacing
+            rounded = ROUNDED_SD_DEG / math.sqrt(float(((stairs - stairs.mean()) ** 2).sum()))
+            half = 1.96 * math.hypot(SPACING_SD * spacing, rounded)
             return round(spacing, 3), spacing - half, spacing + half
     return None
 

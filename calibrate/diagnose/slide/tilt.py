@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 STATED_RATE_SD = 0.01  # of a rate that is only stated
-STATED_START_SD_DEG, UNSTATED_START_SD_DEG = 0.5, 3.0  # of the angle at the first moment, where no column tells
+STATED_START_SD_DEG, UNSTATED_START_SD_DEG = 0.5, 30.0  # of the angle at the first moment, where no column tells: any
 SLIDES_SEEN = 3.0  # the angle is learnt from so many times the slide's duration, up to its end
 BEND_CHI2 = 16.0  # a quadratic and a cubic term must earn so much
 RESOLUTION_DEG = 0.105  # grids up to 0.1° are a sensor's resolution, not a plate raised in steps
@@ -30,7 +30,7 @@ class Tilt:
 
 
 def stated_tilt(told: dict, origin: float) -> Tilt:
-    """A steady rate from the first moment on; where it began is known roughly at best."""
+    """A steady rate from the first moment on; where it began is known roughly at best: a film may begin just before it slides."""
     rate = float(told["tilt_rate_deg_s"])
     start, known = float(told.get("start_deg", 0.0)), "start_deg" in told
     coefficients = np.radians([start + rate * origin, rate, 0.0, 0.0])

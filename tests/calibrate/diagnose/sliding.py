@@ -44,6 +44,7 @@ class Bench:
     white: float = 0.3
     tilt_noise_deg: float = 0.03
     tilt_column: bool = True
+    start_stated: bool = True  # where there is no column: that the plate was level at t = 0; False: the film begins just before
     lost: float = 0.02
     sign: float = 1.0
     more: dict = field(default_factory=dict)
@@ -132,13 +133,14 @@ def slides(bench: Bench, count: int, rng):
         seen = seen + offset + noise(len(x), bench.tilt_noise_deg, 0.5, 0.5, rng)
         keep = rng.random(len(t)) >= bench.lost
         column = {"tilt_deg": seen[keep]} if bench.tilt_column else {}
-        track = make_track(t[keep], x[keep], 0 * x[keep], frame=np.arange(len(t))[keep], **column)
+        begun = 0.0 if bench.start_stated else t[keep][0]
+        track = make_track(t[keep] - begun, x[keep], 0 * x[keep], frame=np.arange(len(t))[keep], **column)
         told = Recording(
             f"slide-{i:02d}", Path(), "slide", "track.csv", (), seed=Seed(mass_g=0.234, count=seeds),
             camera=Camera(fps=bench.fps, mm_per_px=0.1, mm_per_px_sd=0.1 * bench.scale_sd),
             slide=Slide(
                 tilt_rate_deg_s=rate, travel_mm=bench.travel_mm, start_mm=bench.hinge_mm if bench.hinge_stated else None,
-                start_deg=None if bench.tilt_column else 0.0,
+                start_deg=None if bench.tilt_column or not bench.start_stated else 0.0,
             ),
         )  # fmt: skip
         out.append(slide_of(track, told))

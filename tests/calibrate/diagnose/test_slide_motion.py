@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import time
 
 import numpy as np
 import pytest
@@ -30,6 +31,15 @@ def test_a_block_that_a_fit_drives_too_far_stays_finite():
     tilt = np.array([math.radians(25.0), 0, 0, 0])
     x, v = travel(np.linspace(0, 60, 200), 0.0, tilt, Laws(friction=0.1, worn=-20.0))
     assert np.isfinite(x).all() and np.isfinite(v).all() and (np.diff(x) >= 0).all()
+
+
+def test_an_onset_long_before_the_first_row_takes_no_longer():
+    """A fit on its way may try one; at the usual step ten million seconds are minutes of work."""
+    tilt, t = np.array([math.radians(25.0), 0, 0, 0]), np.linspace(0, 1, 11)
+    travel(t, 0.0, tilt, Laws(friction=0.1))  # compiled
+    begun = time.process_time()
+    x, v = travel(t, -1e7, tilt, Laws(friction=0.1))
+    assert time.process_time() - begun < 0.5 and np.isfinite(x).all() and np.isfinite(v).all()
 
 
 def test_machine_code_of_older_laws_is_not_taken_up_again():

@@ -28,6 +28,13 @@ def test_a_noisy_or_finely_resolved_column_is_no_staircase():
     assert seen_tilt(t, np.ceil(ramp / 0.4) * 0.4, 3.0, 4.0).stair_deg == pytest.approx(0.4, rel=0.01)
 
 
+@pytest.mark.parametrize("stair", [0.1344, 0.1356, 0.2849])
+def test_a_stair_of_few_readings_is_known_no_better_than_they_are_rounded(stair):
+    read = np.round(np.repeat(np.arange(158, 163), 8) * stair, 2)
+    _, low, high = grid_of([read])
+    assert low < stair < high and high - low < 0.05 * stair
+
+
 def angle_read(delay_mm=0.0, clock_s=0.0, pull=0.0, grid=0.0):
     """Reader of an angle: small steps until the block has moved by `delay_mm`."""
 

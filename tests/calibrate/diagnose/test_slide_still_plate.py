@@ -39,3 +39,10 @@ def test_what_a_plate_that_turns_and_one_that_stands_still_call_by_two_names_is_
     finding = diagnose._or_still(prepared, told, False, np.random.default_rng(0)).verdict
     assert finding.verdict == verdict and set(finding.names) == names
     assert ("start_mm" in (finding.next_record or "")) == (verdict == "class")
+
+
+def test_what_is_unknown_on_a_plate_that_turns_has_its_name_on_one_that_stands_still():
+    """A clock off by 0.4 s at one rate: its class, for all that the missing turn is friction nobody knows."""
+    bench = replace(LIGHT, turns=False, hinge_stated=False, rates=(4.0,), clock_s=0.4, noise_mm=0.02)
+    finding = found(bench, 1, count=3)
+    assert finding.verdict == "class" and {"clock-offset", "angle-offset"} <= set(finding.names)

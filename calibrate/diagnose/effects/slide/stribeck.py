@@ -7,18 +7,17 @@ from numba import njit
 from calibrate.diagnose.effects.effect import Effect
 
 SPEED_M_S = 0.05  # typical; a block slides at 0 to 0.5 m/s
-EXPONENT = 1.4  # between the exponential (1) and the Gaussian (2)
 
 
 @njit(cache=True)
 def friction(speed: float, value: float, ln_scale: float, shape: float) -> float:
-    """Δμ = `value` exp(−(v/v_s)^n) [-], v_s = SPEED e^ln_scale [m/s], n = EXPONENT e^shape.
+    """Δμ = `value` exp(−(v/v_s)^n) [-], v_s = SPEED e^ln_scale [m/s], n = e^shape.
 
     ln_scale within ±6, shape within ±3 [-]: far outside what a candidate may be, so that a fit meets no edge."""
     if value == 0.0:
         return 0.0
     ratio = abs(speed) / (SPEED_M_S * math.exp(min(max(ln_scale, -6.0), 6.0)))
-    return value * math.exp(-(ratio ** (EXPONENT * math.exp(min(max(shape, -3.0), 3.0)))))
+    return value * math.exp(-(ratio ** math.exp(min(max(shape, -3.0), 3.0))))
 
 
 EFFECT = Effect(
@@ -32,6 +31,6 @@ SPEED = Effect(
     high=3.0, source="scales of 0.01 to 0.25 m/s show within a slide", group="stribeck",
 )  # fmt: skip
 SHAPE = Effect(
-    name="stribeck.shape", sector="sliding", unit="1", meaning="ln of the exponent over 1.4", prior_sd=0.3, low=-1.3, high=0.8,
-    source="exponents of 0.5 to 2 are in use", group="stribeck",
+    name="stribeck.shape", sector="sliding", unit="1", meaning="ln of the exponent", prior_sd=0.4, low=-1.0, high=1.0,
+    source="exponents of 0.5 to 2 are in use; 1 (Bo & Pavelescu 1982, Wear 82, 277) is the DEM's", group="stribeck",
 )  # fmt: skip
