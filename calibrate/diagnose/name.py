@@ -53,10 +53,11 @@ def _swapped(base: Fit, chosen: tuple[str, ...], tried: dict, rng: np.random.Gen
     """With one of others(n) in the place of an n of them where that has more evidence."""
     if len(chosen) < 2:
         return chosen
+    able = set(base.names) & set(base.problem.effects)  # a bench may hold as known what is a candidate elsewhere
     for n in chosen:
         for other in others(n):
             key = tuple(sorted({*chosen, other} - {n}))
-            if other not in chosen and other in base.names:
+            if other not in chosen and other in able:
                 tried[key] = tried.get(key) or candidate(base, key, rng)
     same = [c for key, c in tried.items() if len(key) == len(chosen) and possible(c)]
     return max((tried[tuple(sorted(chosen))], *same), key=lambda c: c.ln_bayes).names

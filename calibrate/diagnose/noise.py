@@ -4,9 +4,9 @@
 
 t, s frame numbers, so that lost frames need no filling in. ρ and the white share are those that make the restricted likelihood
 (REML; Patterson & Thompson 1971, Biometrika 58, 545) largest about a flexible curve: physics that a baseline leaves out must not
-be taken for correlated noise. What the curve takes up cannot be seen, so a correlation longer than an eighth of a flight is not
-considered, and of two descriptions that the data do not tell apart the one with less noise at low frequency holds. Whitening is
-by the innovations of the Kalman filter of this model (exact, gaps included).
+be taken for correlated noise. What the curve takes up cannot be seen, so a correlation longer than an eighth of a flight, or than
+a third of a rest, is not considered, and of two descriptions that the data do not tell apart the one with less noise at low
+frequency holds. Whitening is by the innovations of the Kalman filter of this model (exact, gaps included).
 """
 
 from dataclasses import dataclass
@@ -17,6 +17,7 @@ from scipy import stats
 from scipy.optimize import minimize
 
 CELLS = 8  # correlation lengths that a usual stretch must hold for its correlation to be told from the curve's own freedom
+CELLS_AT_REST = 3  # likewise beside a constant: nothing moves there that could be taken for noise
 COARSE = [(0.0, 0.0), *((rho, white) for rho in (0.3, 0.6, 0.8, 0.9, 0.95, 0.98) for white in (0.0, 0.4, 0.8))]
 LEAST_ROWS = 40  # of a stretch that is to tell about correlation
 FARTHEST = 6.0  # logits: beyond, a share is as good as none
@@ -95,7 +96,7 @@ def estimate(stretches: list[Stretch]) -> Noise:
     if not usable:
         return Noise(0.0, 0.0, 1.0)
     packed = _pack(usable)
-    highest = max(1 - CELLS / _usual_length(usable), 0.5)
+    highest = max(1 - 1 / _longest(usable), 0.5)
 
     def loss(rho: float, white: float) -> float:
         return _loss(packed, rho, white)[0] + np.log(Noise(rho, white, 0.0).low_frequency)
@@ -112,6 +113,12 @@ def estimate(stretches: list[Stretch]) -> Noise:
         spare = sum(len(s.data) - s.design.shape[1] for s in usable)
         return Noise(0.0, 0.0, float(np.sqrt(2 / spare)))
     return Noise(rho, white, _log_level_sd(packed, found.x, highest))
+
+
+def _longest(stretches: list[Stretch]) -> float:
+    """Rows of the longest correlation that these can tell."""
+    at_rest = [s for s in stretches if s.design.shape[1] == 1]
+    return max(_usual_length(stretches) / CELLS, _usual_length(at_rest) / CELLS_AT_REST if at_rest else 0.0)
 
 
 def _usual_length(stretches: list[Stretch]) -> float:

@@ -16,6 +16,8 @@ from calibrate.diagnose.linear import Reduced, ridge, stacked
 OUTSIDE = 10.0  # of χ²: ln of Bayes factor 5
 POOR = 2.0  # χ² per degree of freedom above which a fit may have ended beside its minimum
 STRAINED = 5.0  # sds of something known: likewise
+TAIL = 2.0  # sds of a candidate's prior beyond which its tail begins
+TAIL_TURNS = 6  # until the width is that of the value it gives
 CLOSE = 0.01  # of χ² that a further step promises to take: a tenth of a sd in any direction
 
 
@@ -134,27 +136,38 @@ def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, valu
     wide = {n for effect in free for n in problem.columns_of(effect)}
     usual = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
-    prior = np.hypot(usual, physical)
-    values = values * (prior > 0)
+    usual, tailed = np.hypot(usual, physical), np.isin(problem.names, free)
+    values, prior = values * (usual > 0), usual
     lowest, good = np.inf, (starts, values)
     begun = problem.reduce, starts.tobytes(), values.tobytes()
     if begun not in known:
         known[begun] = problem.reduce(starts, values)
     for turn in range(problem.turns):
         there, solve_there = problem.reduce(starts, values) if turn else known[begun]
-        here = _misfit(there, values, prior)
+        here = _misfit(there, values, _with_tails(usual, tailed, values))
         refused = np.isfinite(lowest) and not here < lowest + max(1.0, 1e-3 * lowest)
         if refused:  # too long a step, NaN included: half of it
             starts, values = (starts + good[0]) / 2, (values + good[1]) / 2
             continue
-        good, lowest, reduced, solve_locals = (starts, values), here, there, solve_there
-        after, covariance, chi2 = ridge(*stacked(reduced), prior)
+        good, lowest, reduced, solve_locals, after = (starts, values), here, there, solve_there, values
+        a, b = stacked(reduced)
+        for _ in range(TAIL_TURNS):
+            prior = _with_tails(usual, tailed, after)
+            after, covariance, chi2 = ridge(a, b, prior)
         starts, values = starts + solve_locals(after - values), after
         if here - _bulk(reduced) - chi2 < CLOSE:
             break
     if refused:
         (starts, values), chi2 = good, lowest - _bulk(reduced)
     return Fit(problem, prior, values, covariance, starts, chi2, reduced)
+
+
+def _with_tails(prior_sd: np.ndarray, tailed: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """prior_sd (G,), of a candidate beyond TAIL sds √(sd |value|/TAIL): its prior falls as exp(−|value|/sd) there.
+
+    What is rare is not impossible: a normal's tail would draw a strong effect towards nil and leave the rest to another.
+    """
+    return np.where(tailed, np.maximum(prior_sd, np.sqrt(prior_sd * np.abs(values) / TAIL)), prior_sd)
 
 
 def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray, prior: np.ndarray) -> float:

@@ -57,8 +57,8 @@ class Effect:
     """One candidate, or one nuisance that is always there.
 
     name, unit, meaning: as in effects.json; sector: flight | measurement | impact; prior_sd: of the physical prior about 0, in
-    the unit; low, high: physical range; twins: names it is taken for; exact_twins: what no recording of this kind separates;
-    separating: the recording that would; source of law and range.
+    the unit; low, high: physical range; twins: names it is taken for; separating: the recording that
+    would tell them apart; source of law and range.
     One law, or the last two: acceleration(Motion, value) → (f, n, 2) [m/s²] added in flight; picture(places (n, 2) [m], View,
     value) → places as the camera shows them; clock(value) → true over stated frame rate; restitution(Hits, e (n,), value) → e of
     a central impact in place of `e`; kick(Hits, value) → added to Δv_x/Δv_n. reported: from the fitted value to the reported one

@@ -32,13 +32,14 @@ def test_what_is_dropped_again_has_not_hidden_what_it_stood_for():
     assert found.verdict == "name" and found.names == ("first", "second")
 
 
-def drawn(shapes: dict[str, np.ndarray], twins: dict[str, tuple[str, ...]], curves: int = 6) -> Fit:
-    """The baseline on three recordings in which 20 of "first" and of "second" are seen."""
+def drawn(shapes: dict[str, np.ndarray], twins: dict[str, tuple[str, ...]], curves: int = 6, known: tuple = ()) -> Fit:
+    """The baseline on three recordings in which 20 of "first" and of "second" are seen; `known` are no candidates there."""
     effects = {n: Effect(n, "flight", "1", n, 100.0, -1e9, 1e9, "drawn", twins=twins.get(n, ())) for n in shapes}
+    effects = {n: effect for n, effect in effects.items() if n not in known}
     a = np.column_stack(list(shapes.values())) / np.sqrt(3)
     made = (Reduced(a, np.eye(40)[:, :curves], 20 * (shapes["first"] + shapes["second"]) / np.sqrt(3)),) * 3
     problem = Problem(
-        "pile", tuple("abc"), effects, tuple(effects), {}, np.zeros((3, 0)),
+        "pile", tuple("abc"), effects, tuple(shapes), dict.fromkeys(known, 0.1), np.zeros((3, 0)),
         lambda starts, values, extra=None: (made, lambda moved: np.zeros((3, 0))), 120, 0.1, None, common_smooth=True,
     )  # fmt: skip
     return fit(problem)
@@ -60,6 +61,14 @@ def test_where_something_is_left_the_twin_of_what_was_found_is_a_beginning_too()
     found = verdict_on(drawn(shapes, {"stand-in": ("first",)}))
     assert found.verdict == "name" and found.names == ("first", "second")
     assert verdict_on(drawn(shapes, {})).verdict == "unknown"
+
+
+def test_a_twin_that_the_bench_holds_as_known_takes_nobodys_place():
+    """Air that a recording states is no candidate there, though others are taken for it."""
+    rows = np.eye(40)
+    shapes = {"first": rows[0], "second": rows[1], "air": rows[1] + 0.3 * rows[2]}
+    found = verdict_on(drawn(shapes, {"second": ("air",)}, known=("air",)))
+    assert found.verdict == "name" and found.names == ("first", "second")
 
 
 def test_two_stand_ins_give_way_one_after_the_other():

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.problem import Problem, fit
+from calibrate.diagnose.scores import ln_evidence
 
 
 def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:
@@ -46,3 +48,23 @@ def test_what_was_asked_once_is_known():
     assert len(seen) == 3 and fit(problem, start=base) is again and len(seen) == 3
     held = fit(replace(problem, known_sd={"x": 1.0, "y": 1e3}), start=base)
     assert held.values[0] == pytest.approx(1.5) and seen[3:] == [tuple(held.values)]
+
+
+def test_a_strong_effect_is_neither_drawn_to_nil_nor_forbidden_by_the_tail_of_its_prior():
+    """Eight sds out it costs ln 2 + 8, not 32, and stands .7 of their sds from where the rows put it, 2.4 with a normal's tail;
+    within two sds the prior is the normal that is stated."""
+
+    def shown(value: float):
+        def reduce(starts, values, extra=None):
+            return (Reduced(np.array([[10.0]]), np.zeros((1, 0)), np.array([10.0 * value])),), lambda moved: np.zeros((1, 0))
+
+        effect = Effect("wind", "flight", "1", "", 0.3, -3.0, 3.0, "")
+        problem = Problem("line", ("one",), {"wind": effect}, ("wind",), {}, np.zeros((1, 0)), reduce, 1, 0.0, None)
+        return fit(problem, free=("wind",), start=fit(problem))
+
+    strong, weak = shown(2.4), shown(0.3)
+    assert strong.values[0] == pytest.approx(2.4, abs=0.8 * strong.sd("wind"))
+    shrunk = 100.0 / (100.0 + 0.3**-2)  # of the normal prior
+    assert weak.values[0] == pytest.approx(0.3 * shrunk)
+    tail = ln_evidence(strong.reduced, strong.prior_sd) + 0.5 * np.log1p(100.0 * 0.3**2)
+    assert tail == pytest.approx(-np.log(2.0) - 8.0, abs=1.0)

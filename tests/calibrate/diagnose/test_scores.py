@@ -65,10 +65,10 @@ def test_the_share_is_one_for_what_is_there_and_none_for_what_is_not(common, noi
 
 
 def test_a_strained_prior_is_no_sign_that_something_else_is_left():
-    """An effect 8 sd out in its prior, and curves that can do its work: they gain what the prior takes, nothing without it."""
+    """An effect 30 sd out in its prior, and curves that can do its work: they gain what the prior takes, nothing without it."""
     rng = np.random.default_rng(3)
     shape, effect = rng.normal(size=(40, 2)), Effect("far", "flight", "1", "far", 1.0, -99.0, 99.0, "drawn")
-    made = tuple(Reduced(shape[:, :1], shape, 8.0 * shape[:, 0] + rng.normal(size=40)) for _ in range(3))
+    made = tuple(Reduced(shape[:, :1], shape, 30.0 * shape[:, 0] + rng.normal(size=40)) for _ in range(3))
     problem = Problem(
         "pile", tuple("abc"), {"far": effect}, ("far",), {}, np.zeros((3, 0)),
         lambda starts, values, extra=None: (made, lambda moved: np.zeros((3, 0))), 120, 0.1, None, common_smooth=True,
