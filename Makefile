@@ -25,7 +25,7 @@ demo: $(VENV)/installed
 
 test: $(VENV)/installed
 	$(BIN)/ruff check .
-	$(BIN)/pytest -n auto
+	$(BIN)/pytest -n auto --dist worksteal
 
 slow: $(VENV)/installed            # statistical studies: minutes
 	$(BIN)/pytest -n auto -m slow
