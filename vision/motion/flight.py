@@ -11,19 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, median_filter
-from scipy.signal import find_peaks
 
 from vision.measurement import MeasurementError
+from vision.motion.contacts import split
 from vision.motion.correlated import Fit, estimate_rho, fit, frame_lag
+from vision.motion.free import free_flights
+from vision.motion.strays import SPIKE_SD, off_curve, single_spikes
 
 G_MM_S2 = 9806.65
 GUARDS = (2.0, 1.0, 0.5)  # frames left out on either side of a contact; fewer only where a flight has hardly any
-LOW_SD = 8.0  # sds of the noise by which a lowest point stands out: noise that is slow wanders over ± 3 of its own
-PLATE_SHARE = 0.15  # of the track's height: contacts lie no farther from its lowest place, however the seed lies there
 LEAST_FALL = 0.3  # of all that is seen: a flight without a contact that goes less far was none
-FREE_SHARE, FREE_SD = 0.3, 5.0  # of its fall, and in its sds: by how much a flight may differ from the first; air does less
-SPIKE_SD = 6.0  # a row this many robust sds off its flight is an outlier: 2e-9 by chance, so none among 5,000 true rows
 
 
 @dataclass(frozen=True)
@@ -84,6 +81,11 @@ class Flights:
         meets = [self.meeting(k) for k in range(last)]
         return meets if not meets else [*meets, 2 * self.apex_time(last) - meets[-1]]
 
+    def meets(self) -> list[tuple[float, float]]:
+        """Height and speed at each impact."""
+        times = [(k, self.meeting(k)) for k in range(len(self.rows) - 1)]
+        return [(float(self.height(k, t)), float(self.speed(k, t))) for k, t in times]
+
     def fall(self, params: np.ndarray | None = None) -> float:
         """From the first flight's apex to the height of its impact."""
         p = self.params if params is None else params
@@ -111,88 +113,17 @@ def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
     return drag * gamma**2 * late**3 * np.abs(late) / 12, drag * gamma**2 * np.abs(late) ** 3 / 3
 
 
-def split(time: np.ndarray, height: np.ndarray) -> list[tuple[int, int]]:
-    """Row ranges [start, stop) of the flights: between lowest points that stand out, without the rests at both ends."""
-    smooth = _despiked(height)
-    reach = float(np.ptp(smooth))
-    if reach <= 0:
-        raise MeasurementError("nothing falls: the height never changes")
-    # At a phone's frame rate a stretch holds contacts, which are no noise: hence no more than 3 % of the fall.
-    lows = _lows(smooth, max(0.002 * reach, min(LOW_SD * _scatter(smooth), 0.03 * reach)))
-    # The first flight starts where the seed has left its rest: 1 % of the fall below the highest place.
-    first_low = lows[0] if lows else int(np.argmin(smooth))
-    before = smooth[: first_low + 1]
-    fall = before.max() - before[-1]
-    still = np.flatnonzero(before > before.max() - 0.01 * fall)
-    start = 0 if fall < 0.02 * reach else min(int(still[-1]) + 1, max(first_low - 3, 0))
-    ends = [start, *[low for low in lows if low > start]]
-    ranges = list(zip(ends[:-1], [e + 1 for e in ends[1:]]))
-    return [*ranges, (ends[-1], _end_of_last(smooth, ends[-1], bool(lows)))]
+def fit_flights(
+    time: np.ndarray, frame: np.ndarray, height: np.ndarray, across: np.ndarray, sd: np.ndarray, gravity: Gravity
+) -> Flights:
+    """Fit all flights of a track together. sd (n,) of each row, or NaN; across (n,) only tells stray rows.
 
-
-def _lows(height: np.ndarray, least: float) -> list[int]:
-    """Lowest rows where a median over a hundredth of the track, which few stray rows cannot lower, has a low `least` deep."""
-    width = min(len(height) // 100, 15) | 1
-    near = find_peaks(-median_filter(height, width, mode="nearest"), prominence=least)[0]
-    spans = [range(max(low - width // 2, 0), min(low + width // 2 + 1, len(height))) for low in near]
-    return [min(span, key=height.__getitem__) for span in spans]
-
-
-def _scatter(height: np.ndarray) -> float:
-    """sd of the rows about parabolas through short stretches, of the quietest sixth: many hold a contact. Slow noise is in it."""
-    size = max(9, len(height) // 32)
-    if len(height) < size:
-        return 0.0
-    stretches = height[: len(height) // size * size].reshape(-1, size)
-    basis = np.linalg.qr(np.vander(np.linspace(-1, 1, size), 3))[0]
-    left = stretches - stretches @ basis @ basis.T
-    return float(np.sqrt(np.quantile((left**2).sum(1) / (size - 3), 0.15)))
-
-
-def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
-    """Where the last flight ends: back at the level it left from, at rest, or with the track."""
-    tail = height[start:]
-    if not after_contact:
-        return start + int(np.argmin(tail > tail.min() + 0.005 * np.ptp(tail))) + 1 if np.ptp(tail) > 0 else len(height)
-    apex = int(np.argmax(tail))
-    level = tail[0] + 0.05 * (tail[apex] - tail[0])
-    low = np.flatnonzero(tail[apex:] < level)
-    return start + apex + int(low[0]) + 1 if len(low) else len(height)
-
-
-def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Running median, how far each row is off it and may be: two of the seed's greatest steps nearby, or ten noises."""
-    middle = median_filter(height, 7, mode="nearest")
-    off = np.abs(height - middle)
-    steps = np.abs(np.diff(median_filter(height, 3, mode="nearest"), append=height[-1:]))  # single rows off are not in it
-    return middle, off, np.maximum(10 * float(np.median(off)), 2.0 * maximum_filter1d(steps, 9, mode="nearest"))
-
-
-def _despiked(height: np.ndarray) -> np.ndarray:
-    """Single rows far off their neighbours replaced, so that a spike is not taken for a contact."""
-    if len(height) < 15:
-        return height
-    middle, off, limit = _off_neighbours(height)
-    return np.where(off > limit, middle, height)
-
-
-def _single_spikes(height: np.ndarray) -> np.ndarray:
-    """Rows that stand out from both neighbours further than a bouncing seed can: outliers before anything is fitted."""
-    spikes = np.zeros(len(height), dtype=bool)
-    if len(height) < 15:
-        return spikes
-    _, off, limit = _off_neighbours(height)
-    before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
-    spikes[1:-1] = (off[1:-1] > limit[1:-1]) & (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > limit[1:-1])
-    return spikes
-
-
-def fit_flights(time: np.ndarray, frame: np.ndarray, height: np.ndarray, sd: np.ndarray, gravity: Gravity) -> Flights:
-    """Fit all flights of a track together. sd (n,) of each row, or NaN. Raises MeasurementError when nothing flies."""
+    Raises MeasurementError when nothing flies.
+    """
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
-    outlier = _single_spikes(height)
-    ranges = split(time, height)
+    outlier = single_spikes(height)
+    ranges = split(height)
     contacts = [time[stop - 1] for _, stop in ranges[:-1]]
     for turn in range(4):
         rows, guard = _usable(ranges, contacts, time, outlier, step)
@@ -203,7 +134,9 @@ def fit_flights(time: np.ndarray, frame: np.ndarray, height: np.ndarray, sd: np.
                 raise MeasurementError("no fall can be told from how the seed was held: too much noise, or too few frames")
             return flights
         outlier = outlier | _spikes(rows, residual, len(time))
-        ranges = ranges[: min(_sound(rows, residual), _falling(rows, time, height), _on_plate(flights, height, step))]
+        for r in rows:
+            outlier[r] |= off_curve(time[r], across[r])
+        ranges = ranges[: free_flights(rows, time, height, residual, flights.meets(), step)]
     raise AssertionError
 
 
@@ -218,51 +151,6 @@ def _spikes(rows, residual: np.ndarray, count: int) -> np.ndarray:
         if odd.sum() < 0.3 * len(r):  # more is not an outlier but a flight that is no parabola
             mask[r[odd]] = True
     return mask
-
-
-def _sound(rows, residual: np.ndarray) -> int:
-    """How many flights to keep: up to the first (after two) that scatters 6 × more than the first two do, so no parabola."""
-    parts = np.split(residual, np.cumsum([len(r) for r in rows])[:-1])
-    scatter = [float(np.sqrt(np.median(p**2))) for p in parts]
-    usual = max(scatter[:2])
-    return next((k for k in range(2, len(rows)) if scatter[k] > 6 * usual), len(rows))
-
-
-def _falling(rows, time: np.ndarray, height: np.ndarray) -> int:
-    """How many flights to keep: up to the first (after two) that does not fall as the first two do. A seed that rocks or rolls to
-    rest has lowest points too."""
-    gammas, sds = np.array([_fall(time[r], height[r]) for r in rows]).T
-    weight = 1 / np.maximum(sds[:2], 1e-12) ** 2
-    if not weight.any():
-        return len(rows)
-    usual = float((weight * gammas[:2]).sum() / weight.sum())
-    off = np.abs(gammas - usual) > FREE_SHARE * abs(usual) + FREE_SD * sds
-    return next((k for k in range(2, len(rows)) if off[k]), len(rows))
-
-
-def _on_plate(flights: Flights, height: np.ndarray, step: float) -> int:
-    """How many flights to keep: up to the first contact that is not at the plate. Where a seed left the picture and came back
-    there were more contacts than one."""
-    plate, reach = np.quantile(height, 0.01), np.ptp(height)
-    for k in range(len(flights.rows) - 1):
-        t = flights.meeting(k)
-        if abs(flights.height(k, t) - plate) > PLATE_SHARE * reach + step * abs(flights.speed(k, t)):
-            return k + 1
-    return len(flights.rows)
-
-
-def _fall(time: np.ndarray, height: np.ndarray) -> tuple[float, float]:
-    """γ of one flight by itself and its sd, successive rows erring together; of fewer than 6 rows nothing is known."""
-    if len(time) < 6:
-        return 0.0, np.inf
-    tau = (time - time.mean()) / np.ptp(time)
-    design = np.column_stack([np.ones_like(tau), tau, -(tau**2) / 2])
-    params = np.linalg.lstsq(design, height, rcond=None)[0]
-    left = height - design @ params
-    power = float((left**2).sum()) / (len(tau) - 3)
-    rho = float(np.clip((left[1:] * left[:-1]).sum() / max((left**2).sum(), 1e-300), 0.0, 0.99))
-    sd = np.sqrt(power * (1 + rho) / (1 - rho) * np.linalg.inv(design.T @ design)[2, 2])
-    return float(params[2] / np.ptp(time) ** 2), float(sd / np.ptp(time) ** 2)
 
 
 def _weights(sd: np.ndarray) -> np.ndarray:

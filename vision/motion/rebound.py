@@ -43,12 +43,12 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     try:
         if len(used) < 4:
             raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
-        flights = fit_flights(used.time, used.frame, up, used.sd, gravity)
+        flights = fit_flights(used.time, used.frame, up, across, used.sd, gravity)
         doubt = gravity_doubt(flights, used, recording, gravity)
         if doubt:  # gravity and the scale contradict each other: neither may bend the fit
             loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
             gravity = loose
-            flights = fit_flights(used.time, used.frame, up, used.sd, loose)
+            flights = fit_flights(used.time, used.frame, up, across, used.sd, loose)
     except MeasurementError as error:
         return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
     mask = track.outlier.copy()
@@ -62,7 +62,7 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
         reason = _no_bounce(flights, used, up)
         return Rebound(all_failed(reason), None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: _derived(flights, p), flights.params, flights.cov)
-    air = _air_error(used, up, flights, values, gravity, recording)
+    air = _air_error(used, up, across, flights, values, gravity, recording)
     cov = cov + np.outer(air, air)
     bounces = _bounce_table(flights, used, across, values, cov, recording)
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, recording, doubt)
@@ -109,7 +109,7 @@ def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
     return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
 
 
-def _air_error(used: Track, up, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
+def _air_error(used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
     """How far the derived values move when the drag is one standard deviation other than assumed: the flights are fitted again.
 
     It is common to a whole recording and bends all parabolas alike, so no residual shows it.
@@ -117,7 +117,7 @@ def _air_error(used: Track, up, flights: Flights, values, gravity: Gravity, reco
     other = other_drag(flights, used, gravity, recording)
     if other is None:
         return np.zeros_like(values)
-    again = fit_flights(used.time, used.frame, up, used.sd, replace(gravity, drag=other))
+    again = fit_flights(used.time, used.frame, up, across, used.sd, replace(gravity, drag=other))
     if len(again.rows) != len(flights.rows):
         return np.zeros_like(values)
     moved = _derived(again, again.params)

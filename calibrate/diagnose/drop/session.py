@@ -7,10 +7,8 @@ import numpy as np
 from calibrate.diagnose.drop.air import Air, air_of
 from calibrate.diagnose.drop.turning import trusted, turning
 from calibrate.diagnose.effects.effect import View
-from calibrate.diagnose.noise import SPIKE_SD
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
-MOST_STRAY = 0.05  # of a flight's rows; more are no strays but its way
 LEAST_ROWS = 8  # of a flight: a last hop of so few still says how fast the seed left
 SMOOTH_DEGREE = 4  # beyond that, air bends the fall of a seed by less than a tenth of a pixel
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
@@ -141,7 +139,6 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
             rows = _before_landing(rows, places[rows, 1], track.description)
             if len(rows) < LEAST_ROWS:
                 continue
-        rows = rows[~_stray(track.time_s[rows], places[rows])]
         time = track.time_s[rows]
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         turned = turning(track.angle_deg, rows, time)
@@ -150,18 +147,6 @@ def _flights_of(track, recording: int) -> list[tuple[int, dict]]:
             "places": places[rows], "frame": track.frame[rows], "angle": turned.angle, "phase": phase[rows],
         }))  # fmt: skip
     return found
-
-
-def _stray(time: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Rows (n,) that lie SPIKE_SD robust sds off a smooth curve through their flight, across or up."""
-    stray = np.zeros(len(time), dtype=bool)
-    basis = np.polynomial.legendre.legvander(2 * (time - time[0]) / max(np.ptp(time), 1e-12) - 1, min(6, len(time) // 10))
-    for _ in range(2):
-        left = places - basis @ np.linalg.lstsq(basis[~stray], places[~stray], rcond=None)[0]
-        stray = (np.abs(left) > SPIKE_SD * 1.4826 * np.median(np.abs(left), axis=0) + 1e-12).any(axis=1)
-        if stray.mean() > MOST_STRAY:
-            return np.zeros(len(time), dtype=bool)
-    return stray
 
 
 def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.ndarray:

@@ -346,6 +346,30 @@ def test_slow_noise_and_stray_rows_while_a_seed_is_held_are_no_contacts(stray):
         assert named(found)["restitution"].quality == "good"
 
 
+def test_rows_astray_sideways_are_outliers_and_cost_the_sideways_speed_nothing():
+    """Three rows in a hundred are 2 mm off, across only: 40 times the noise."""
+    motion = draw_drop()
+    track = film_track(motion, np.random.default_rng(0), noise_mm=0.05)
+    rng = np.random.default_rng(1)
+    odd = rng.random(len(track)) < 0.03
+    strayed = replace(track, x=track.x + odd * rng.choice([-2.0, 2.0], len(track)))
+    clean, found = measure_rebound(track, drop()), measure_rebound(strayed, drop())
+    flown = np.isin(np.arange(len(track)), np.concatenate(clean.flights.rows))
+    assert found.track.outlier[odd & flown].all() and not found.track.outlier[flown & ~odd].any()
+    column = found.bounces["lateral_after_m_s"].to_numpy()
+    assert column == pytest.approx(clean.bounces["lateral_after_m_s"].to_numpy(), abs=3e-3)
+
+
+def test_a_film_that_ends_as_the_seed_leaves_is_refused():
+    """Held for half a second, 12 mm of fall, and a place that wanders by half a millimetre: too little of it is a flight."""
+    motion = draw_drop(rest_s=0.5)
+    track = film_track(motion, np.random.default_rng(0), noise_mm=0.5, ar=0.9)
+    held = track.t_s < 0.55
+    only = replace(track, **{n: getattr(track, n)[held] for n in ("frame", "t_s", "x", "y", "sd", "outlier")})
+    found = measure_rebound(only, drop())
+    assert found.flights is None and "no fall can be told" in found.quantities[0].reason
+
+
 def test_the_lows_of_a_seed_that_rocks_to_rest_are_no_contacts():
     """After its third flight the centre goes up and down by a few mm, five times a second: bounces are those before."""
     motion = draw_drop(end_s=1.8)

@@ -1,0 +1,49 @@
+"""Single rows far off their neighbours: a tracker's slips, found before anything is fitted."""
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.ndimage import maximum_filter1d, median_filter
+
+LEAST_ROWS = 15
+SPIKE_SD = 6.0  # a row this many robust sds off its flight is an outlier: 2e-9 by chance, so none among 5,000 true rows
+SMOOTH = 6  # degree of a curve that follows whatever a flight does by itself
+MOST_STRAY = 0.05  # of a flight's rows; more are no strays but its way
+
+
+def despiked(height: np.ndarray) -> np.ndarray:
+    """Single rows far off their neighbours replaced, so that a spike is not taken for a contact."""
+    if len(height) < LEAST_ROWS:
+        return height
+    middle, off, limit = _off_neighbours(height)
+    return np.where(off > limit, middle, height)
+
+
+def single_spikes(height: np.ndarray) -> np.ndarray:
+    """Rows that stand out from both neighbours further than a bouncing seed can: outliers before anything is fitted."""
+    spikes = np.zeros(len(height), dtype=bool)
+    if len(height) < LEAST_ROWS:
+        return spikes
+    _, off, limit = _off_neighbours(height)
+    before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
+    spikes[1:-1] = (off[1:-1] > limit[1:-1]) & (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > limit[1:-1])
+    return spikes
+
+
+def off_curve(time: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Rows (n,) of one flight that lie SPIKE_SD robust sds off a smooth curve through it."""
+    stray = np.zeros(len(time), dtype=bool)
+    basis = legendre.legvander(2 * (time - time[0]) / max(np.ptp(time), 1e-12) - 1, min(SMOOTH, len(time) // 10))
+    for _ in range(2):
+        left = place - basis @ np.linalg.lstsq(basis[~stray], place[~stray], rcond=None)[0]
+        stray = np.abs(left) > SPIKE_SD * 1.4826 * np.median(np.abs(left)) + 1e-12
+        if stray.mean() > MOST_STRAY:
+            return np.zeros(len(time), dtype=bool)
+    return stray
+
+
+def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Running median, how far each row is off it and may be: two of the seed's greatest steps nearby, or ten noises."""
+    middle = median_filter(height, 7, mode="nearest")
+    off = np.abs(height - middle)
+    steps = np.abs(np.diff(median_filter(height, 3, mode="nearest"), append=height[-1:]))  # single rows off are not in it
+    return middle, off, np.maximum(10 * float(np.median(off)), 2.0 * maximum_filter1d(steps, 9, mode="nearest"))
