@@ -136,7 +136,7 @@ def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, valu
     wide = {n for effect in free for n in problem.columns_of(effect)}
     usual = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
-    usual, tailed = np.hypot(usual, physical), np.isin(problem.names, free)
+    usual, tailed = np.hypot(usual, physical), np.isin(problem.names, list(wide))
     values, prior = values * (usual > 0), usual
     lowest, good = np.inf, (starts, values)
     begun = problem.reduce, starts.tobytes(), values.tobytes()

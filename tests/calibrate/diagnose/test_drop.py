@@ -144,6 +144,14 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
         assert abs(best.value[0] - true) < 4 * best.sd[0]
 
 
+def test_a_wobble_of_a_twentieth_of_a_pixel_is_named():
+    """Five times what a tracker is trusted to."""
+    seen = tracks(Bench(wobble_mm=0.014, spin=60.0), 4, np.random.default_rng(0))
+    found = diagnose_drop(seen, np.random.default_rng(0))
+    assert found.names == ("silhouette-wobble",)
+    assert found.parameters["silhouette-wobble"].value == pytest.approx(0.014, abs=0.004)
+
+
 def test_a_ruler_beside_the_middle_is_no_wrong_scale():
     """Where the scale changes with height, that read at the plate is off in the middle by 0.03/m × 155 mm, six of its sds."""
     base = fitted(replace(LIGHT, keystone=0.03), 1)

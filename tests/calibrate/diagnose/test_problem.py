@@ -50,21 +50,25 @@ def test_what_was_asked_once_is_known():
     assert held.values[0] == pytest.approx(1.5) and seen[3:] == [tuple(held.values)]
 
 
-def test_a_strong_effect_is_neither_drawn_to_nil_nor_forbidden_by_the_tail_of_its_prior():
+@pytest.mark.parametrize("shows", ["wind", "wind.gusts"])
+def test_a_strong_effect_is_neither_drawn_to_nil_nor_forbidden_by_the_tail_of_its_prior(shows):
     """Eight sds out it costs ln 2 + 8, not 32, and stands .7 of their sds from where the rows put it, 2.4 with a normal's tail;
-    within two sds the prior is the normal that is stated."""
+    within two sds the prior is the normal that is stated. So do the further parameters of its group."""
+    names = ("wind", "wind.gusts")
+    effects = {n: Effect(n, "flight", "1", "", 0.3, -3.0, 3.0, "", group="" if n == "wind" else "wind") for n in names}
 
     def shown(value: float):
-        def reduce(starts, values, extra=None):
-            return (Reduced(np.array([[10.0]]), np.zeros((1, 0)), np.array([10.0 * value])),), lambda moved: np.zeros((1, 0))
+        a = 10.0 * np.array([[n == shows for n in names]])
 
-        effect = Effect("wind", "flight", "1", "", 0.3, -3.0, 3.0, "")
-        problem = Problem("line", ("one",), {"wind": effect}, ("wind",), {}, np.zeros((1, 0)), reduce, 1, 0.0, None)
+        def reduce(starts, values, extra=None):
+            return (Reduced(a, np.zeros((1, 0)), np.array([10.0 * value])),), lambda moved: np.zeros((1, 0))
+
+        problem = Problem("line", ("one",), effects, names, {}, np.zeros((1, 0)), reduce, 1, 0.0, None)
         return fit(problem, free=("wind",), start=fit(problem))
 
     strong, weak = shown(2.4), shown(0.3)
-    assert strong.values[0] == pytest.approx(2.4, abs=0.8 * strong.sd("wind"))
+    assert strong.by_name[shows] == pytest.approx(2.4, abs=0.8 * strong.sd(shows))
     shrunk = 100.0 / (100.0 + 0.3**-2)  # of the normal prior
-    assert weak.values[0] == pytest.approx(0.3 * shrunk)
+    assert weak.by_name[shows] == pytest.approx(0.3 * shrunk)
     tail = ln_evidence(strong.reduced, strong.prior_sd) + 0.5 * np.log1p(100.0 * 0.3**2)
     assert tail == pytest.approx(-np.log(2.0) - 8.0, abs=1.0)

@@ -15,12 +15,12 @@ def across(places: np.ndarray, view: View, value: float) -> np.ndarray:
     return places + 1e-3 * value * np.column_stack([-np.sin(2 * view.angle), np.cos(2 * view.angle)])
 
 
-SOURCE = "a shadow or a lit side moves the centre of the silhouette with the seed's angle"
+SOURCE = "a shadow or a lit side moves one edge by up to a pixel, so the centre by up to half of one, at 0.1 to 0.3 mm a pixel"
 EFFECT = Effect(
-    name="silhouette-wobble", sector="measurement", unit="mm", meaning="amplitude", prior_sd=0.2, low=-2.0, high=2.0,
+    name="silhouette-wobble", sector="measurement", unit="mm", meaning="amplitude", prior_sd=0.05, low=-2.0, high=2.0,
     source=SOURCE, needs="spin", separating="a film with light from all sides", picture=along,
 )  # fmt: skip
 OTHER_PHASE = Effect(
-    name="silhouette-wobble.other_phase", sector="measurement", unit="mm", meaning="amplitude a quarter turn on", prior_sd=0.2,
+    name="silhouette-wobble.other_phase", sector="measurement", unit="mm", meaning="amplitude a quarter turn on", prior_sd=0.05,
     low=-2.0, high=2.0, source=SOURCE, needs="spin", picture=across, group="silhouette-wobble",
 )  # fmt: skip
