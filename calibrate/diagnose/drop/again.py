@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import G_M_S2, Air, drag_shape
+from calibrate.diagnose.air import G_M_S2, Air, drag_shape
 from calibrate.diagnose.drop.model import build, nearer, pictured, places, pushed, rate_of, velocities
 from calibrate.diagnose.drop.problem import problem_of
 from calibrate.diagnose.drop.session import assemble

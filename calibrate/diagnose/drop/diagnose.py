@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from calibrate.diagnose.air import air_of
 from calibrate.diagnose.decide import ALPHA
-from calibrate.diagnose.drop.air import air_of
 from calibrate.diagnose.drop.curves import curves_of
 from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, with_law
 from calibrate.diagnose.drop.impacts import Impacts, heard, impacts_of, joined

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import G_M_S2, Air
+from calibrate.diagnose.air import G_M_S2, Air
 from calibrate.diagnose.drop.model import STARTS, predict, pushed, velocities
 from calibrate.diagnose.drop.noise_of_track import TrackNoise
 from calibrate.diagnose.drop.reduction import whitened

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import G_M_S2
+from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.drop.flight import accelerations, changes, shift_basis, speed_basis, speeds_at_nodes
 from calibrate.diagnose.drop.nuisances import NUISANCES
 from calibrate.diagnose.drop.session import Session

@@ -6,7 +6,7 @@ release. Of the camera: its lens, and a clock that drifts,  t' = t + c t²,  by 
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import G_M_S2
+from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.drop.windows import axes_of, flown
 from calibrate.diagnose.problem import Fit
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import SLOPE_SD
+from calibrate.diagnose.air import SLOPE_SD
 from calibrate.diagnose.effects.effect import Effect, View
 
 LENS = 2e-4  # distortion that a good lens has at the edge of the view

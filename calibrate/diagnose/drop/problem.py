@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import G_M_S2
+from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.drop.model import LAWS, STARTS, Model
 from calibrate.diagnose.drop.noise_of_track import TRACKER_PX, TrackNoise, estimate_noise
 from calibrate.diagnose.drop.nuisances import LENS, OFF_CENTRE

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import Air, air_of
+from calibrate.diagnose.air import Air, air_of
 from calibrate.diagnose.drop.turning import trusted, turning
 from calibrate.diagnose.effects.effect import View
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import G_M_S2
+from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.drop.model import Model, rate_of
 
 ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal

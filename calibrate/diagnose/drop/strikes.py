@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import air_of
+from calibrate.diagnose.air import air_of
 from calibrate.diagnose.drop.impacts import Impacts, heard, impacts_of, joined
 from calibrate.diagnose.drop.sessions import joint_problem, parts_of, sittings_of
 from calibrate.diagnose.finding import Finding

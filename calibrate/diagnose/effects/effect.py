@@ -10,8 +10,8 @@ import numpy as np
 class Motion:
     """Seeds in flight at many moments: velocity (f, n, 2) [m/s] along x (right) and z (up); aside_square (f, 1) [m²/s²]: of the
     speed along the line of sight, which no picture shows (an estimate may be below nil); rolled (f, 1) [rad/m]: spin over speed
-    that way, as across; spin (f, 1) [rad/s] anticlockwise in the picture; reynolds, lift, room (f, 1): see drop.air.Air; g
-    [m/s²]; slope: see drop.air.drag_shape."""
+    that way, as across; spin (f, 1) [rad/s] anticlockwise in the picture; reynolds, lift, room (f, 1): see air.Air; g
+    [m/s²]; slope: see air.drag_shape."""
 
     velocity: np.ndarray
     aside_square: np.ndarray

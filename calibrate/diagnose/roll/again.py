@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from calibrate.diagnose.air import air_of, drag_shape
 from calibrate.diagnose.along import MOST, Twin, compared
-from calibrate.diagnose.drop.air import air_of, drag_shape
 from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.model import Again, change_in_words
 from calibrate.twin.along import Path1D, Recording, gone, like

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import G_M_S2, Air, air_of, drag_shape
+from calibrate.diagnose.air import G_M_S2, Air, air_of, drag_shape
 from calibrate.diagnose.noise import frame_lag
 from calibrate.diagnose.roll.path import Path, fit_path
 

@@ -1,6 +1,7 @@
 """From parameters to what is seen of a slide: the travel in the picture, or the angle that is read off.
 
-Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, air: nuisances.
+Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, air (beside a
+plate, air-shade: among several): nuisances.
 Locals of a run: its place at rest [mm], its onset [s since the tilt's origin] (on stairs: its friction), its tilt's level and
 rate [sd of what its column leaves], the phase at which a shaken plate lets it go [sd]. Its friction follows from its onset;
 that it is the pair's within RUN_SD is one more row beside those of the track.
@@ -15,7 +16,7 @@ from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.slide import EFFECTS, adhesion, angle_offset, clock_offset
 from calibrate.diagnose.effects.slide.reading_delay import overshoot_deg
 from calibrate.diagnose.slide.motion import G_M_S2, Laws, friction_at, travel
-from calibrate.diagnose.slide.session import Session
+from calibrate.diagnose.slide.session import Run, Session
 
 HINGE_M = 0.15  # from the block, where it is not stated: all that depends on it is θ̇² (r₀ − x), 1e-4 of g at 5°/s
 LOCALS = 5
@@ -66,10 +67,17 @@ def laws_of(model: Model, r: int, own: np.ndarray, values: dict[str, float], sta
         press=press, static_excess=get("kinetic-friction", 0.0), stribeck=get("stribeck", 0.0),
         ln_speed=get("stribeck.ln-speed", 0.0), shape=get("stribeck.shape", 0.0), viscous=get("viscous-sliding", 0.0),
         inertia=get("partial-rolling", 0.0), stair=stair, stair_phase=phase,
-        turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=run.air * (0.5 + 0.5 * get("air", 0.0)),
+        turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=blown(run, values), slow_air=run.air.slow,
         worn=get(RIVAL.name, 0.0), shake=get("plate-vibration", 0.0), ln_hertz=get("plate-vibration.ln-hertz", 0.0),
         wave_chance=own[4],
     )  # fmt: skip
+
+
+def blown(run: Run, values: dict[str, float]) -> float:
+    """Air's size [1/m]: of n seeds in a block each is blown at by n^−¼ as much, from n^−½ (a raft) to 1 (side by side)."""
+    amid = 0.25 * math.log(run.air.count)
+    off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
+    return run.air.size * math.exp(-amid) * (1 + off)
 
 
 def tilt_of(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, float, float]:

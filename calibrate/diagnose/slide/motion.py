@@ -1,10 +1,10 @@
 """A block on a tilting plate: at rest until the pull along the plate exceeds its static friction, then
 
-    (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d ẋ²,   θ a cubic in t
+    (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d (ẋ + s √ẋ)²,   θ a cubic in t
 
 x down the plate, r₀ from the hinge below (nil where it is not stated), 2 θ̇ ẋ the Coriolis acceleration that lifts a block sliding
-on a plate that turns away from under it (c: its share), d air. The moment of onset (on a shaken plate: when the mean pull is up
-to the friction) is given and says what static friction was: the travel is then smooth, and nearly linear, in every other
+on a plate that turns away from under it (c: its share), d and s air. The moment of onset (on a shaken plate: when the mean pull
+is up to the friction) is given and says what static friction was: the travel is then smooth, and nearly linear, in every other
 parameter. Runge–Kutta from that very moment, between the rows.
 """
 
@@ -36,7 +36,7 @@ class Laws(NamedTuple):
     """All that acts, SI. friction: kinetic; static_excess, stribeck, ln_speed, shape, viscous: see the effects' files; press:
     normal force over mass beside the weight's; inertia κ; turning c; from_hinge r₀; air d [1/m]; stair,
     stair_phase [rad]: 0 for a plate raised without steps; worn [1/m]: friction gained per way slid (no candidate: a rival
-    to those that are); shake, ln_hertz, wave_chance: of a plate that vibrates."""
+    to those that are); shake, ln_hertz, wave_chance: of a plate that vibrates; slow_air s [√(m/s)]."""
 
     friction: float = 0.0
     static_excess: float = 0.0
@@ -55,6 +55,7 @@ class Laws(NamedTuple):
     shake: float = 0.0
     ln_hertz: float = 0.0
     wave_chance: float = 0.0
+    slow_air: float = 0.0
 
 
 def mark_of(sources: list[str]) -> str:
@@ -100,12 +101,18 @@ def _forces(t: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
 
 
 @njit
+def air(v: float, size: float, slow: float) -> float:
+    """[m/s²]; size [1/m], slow [√(m/s)]: C_d = 0.2924 (1 + 9.06/√Re)² of a sphere, Abraham 1970 (Physics of Fluids 13, 2194)."""
+    return math.copysign(size * (abs(v) + slow * math.sqrt(abs(v))) ** 2, v)
+
+
+@njit
 def _acceleration(t: float, x: float, v: float, tilt: np.ndarray, p: np.ndarray) -> float:
     angle, rate = _tilt(t, tilt, p)
     friction = p[0] + stribeck.friction(v, p[2], p[3], p[4]) + viscous_sliding.friction(v, p[5]) + p[13] * x
     normal = G_M_S2 * math.cos(angle) + p[6] - 2 * p[8] * rate * v
-    force = G_M_S2 * math.sin(angle) - p[8] * rate**2 * (p[9] - x if p[9] > 0 else 0.0) - friction * normal - p[10] * v * abs(v)
-    return force * partial_rolling.share(p[7])
+    force = G_M_S2 * math.sin(angle) - p[8] * rate**2 * (p[9] - x if p[9] > 0 else 0.0) - friction * normal
+    return (force - air(v, p[10], p[17])) * partial_rolling.share(p[7])
 
 
 @njit

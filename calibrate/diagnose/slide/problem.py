@@ -21,9 +21,9 @@ LENS_SD, PERSPECTIVE_SD = 2e-4, 1e-3  # at the picture's edge; per metre
 ANGLE_SD_DEG = 0.05  # of a tilt sensor, common to all
 EXACT_MM = 1e-4  # a simulated track may be exact
 ANYWHERE_MM, ANYWHEN_S, FRICTION_SD = 1e3, 1e3, 1.0
-TURNS = 25  # of Gauss–Newton: an onset moves much for little
+TURNS = 60  # of Gauss–Newton: an onset moves much for little, and what air does beside a plate gives way slowly
 READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
-NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0, "scale": 1e-3}
+NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0, "air-shade": 1.0, "scale": 1e-3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +98,7 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     if session.runs:
         scale = float(np.median([r.scale_sd for r in session.runs]))
         known |= {"scale": scale, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0}
+        known |= {"air-shade": 1.0} if any(r.air.count > 1 for r in session.runs) else {}
     if "angle-offset" in model.effects:
         known["angle-offset"] = ANGLE_SD_DEG
     problem = series_problem(

@@ -5,19 +5,33 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibrate.diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
 from calibrate.diagnose.slide.tilt import Tilt, seen_tilt, stated_tilt
 
 MASS_OF_ELLIPSOID = math.pi / 6
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
 RUN_SD = 0.003  # of a run's friction about the pair's
+ABRAHAM = 9.06  # of √Re in C_d
+BESIDE_PLATE_SD, UNSTATED_SD = 0.5, 1.0  # relative: of a seed's drag beside a plate; of one of which sizes or mass are not stated
+
+
+@dataclass(frozen=True)
+class Blown:
+    """Air on one seed in free flight, size (v + slow √v)² [m/s²], size [1/m], slow [√(m/s)]; sd: relative, of how much that is
+    beside a plate; count: seeds in the block."""
+
+    size: float = 0.0
+    slow: float = 0.0
+    sd: float = 0.0
+    count: int = 1
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
     """One track, cut to the slide and as long again of rest before it. time (n,) [s], travel (n,) [mm] downhill from 0, frame
     (n,); rest: rows before the onset as first guessed; mass_g of the block, NaN where unknown; from_hinge [m], 0 where unknown;
-    air [1/m]: drag over mass and speed²; scale_sd, relative."""
+    air: what it does to the block; scale_sd, relative."""
 
     recording: str
     session: str
@@ -28,7 +42,7 @@ class Run:
     tilt: Tilt
     mass_g: float
     from_hinge: float
-    air: float
+    air: Blown
     scale_sd: float
 
 
@@ -119,7 +133,7 @@ def _run(seen) -> Run:
     cut = slice(begin, stop)
     return Run(
         seen.recording, seen.session, time[cut], travel[cut], frame[cut], first - begin, tilt, mass_of(seen.description),
-        1e-3 * float(told.get("start_mm", 0.0)), _air(seen.description), float(seen.description["camera"]["scale_sd"]),
+        1e-3 * float(told.get("start_mm", 0.0)), _blown(seen.description), float(seen.description["camera"]["scale_sd"]),
     )  # fmt: skip
 
 
@@ -158,11 +172,10 @@ def mass_of(description: dict) -> float:
     return float("nan") if one is None else float(one) * seed.get("count", 1)
 
 
-def _air(description: dict) -> float:
-    """ρ C_d A/(2 m) [1/m] of a block of taped seeds at C_d = 1; a soybean's sizes where none are stated: it is a nuisance.
-    Of n seeds √n stand in front: A/m is that of one seed over √n."""
-    seed, density = description.get("seed", {}), description.get("air", {}).get("density_kg_m3", 1.2)
-    width, thick = seed.get("width_mm", 7.0), seed.get("thickness_mm", 6.0)
-    length, solid = seed.get("length_mm", 8.0), seed.get("density_kg_m3", 1250.0)
-    mass = MASS_OF_ELLIPSOID * length * width * thick * 1e-9 * solid
-    return density * math.pi / 4 * width * thick * 1e-6 / (2 * mass * math.sqrt(seed.get("count", 1)))
+def _blown(description: dict) -> Blown:
+    """What air does to one seed of it in free flight."""
+    air = air_of(description)
+    slow = ABRAHAM / math.sqrt(air.reynolds_per_speed) if air.reynolds_per_speed else 0.0
+    at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
+    known = BESIDE_PLATE_SD if air.sd < air.share else UNSTATED_SD
+    return Blown(air.share * G_M_S2 / at_2, slow, known if air.share else 0.0, int(description.get("seed", {}).get("count") or 1))

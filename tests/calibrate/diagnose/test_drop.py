@@ -7,8 +7,8 @@ import pytest
 from falling import PIXEL_MM, Bench, G, tracks
 from scipy import stats
 
+from calibrate.diagnose.air import speed_through_air
 from calibrate.diagnose.decide import ALPHA
-from calibrate.diagnose.drop.air import speed_through_air
 from calibrate.diagnose.drop.diagnose import diagnose_drop
 from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
 from calibrate.diagnose.drop.model import FELT, LAWS, STARTS, build, predict, push_slopes, pushed

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from falling import Bench, G, tracks
 
+from calibrate.diagnose.air import Air
 from calibrate.diagnose.decide import Candidate, Verdict
-from calibrate.diagnose.drop.air import Air
 from calibrate.diagnose.drop.bounce import bounces_of
 from calibrate.diagnose.drop.diagnose import FLIGHTS, diagnose_drop
 from calibrate.diagnose.drop.impact_diagnosis import diagnose_impacts, settled

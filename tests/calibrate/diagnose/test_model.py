@@ -7,8 +7,8 @@ import falling
 import numpy as np
 import pytest
 
+from calibrate.diagnose.air import air_of
 from calibrate.diagnose.drop.again import Flights
-from calibrate.diagnose.drop.air import air_of
 from calibrate.diagnose.drop.strikes import CHANGES
 from calibrate.diagnose.effects.drop import EFFECTS
 from calibrate.diagnose.effects.drop.impact import IMPACT_EFFECTS

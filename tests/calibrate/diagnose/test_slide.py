@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from sliding import LIGHT, Bench, found, slides
+from sliding import AIRLESS, LIGHT, Bench, found, slides
 
 from calibrate.diagnose.decide import ALPHA
 from calibrate.diagnose.name import candidate
@@ -87,9 +87,17 @@ def test_what_one_rate_and_one_load_cannot_tell_is_a_class():
     assert "tilt rate" in finding.next_record and "spirit level" in finding.next_record and "seed" in finding.next_record
 
 
+@pytest.mark.parametrize("counts", [(1,), (1, 4, 8)])
+def test_air_is_no_viscous_friction(counts):
+    """Drag of a sphere of the seed's volume on every seed, none in another's lee; as a control, of nothing that is stated."""
+    blown = replace(LIGHT, air=0.076, rates=(0.5, 2.0, 6.0), counts=counts, noise_mm=0.03, travel_mm=120.0)
+    assert found(blown, 1, count=6).verdict == "none"
+    assert "viscous-sliding" in found(replace(blown, stated_air=0.0), 1, count=6).names
+
+
 def test_a_little_friction_that_grows_with_speed_is_in_the_class_of_what_scales_the_acceleration():
     """It fits as well, and has less evidence only because it might have been much more."""
-    finding = found(replace(LIGHT, friction=lambda v, x: 0.002 * v, rates=(1.0,), noise_mm=0.03), 4)
+    finding = found(replace(AIRLESS, friction=lambda v, x: 0.002 * v, rates=(1.0,), noise_mm=0.03), 4)
     assert finding.verdict == "class" and set(finding.names) == {"adhesion", "angle-offset", "clock-offset", "viscous-sliding"}
 
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from sliding import LIGHT, found
+from sliding import AIRLESS, LIGHT, found
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_friction_that_fades_is_found_where_a_shaken_plate_and_a_wrong_angle_exp
 )
 def test_what_friction_grows_with_is_told_beside_friction_lost_at_once(friction, verdict, names):
     """About the baseline the way slid comes first, and hides what stands for it: the speed, at two rates."""
-    bench = replace(LIGHT, static=0.0015, friction=friction, rates=(1.0, 5.0), noise_mm=0.02)
+    bench = replace(AIRLESS, static=0.0015, friction=friction, rates=(1.0, 5.0), noise_mm=0.02)
     finding = found(bench, 3, count=4)
     assert finding.verdict == verdict and set(finding.names) == names
     assert names or "with the way slid to the power 1 " in finding.law  # beside the friction that is lost at once

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import drag_shape, speed_through_air
+from calibrate.diagnose.air import drag_shape, speed_through_air
 from calibrate.diagnose.effects.effect import Effect, Motion
 
 
 def acceleration(motion: Motion, value: float | np.ndarray) -> np.ndarray:
-    """a = −value g s(|v|) v: `value`, one or (f, 1, 1), is drag over weight at 2 m/s [-], s of drop.air.drag_shape [s/m]."""
+    """a = −value g s(|v|) v: `value`, one or (f, 1, 1), is drag over weight at 2 m/s [-], s of air.drag_shape [s/m]."""
     speed = speed_through_air(motion.velocity, motion.aside_square)
     return -value * motion.g * drag_shape(speed, motion.reynolds[..., None], motion.slope) * motion.velocity
 

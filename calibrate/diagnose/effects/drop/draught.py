@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import drag_shape, speed_through_air
+from calibrate.diagnose.air import drag_shape, speed_through_air
 from calibrate.diagnose.effects.effect import Effect, Motion
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calibrate.diagnose.drop.air import drag_shape
+from calibrate.diagnose.air import drag_shape
 from calibrate.diagnose.effects.effect import Effect
 
 REFERENCE_SPEED_M_S = 0.5
