@@ -15,6 +15,8 @@ from vision.motion.track import Track, track_from_table
 from vision.recording import Recording
 
 SCALE_OF_GRAVITY_SD = 0.1  # of a scale that only the fall itself gives: gravity is then no judge of it any more
+FALL_SD = "scale_of_fall_sd"  # key of how well one fall by itself gives a scale, relative
+LEAST_FALL_SD = 1e-5
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,23 @@ class SeenTrack:
 
 def read_drops(folder: Path) -> list[SeenTrack]:
     """Every drop under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
-    return [_seen(entry) for entry in entries_of(folder, "drop")]
+    return one_scale([_seen(entry) for entry in entries_of(folder, "drop")])
+
+
+def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
+    """The same with one scale a session where only the falls give it: their mean, weighted by how well each gives it."""
+    out = list(seen)
+    for session in dict.fromkeys(s.session for s in seen):
+        mine = [k for k, s in enumerate(seen) if s.session == session and FALL_SD in s.description.get("camera", {})]
+        if len(mine) < 2:
+            continue
+        cameras = [seen[k].description["camera"] for k in mine]
+        scale = float(np.average([c["mm_per_px"] for c in cameras], weights=[c[FALL_SD] ** -2 for c in cameras]))
+        for k, camera in zip(mine, cameras, strict=True):
+            s, times = seen[k], scale / camera["mm_per_px"]
+            told = s.description | {"camera": camera | {"mm_per_px": scale}}
+            out[k] = replace(s, x_mm=times * s.x_mm, y_mm=times * s.y_mm, sd_mm=times * s.sd_mm, description=told)
+    return out
 
 
 def entries_of(folder: Path, rig: str) -> list[Recording | MeasurementError]:
@@ -111,7 +129,8 @@ def heard_of(recording: Recording) -> SeenTrack:
 def drop_of(track: Track, recording: Recording) -> SeenTrack:
     """A track with its flights told apart; MeasurementError where nothing flies, or the frame rate is unknown.
 
-    Where no scale is stated the free fall gives it, and the scale is taken for known no better than SCALE_OF_GRAVITY_SD.
+    Where no scale is stated the free fall gives it, and the scale is taken for known no better than SCALE_OF_GRAVITY_SD; of
+    several drops see `one_scale`.
     """
     if not track.timed:
         raise MeasurementError(f"{recording.toml}: [camera] fps is missing; a diagnosis needs to know how fast things fell")
@@ -129,7 +148,8 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
         if not found.flights.free > 0:
             raise MeasurementError(f"{recording.toml}: [camera] mm_per_px is missing, and nothing in the track falls freely")
         scale = G_MM_S2 / found.flights.free
-        told["camera"] |= {"mm_per_px": scale, "scale_sd": SCALE_OF_GRAVITY_SD}
+        alone = max(found.flights.free_sd / found.flights.free, LEAST_FALL_SD)
+        told["camera"] |= {"mm_per_px": scale, "scale_sd": SCALE_OF_GRAVITY_SD, FALL_SD: alone}
         notes = (*notes, f"no scale is stated: the free fall makes it {scale:.4g} mm per px, and nothing is said about scale")
     return SeenTrack(
         recording.id, recording.session or "", track.frame, track.t_s, scale * track.x, scale * track.y, scale * track.sd,

@@ -16,7 +16,7 @@ from vision.measurement import MeasurementError
 from vision.motion.contacts import split
 from vision.motion.correlated import Fit, estimate_rho, fit, frame_lag
 from vision.motion.free import free_flights
-from vision.motion.strays import SPIKE_SD, off_curve, single_spikes
+from vision.motion.strays import SPIKE_SD, about_curve, off_curve, robust_sd, single_spikes
 
 G_MM_S2 = 9806.65
 GUARDS = (2.0, 1.0, 0.5)  # frames left out on either side of a contact; fewer only where a flight has hardly any
@@ -133,23 +133,27 @@ def fit_flights(
             if len(rows) == 1 and np.ptp(height[rows[0]]) < LEAST_FALL * np.ptp(height[~outlier]):
                 raise MeasurementError("no fall can be told from how the seed was held: too much noise, or too few frames")
             return flights
-        outlier = outlier | _spikes(rows, residual, len(time))
+        outlier = outlier | _spikes(rows, residual, time, height)
         for r in rows:
             outlier[r] |= off_curve(time[r], across[r])
         ranges = ranges[: free_flights(rows, time, height, residual, flights.meets(), step)]
     raise AssertionError
 
 
-def _spikes(rows, residual: np.ndarray, count: int) -> np.ndarray:
-    """Rows far off their flight. Few rows fit too well to tell (half of the residuals near 0): then none."""
-    mask = np.zeros(count, dtype=bool)
+def _spikes(rows, residual: np.ndarray, time: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Rows far off their flight. Few rows fit too well to tell (half of the residuals near 0): then none. Where a smooth curve
+    fits a flight as well as parabolas fit the lot, what lies on it is its way: air bends some by more than is assumed."""
+    mask = np.zeros(len(time), dtype=bool)
     if len(residual) < 4 * (2 * len(rows) + 1):
         return mask
-    limit = SPIKE_SD * 1.4826 * np.median(np.abs(residual)) + 1e-12
+    limit = SPIKE_SD * robust_sd(residual) + 1e-12
     for r, off in zip(rows, np.split(residual, np.cumsum([len(r) for r in rows])[:-1])):
         odd = np.abs(off) > limit
-        if odd.sum() < 0.3 * len(r):  # more is not an outlier but a flight that is no parabola
-            mask[r[odd]] = True
+        if not 0 < odd.sum() < 0.3 * len(r):  # more is not an outlier but a flight that is no parabola
+            continue
+        left = about_curve(time[r], height[r])
+        on_curve = (np.abs(left) <= limit) & (robust_sd(left) < limit / 3)
+        mask[r[odd & ~on_curve]] = True
     return mask
 
 

@@ -31,14 +31,23 @@ def single_spikes(height: np.ndarray) -> np.ndarray:
 
 def off_curve(time: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Rows (n,) of one flight that lie SPIKE_SD robust sds off a smooth curve through it."""
-    stray = np.zeros(len(time), dtype=bool)
+    left = about_curve(time, place)
+    stray = np.abs(left) > SPIKE_SD * robust_sd(left) + 1e-12
+    return stray if stray.mean() <= MOST_STRAY else np.zeros(len(time), dtype=bool)
+
+
+def about_curve(time: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """What rows (n,) of one flight lie off a smooth curve through it, drawn twice: the second time without what strays."""
     basis = legendre.legvander(2 * (time - time[0]) / max(np.ptp(time), 1e-12) - 1, min(SMOOTH, len(time) // 10))
+    kept = np.ones(len(time), dtype=bool)
     for _ in range(2):
-        left = place - basis @ np.linalg.lstsq(basis[~stray], place[~stray], rcond=None)[0]
-        stray = np.abs(left) > SPIKE_SD * 1.4826 * np.median(np.abs(left)) + 1e-12
-        if stray.mean() > MOST_STRAY:
-            return np.zeros(len(time), dtype=bool)
-    return stray
+        left = place - basis @ np.linalg.lstsq(basis[kept], place[kept], rcond=None)[0]
+        kept = np.abs(left) <= SPIKE_SD * robust_sd(left) + 1e-12
+    return left
+
+
+def robust_sd(values: np.ndarray) -> float:
+    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.drop.flight import accelerations, changes, shift_basis, speed_basis, speeds_at_nodes
-from calibrate.diagnose.drop.nuisances import NUISANCES
+from calibrate.diagnose.drop.nuisances import LOCK, NUISANCES
 from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.effects.drop import EFFECTS, drag, perspective
 from calibrate.diagnose.effects.effect import Motion, View
@@ -81,7 +81,7 @@ def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
 def _seen(law, session: Session) -> bool:
     if law.needs == "spin":
         return session.spin_seen and bool(np.any(session.spin))
-    return not law.name.startswith("pixel-lock") or session.view.pixel > 0
+    return not law.name.startswith(LOCK) or session.view.pixel > 0
 
 
 def _at(session: Session, flight: np.ndarray, time: np.ndarray):

@@ -6,6 +6,7 @@ from calibrate.diagnose.air import SLOPE_SD
 from calibrate.diagnose.effects.effect import Effect, View
 
 LENS = 2e-4  # distortion that a good lens has at the edge of the view
+LOCK = "pixel-lock"
 OFF_CENTRE = 0.3  # how far, in reaches, its middle may lie from the middle of what was seen
 
 
@@ -38,7 +39,7 @@ def _lock(axis: int, wave) -> Effect:
         return places + shift
 
     return Effect(
-        f"pixel-lock.{'xz'[axis]}.{wave.__name__}", "nuisance", "px", "pixel lock", 0.03, -0.5, 0.5, "", picture=picture
+        f"{LOCK}.{'xz'[axis]}.{wave.__name__}", "nuisance", "px", "pixel lock", 0.03, -0.5, 0.5, "", picture=picture
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.drop.model import LAWS, STARTS, Model
 from calibrate.diagnose.drop.noise_of_track import TRACKER_PX, TrackNoise, estimate_noise
-from calibrate.diagnose.drop.nuisances import LENS, OFF_CENTRE
+from calibrate.diagnose.drop.nuisances import LENS, LOCK, OFF_CENTRE
 from calibrate.diagnose.drop.reduction import reduce
 from calibrate.diagnose.drop.session import Session
 from calibrate.diagnose.effects.drop import EFFECTS
@@ -16,7 +16,7 @@ from calibrate.diagnose.problem import Problem
 GRAVITY_SD = 5e-4  # of g at an unknown place on earth, beside 9.80665: a twin of the scale, so part of what is known of it
 PERSPECTIVE_SD = 1e-3
 WOBBLE = "silhouette-wobble"
-TURNS = 15  # where a scale is far off and a wind strong, five end half way
+TURNS = 25  # where a scale is far off and a wind strong, or drag trades with its slope, a few end half way
 
 
 def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
@@ -38,7 +38,7 @@ def baseline_sd(session: Session) -> dict[str, float]:
     }  # fmt: skip
     turning = 1e3 * float(np.hypot(TRACKER_PX * session.view.pixel, session.uneven_m))  # of an outline that turns
     known |= {n: turning for n, law in LAWS.items() if law.name == WOBBLE or law.group == WOBBLE}
-    known |= {n: law.prior_sd for n, law in LAWS.items() if n.startswith(("pixel-lock", "lens", "drag-slope"))}
+    known |= {n: law.prior_sd for n, law in LAWS.items() if n.startswith((LOCK, "lens", "drag-slope"))}
     # a camera looks at the fall, at the middle of what was seen, or between: evenly spread
     aside = abs(session.view.fall) / session.view.reach / np.sqrt(3)
     return known | {"lens.x": LENS * float(np.hypot(OFF_CENTRE, aside))}

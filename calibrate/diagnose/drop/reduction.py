@@ -1,8 +1,9 @@
 """The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
 
 The locals are the flights' own starts (v_y² among them, of which only its usual size is known), each seed's own drag beside the
-lot's, and, where spin pushes, how much each flight's spin is more than its silhouette's turning says; the smooth curves are
-Legendre polynomials of degrees 2 to 6 in each flight.
+lot's, each recording's pixel lock (places may be counted from anywhere, not from a pixel's edge), and, where spin pushes, how
+much each flight's spin is more than its silhouette's turning says; the smooth curves are Legendre polynomials of degrees 2 to 6
+in each flight.
 """
 
 from dataclasses import replace
@@ -29,6 +30,7 @@ from calibrate.diagnose.drop.model import (
     sides,
 )
 from calibrate.diagnose.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
+from calibrate.diagnose.drop.nuisances import LOCK
 from calibrate.diagnose.drop.sides import pushed_sides, side_rows, touching, unseen_rows
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
@@ -131,9 +133,16 @@ def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=2)
 
 
+def _own_sds(model: Model, recording: int) -> dict[int, float]:
+    """Globals (their numbers) of which each recording has something of its own besides, and its sd."""
+    drag = SEED_DRAG * model.session.air[recording].share
+    locks = {k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)}
+    return ({model.names.index("drag"): drag} if drag > 0 else {}) | locks
+
+
 def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
     """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts."""
-    session, drag = model.session, model.names.index("drag")
+    session = model.session
     triangles, sides = blocks
     extra, each = 2 * len(SMOOTH), STARTS
     reduced, back = [], []
@@ -142,20 +151,17 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         if not len(flights):
             continue
         spot = {int(f): i for i, f in enumerate(flights)}
-        own_sd = SEED_DRAG * session.air[r].share
-        spins = each * len(flights) + (own_sd > 0)  # the first column of the flights' own spins, in sds
+        owns = _own_sds(model, r)
+        spins = each * len(flights) + len(owns)  # the first column of the flights' own spins, in sds
         local = spins + spun * len(flights)
         total = local + count + extra * len(flights) + 1
-        rows = [np.eye(total)[spins:local]]
-        if own_sd > 0:
-            rows.append(np.eye(1, total, spins - 1) / own_sd)
+        rows = [np.eye(total)[spins:local], np.eye(len(owns), total, each * len(flights)) / np.array([*owns.values()])[:, None]]
         for f in flights:
             triangle, i = triangles[f], spot[int(f)]
             block = np.zeros((len(triangle), total))
             block[:, each * i : each * (i + 1)] = triangle[:, :each]
             block[:, local : local + count] = triangle[:, each : each + count]
-            if own_sd > 0:
-                block[:, spins - 1] = triangle[:, each + drag]
+            block[:, each * len(flights) : spins] = triangle[:, [each + k for k in owns]]
             if spun:
                 block[:, spins + i] = triangle[:, each + count]
             at = local + count + extra * i

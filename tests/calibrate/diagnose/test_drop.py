@@ -24,6 +24,7 @@ from calibrate.diagnose.name import alarm, candidate, name
 from calibrate.diagnose.noise import maximum_draws
 from calibrate.diagnose.problem import fit
 from calibrate.diagnose.scores import explained, score
+from calibrate.twin.tracks import one_scale
 
 LIGHT = Bench(fps=500.0)
 
@@ -116,6 +117,31 @@ def test_one_session_may_state_where_the_camera_stood_and_another_not():
     near = tracks(replace(LIGHT, away=2.0, stated_away_mm=2000.0), 2, np.random.default_rng(1))
     far = [replace(t, session="day 2") for t in tracks(LIGHT, 2, np.random.default_rng(2))]
     assert diagnose_drop(near + far, np.random.default_rng(0)).verdict == "none"
+
+
+def test_each_recording_may_count_its_places_from_anywhere_among_the_pixels():
+    """A lock of .05 px in tracks whose zero is not a pixel's edge: its phase is each recording's own."""
+    rng = np.random.default_rng(5)
+    bench = Bench(noise_mm=0.002, rho=0.0, lock_mm=0.05 * PIXEL_MM, axes=(3.5e-3,) * 3, bounces=2)
+    locked = tracks(bench, 6, np.random.default_rng(3))
+    seen = [replace(t, x_mm=t.x_mm + rng.uniform(0, PIXEL_MM), y_mm=t.y_mm + rng.uniform(0, PIXEL_MM)) for t in locked]
+    assert diagnose_drop(seen, np.random.default_rng(0)).verdict == "none"
+
+
+@pytest.mark.parametrize("one", [True, False])
+def test_drops_whose_scale_only_their_falls_give_have_one_scale(one):
+    """Each fall by itself gives it to half a percent; as a control, each its own."""
+    seen = tracks(LIGHT, 4, np.random.default_rng(3))
+    off = 0.005 * np.random.default_rng(4).normal(size=len(seen))
+    alone = [_by_fall(t, 1 + share) for t, share in zip(seen, off, strict=True)]
+    found = diagnose_drop(one_scale(alone) if one else alone, np.random.default_rng(0))
+    assert (found.verdict == "none") == one
+
+
+def _by_fall(track, scale: float):
+    camera = track.description["camera"] | {"mm_per_px": scale * PIXEL_MM, "scale_sd": 0.1, "scale_of_fall_sd": 0.005}
+    told = track.description | {"camera": camera, "drop": {}}
+    return replace(track, x_mm=scale * track.x_mm, y_mm=scale * track.y_mm, sd_mm=scale * track.sd_mm, description=told)
 
 
 CASES = [

@@ -360,6 +360,21 @@ def test_rows_astray_sideways_are_outliers_and_cost_the_sideways_speed_nothing()
     assert column == pytest.approx(clean.bounces["lateral_after_m_s"].to_numpy(), abs=3e-3)
 
 
+def test_a_flight_that_air_bends_more_than_is_assumed_is_no_outlier():
+    """By half a millimetre at its end, smoothly: all its rows are used; as a control 20 rows that jump by 0.2 mm."""
+    motion = draw_drop()
+    track = film_track(motion, np.random.default_rng(0), fps=5000, noise_mm=0.006)
+    first, second = (motion.truth["bounces"][k]["t_s"] for k in (0, 1))
+    way = np.clip((track.t_s - first) / (second - first), 0.0, None)
+    flying = (way > 0) & (way < 1)
+    bent = replace(track, y=track.y + np.where(flying, 0.5 * way**8, 0.0))
+    found = measure_rebound(bent, drop(fps=5000))
+    assert found.track.outlier[flying].mean() < 0.01
+    burst = (way > 0.9) & (np.cumsum((way > 0.9) & flying) <= 20)
+    jumped = measure_rebound(replace(track, y=track.y + np.where(burst, 0.2, 0.0)), drop(fps=5000))
+    assert jumped.track.outlier[burst].mean() > 0.9
+
+
 def test_a_film_that_ends_as_the_seed_leaves_is_refused():
     """Held for half a second, 12 mm of fall, and a place that wanders by half a millimetre: too little of it is a flight."""
     motion = draw_drop(rest_s=0.5)
