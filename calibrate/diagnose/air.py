@@ -11,6 +11,7 @@ import numpy as np
 
 SHAPE_SD = 0.15  # of C_d beside a sphere's, relative
 SLOPE_SD = 0.15  # of d ln C_d/d ln v: a sphere's is −0.2 at a seed's speeds, a bluff body's nil
+SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
 UNKNOWN = 0.018  # drag over weight at 2 m/s of a seed that nobody described (soybean .018, wheat .03), with as large an sd
 REFERENCE_SPEED_M_S = 2.0
 SLOWEST_M_S = 0.01  # where air is concerned

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from calibrate.diagnose.air import SEED_DRAG
 from calibrate.diagnose.drop.flight import POINTS
 from calibrate.diagnose.drop.model import (
     LAWS,
@@ -36,7 +37,6 @@ from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import frame_lag, whiten
 
 STEP = 1e-3  # of a global's prior sd, for derivatives
-SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):

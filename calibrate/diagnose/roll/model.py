@@ -1,8 +1,8 @@
 """From parameters to the travel that a camera reads of each run.
 
 A run's own: time and place of release [s, m], way on the incline beside the stated one [m], its incline [deg] and rolling
-friction (relative) beside the common ones. Globals by name, each 0 at the baseline's centre; mu is
-relative to where the fit began.
+friction (relative) beside the common ones, and its seed's drag (relative) beside that of the sizes stated of it. Globals by
+name, each 0 at the baseline's centre; mu is relative to where the fit began.
 """
 
 import math
@@ -16,7 +16,7 @@ from calibrate.diagnose.roll.session import Run, Seed, weight_over_inertia
 
 SPEEDS = 240  # points of the table of resistance over speed
 REMEMBERED = 600  # predictions kept: a fit asks for the same point several times
-OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu")
+OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +76,9 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     )  # fmt: skip
 
 
-def resistance_of(model: Model, at: dict[str, float]) -> Table:
-    """Resistance over weight that depends on speed."""
-    k, air = at.get("viscous-rolling", 0.0), model.seed.drag + at.get("drag", 0.0)
+def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Table:
+    """Resistance over weight of run r that depends on speed."""
+    k, air = at.get("viscous-rolling", 0.0), (model.seed.drag + at.get("drag", 0.0)) * model.runs[r].drag * (1 + own[5])
     power = at.get("drag.exponent", 0.0)
     if not k and not air:
         return NOTHING
@@ -101,7 +101,7 @@ def moved(model: Model, r: int, own: np.ndarray, at: dict[str, float], more: Tab
           time: Table = NOTHING, way: Way | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Travel as read (n,) [m] and true speed (n,) [m/s]; more: a further resistance over speed; place, time: pushes over weight
     along travel and time since release; way: instead of `way_of`."""
-    by_speed = resistance_of(model, at)
+    by_speed = resistance_of(model, r, own, at)
     if more is not None:
         grid = more.low + more.step * np.arange(len(more.values))
         known = np.arange(len(by_speed.values)) * by_speed.step + by_speed.low

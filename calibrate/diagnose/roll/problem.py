@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import least_squares
 
+from calibrate.diagnose.air import SEED_DRAG
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.roll import EFFECTS
 from calibrate.diagnose.effects.roll.shape_barrier import quadrature
@@ -28,7 +29,7 @@ WIDE_MU = 1.0  # the common rolling friction is measured here, not known
 CURVES = 6
 PARTS = 40  # of the level, for what a seed that is no ball meets by chance: some to half a turn
 SCATTER_P = 1e-3  # of a scatter of friction as great by chance, below which it is taken for seeds that differ more
-OWN_STEP = np.array([1e-7, 1e-8, 1e-8, 1e-5, 1e-6])  # for derivatives by a run's own numbers, and
+OWN_STEP = np.array([1e-7, 1e-8, 1e-8, 1e-5, 1e-6, 1e-5])  # for derivatives by a run's own numbers, and
 STEP = 1e-5  # of a prior's sd, by globals: so short since slope and friction are twins but for 1e-3 of what they do
 PUSH = 1e-6  # over weight, for derivatives: a 1e-4 of friction, so that the stop moves in proportion
 
@@ -100,15 +101,15 @@ def roll_problem(
 def _closer(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
     """Run r's own numbers fitted to it alone, so that the fit of all begins near its end: stops move by friction's share."""
     run, nil = model.runs[r], {n: 0.0 for n in model.names}
-    loose = np.array([np.inf, np.inf, own.sd[2], 5 * own.sd[3], 0.3])
-    unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03])
+    loose = np.array([np.inf, np.inf, own.sd[2], 5 * own.sd[3], 0.3, own.sd[5]])
+    unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03, 0.03])
     sigma = float(np.hypot(noise.sigma[r], 1e-5))
 
     def misfit(u: np.ndarray) -> np.ndarray:
         at = own.start[r] + unit * u
         return np.concatenate([(run.x - moved(model, r, at, nil)[0]) / sigma, unit * u / loose])
 
-    return own.start[r] + unit * least_squares(misfit, np.zeros(5), method="lm", diff_step=1e-5, max_nfev=60).x
+    return own.start[r] + unit * least_squares(misfit, np.zeros(len(OWN)), method="lm", diff_step=1e-5, max_nfev=60).x
 
 
 def locals_of(model: Model, mu_sd: float) -> Locals:
@@ -121,10 +122,10 @@ def locals_of(model: Model, mu_sd: float) -> Locals:
             top = math.sqrt(2 * f * max(math.sin(b) - model.mu * math.cos(b), 0.01) * s)
             release = way.stop - top / (f * model.mu) - 2 * s / top
             place = run.x[-1] - top**2 / (2 * f * model.mu) - s
-        start.append([release, place, 0.0, 0.0, 0.0])
+        start.append([release, place, 0.0, 0.0, 0.0, 0.0])
     length_stated = all(math.isfinite(run.length) for run in model.runs)
     incline_stated = all(math.isfinite(run.incline) for run in model.runs)
-    sd = [np.inf, np.inf, LENGTH_SD_M if length_stated else 0.02, INCLINE_SD_DEG if incline_stated else 5.0, mu_sd]
+    sd = [np.inf, np.inf, LENGTH_SD_M if length_stated else 0.02, INCLINE_SD_DEG if incline_stated else 5.0, mu_sd, SEED_DRAG]
     return Locals(np.array(start), OWN_STEP, np.array(sd))
 
 
@@ -177,7 +178,7 @@ def scatter_of(base: Fit) -> float:
 
 def incline_scatter_deg(runs: tuple[Run, ...], starts: np.ndarray) -> float:
     """sd of a run's own incline about the common one, widened for its few runs; from what each run by itself has for it,
-    `starts` (R, 5), so with the doubt of measuring it. Infinite where too few runs are alike."""
+    `starts` (R, 6), so with the doubt of measuring it. Infinite where too few runs are alike."""
     square, freedom = _within_kinds(runs, starts[:, OWN.index("incline_deg")])
     if freedom < 2:
         return math.inf

@@ -1,7 +1,7 @@
 """Rolls of one bench, ready for fitting: metres and seconds, rows averaged to a few hundred, what is stated with how well."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ NEIGHBOURS = 9
 USUAL_RADIUS_M = 3.5e-3
 ROUND = 0.02  # elongation of what is taken for a ball
 REFERENCE_SPEED_M_S = 0.5
+OF_DRAG = ("length_mm", "width_mm", "thickness_mm", "mass_g", "density_kg_m3")  # what drag over weight is worked out from
 DRAG_DOUBT = 4.0  # over that of free flight: a plate beside it and its spin make up to 2 × the drag of a ball in free air
 
 
@@ -25,7 +26,8 @@ DRAG_DOUBT = 4.0  # over that of free flight: a plate beside it and its spin mak
 class Run:
     """One recording: time_s, x (n,) [m]: means of some rows each, spread_s (n,) sd of their times; lag (n,) in averaged frames;
     way: a path to begin with; sign +1: rolls towards +x; incline [rad], length [m]: stated, NaN where not; turning: (slope [1/m],
-    angle at x = 0 [rad]) of the seed's orientation against travel, None where it was not seen."""
+    angle at x = 0 [rad]) of the seed's orientation against travel, None where it was not seen; drag: of its seed, by the sizes
+    and the mass stated of it, over that of the session's seed."""
 
     recording: str
     session: str
@@ -38,6 +40,7 @@ class Run:
     incline: float
     length: float
     turning: tuple[float, float] | None
+    drag: float = 1.0
     notes: tuple[str, ...] = field(default=())
 
 
@@ -60,18 +63,19 @@ class Seed:
 
 def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
     """Runs that can be used, the seed, notes. ValueError where no run can be used."""
+    told = told_of([r.description for r in rolls if len(r.x_mm)])
     runs, notes = [], []
     for roll in rolls:
         if not len(roll.x_mm):
             continue
         try:
-            runs.append(run_of(roll))
+            runs.append(replace(run_of(roll), drag=drag_beside(roll.description, told)))
             notes += [f"{roll.recording}: {text}" for text in runs[-1].notes]
         except ValueError as error:
             notes.append(f"{roll.recording} is left out: {error}")
     if not runs:
         raise ValueError("; ".join(notes) or "none of the recordings holds a track")
-    return tuple(runs), seed_of([r.description for r in rolls if len(r.x_mm)]), tuple(notes)
+    return tuple(runs), seed_of(told), tuple(notes)
 
 
 def run_of(roll) -> Run:
@@ -98,7 +102,7 @@ def run_of(roll) -> Run:
         roll.recording, roll.session, time, x, spread, frame_lag(frame), way, -1.0 if direction == "-x" else 1.0,
         math.radians(told["incline_deg"]) if told.get("incline_deg") else math.nan,
         told["incline_length_mm"] / 1000 if told.get("incline_length_mm") else math.nan,
-        _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way), tuple(notes),
+        _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way), notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -134,9 +138,19 @@ def _turning(time, x, angle_deg, way: Path) -> tuple[float, float] | None:
     return (float(slope), float(level)) if 100 < abs(slope) < 5000 and left.std() < 0.5 else None
 
 
-def seed_of(descriptions: list[dict]) -> Seed:
-    """The seed of which the first recording tells."""
-    told = next((d for d in descriptions if d.get("seed")), descriptions[0])
+def told_of(descriptions: list[dict]) -> dict:
+    """The first recording's that tells of a seed: the session's."""
+    return next((d for d in descriptions if d.get("seed")), descriptions[0] if descriptions else {})
+
+
+def drag_beside(description: dict, told: dict) -> float:
+    """Drag over weight of a recording's own seed over that of the session's; 1 where not the same is stated of both."""
+    own, other = ({n for n in OF_DRAG if d.get("seed", {}).get(n)} for d in (description, told))
+    return air_of(description).room / air_of(told).room if own == other else 1.0
+
+
+def seed_of(told: dict) -> Seed:
+    """The session's seed, of what one recording tells."""
     seed = told.get("seed", {})
     sizes = sorted((seed[k] / 1000 for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)), reverse=True)
     air: Air = air_of(told)

@@ -39,6 +39,9 @@ class Bench:
     corner: float = 0.0
     rise_mm: float = 0.0
     drag: float = 0.0  # over weight at 0.5 m/s, growing as the square
+    reynolds: float = 0.0  # at 1 m/s; 0: as far as drag's growth is concerned, great
+    size_sd: float = 0.0  # of seeds of one lot, relative: drag over weight goes as 1/d; each one's own size is stated
+    drag_sd: float = 0.0  # of one seed's drag beside that, relative
     patch: tuple[float, float, float] = (0.0, 0.0, 0.0)  # mm behind the corner from, to; added resistance
     by_travel: float = 0.0  # added resistance per metre behind the corner
     stated_air: float = 0.0
@@ -67,15 +70,21 @@ def motion(b: Bench, sign: float, rng) -> tuple[np.ndarray, np.ndarray, np.ndarr
     frames = np.empty(40_000)
     count = march(
         frames, b.fps, beta, mu, theta, b.length_mm / 1000, b.radius_mm / 1000, b.added, b.viscous, b.slip, b.slip_s, gain,
-        b.corner, b.rise_mm / 1000, psi, b.drag, *b.patch, b.by_travel, b.after_s,
+        b.corner, b.rise_mm / 1000, psi, b.drag, b.reynolds, *b.patch, b.by_travel, b.after_s,
     )  # fmt: skip
     path = np.concatenate([np.zeros(int(b.before_s * b.fps)), frames[:count]])
     return np.arange(len(path)) / b.fps, path, -path / (b.radius_mm / 1000) - psi / 2
 
 
 @numba.njit
-def march(out, fps, beta, mu, theta, length, r, added, viscous, slip, slip_s, gain, corner, rise, psi, drag, patch_from, patch_to,
-          patch, by_travel, after_s):  # fmt: skip
+def sphere(re):
+    """C_d of a sphere, Brown & Lawler (2003); 1 at Re 0."""
+    return 24 / re * (1 + 0.150 * re**0.681) + 0.407 / (1 + 8710 / re) if re > 0 else 1.0
+
+
+@numba.njit
+def march(out, fps, beta, mu, theta, length, r, added, viscous, slip, slip_s, gain, corner, rise, psi, drag, reynolds,
+          patch_from, patch_to, patch, by_travel, after_s):  # fmt: skip
     """Semi-implicit steps of at most 0.1 ms; friction against the motion, or as much as holds a seed at rest."""
     n = max(10, math.ceil(1 / fps / 1e-4))
     dt = 1 / fps / n
@@ -90,7 +99,7 @@ def march(out, fps, beta, mu, theta, length, r, added, viscous, slip, slip_s, ga
             normal = math.cos(beta) if on else 1.0
             climb = rise / r * math.sin(2 * x / r + psi)  # slope of rise/2 (1 − cos(2x/r + ψ))
             pull = G * (math.sin(beta) if on else -math.sin(theta)) - G * climb * normal
-            resist = mu + viscous * abs(v) + drag * (v / 0.5) ** 2
+            resist = mu + viscous * abs(v) + drag * (v / 0.5) ** 2 * sphere(reynolds * abs(v)) / sphere(reynolds * 0.5)
             if not on:
                 resist += (patch if patch_from < past < patch_to else 0.0) + by_travel * max(past, 0.0) / 1e3
             limit = G * resist * normal
@@ -139,6 +148,15 @@ def usual(b: Bench, rng) -> Bench:
     return replace(b, scale=b.scale + scale, **more)
 
 
+def one_of_the_lot(b: Bench, rng) -> Bench:
+    """With a seed of its own size, which is stated, and drag."""
+    if not b.size_sd and not b.drag_sd:
+        return b
+    size = 1 + b.size_sd * rng.normal()
+    stated = {n: round(v * size, 2) if n.endswith("_mm") else v for n, v in b.stated.items()}
+    return replace(b, stated=stated, drag=b.drag / size * (1 + b.drag_sd * rng.normal()))
+
+
 def rolls(bench: Bench, count: int, rng, *, directions=("+x", "-x"), lengths=None) -> list:
     """`count` recordings as calibrate.twin.roll_tracks gives them."""
     from calibrate.twin.roll_tracks import roll_of
@@ -149,11 +167,11 @@ def rolls(bench: Bench, count: int, rng, *, directions=("+x", "-x"), lengths=Non
     bench, out = usual(bench, rng), []
     for i in range(count):
         here = replace(bench, length_mm=lengths[i % len(lengths)]) if lengths else bench
-        way = directions[i % len(directions)]
+        here, way = one_of_the_lot(here, rng), directions[i % len(directions)]
         rows = table(here, 1.0 if way == "+x" else -1.0, rng)
         camera = Camera(fps=here.fps, mm_per_px=0.25, mm_per_px_sd=bench.state_scale or None)
         told = Recording(
-            f"roll-{i:02d}", Path(), "roll", "track.csv", (), seed=Seed(**bench.stated), camera=camera,
+            f"roll-{i:02d}", Path(), "roll", "track.csv", (), seed=Seed(**here.stated), camera=camera,
             air=Air(density_kg_m3=bench.stated_air),
             roll=Roll(incline_deg=15.0, incline_length_mm=here.length_mm, direction=way),
         )  # fmt: skip

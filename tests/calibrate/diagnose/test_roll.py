@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from rolling import BALL, STATED, Bench, rolls
 
+from calibrate.diagnose.problem import fit
 from calibrate.diagnose.roll.diagnose import OF_SPEED, diagnose_roll
 from calibrate.diagnose.roll.motion import Table, Way, travel
 from calibrate.diagnose.roll.noise_of_run import estimate_noise
 from calibrate.diagnose.roll.path import fit_path
 from calibrate.diagnose.roll.problem import STEADY_DEG, build, incline_scatter_deg, roll_problem
 from calibrate.diagnose.roll.ripple import arguments
-from calibrate.diagnose.roll.session import assemble
+from calibrate.diagnose.roll.session import assemble, drag_beside
+from calibrate.diagnose.scores import score
 from calibrate.twin import Parameters
 from calibrate.twin.along import gone, like
 from calibrate.twin.roll_tracks import SeenRoll, read_rolls, roll_of
@@ -114,6 +116,36 @@ def test_what_a_sharp_corner_takes_is_no_news():
     """(1 − cos 15°)/1.4 of the speed: as a ball loses it that rolls from one plate on to the next."""
     found = diagnosed(Bench(corner=0.0243, noise_mm=0.02))
     assert found.verdict == "none" and any("the corner takes 2." in note for note in found.notes)
+
+
+IN_AIR = Bench(
+    stated=BALL, stated_air=1.2, drag=0.002, reynolds=464.0, radius_mm=3.5, mu=0.015, length_mm=40.0, fps=240.0,
+    common_incline=True, noise_mm=0.06, rho=0.0,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("change", [{"drag_sd": 0.06}, {"size_sd": 0.1}])
+def test_seeds_of_one_lot_differ_in_the_air(change):
+    """Each one's drag is its own: by a few percent as it lies in the air, and as the sizes stated of it say."""
+    assert diagnosed(replace(IN_AIR, **change)).verdict == "none"
+
+
+@pytest.mark.parametrize(("viscous", "low", "high"), [(0.0, 0, 3), (0.005, 5, np.inf)])
+def test_what_seeds_differ_by_in_the_air_hides_nothing_common_to_them(viscous, low, high):
+    """Score of a resistance that grows with speed, in sds."""
+    bench = replace(IN_AIR, drag_sd=0.06, viscous=viscous)
+    runs, seed, _ = assemble(rolls(bench, 4, np.random.default_rng(1)))
+    found = score(fit(roll_problem(build(runs, seed, *arguments(runs, seed), ripple=False), {"": 2e-4})))
+    assert low <= abs(found.z[found.names.index("viscous-rolling")]) <= high
+
+
+def test_drag_over_weight_goes_by_the_sizes_and_the_mass_stated_of_each_seed():
+    """As C_d/d at one density, as C_d d² at one mass; C_d falls by 1 to 4 % where Re grows by 10 % (2 m/s, Re 930)."""
+    larger = {n: 1.1 * v if n.endswith("_mm") else v for n, v in BALL.items()}
+    assert 0.96 < 1.1 * drag_beside({"seed": larger}, {"seed": BALL}) < 0.99
+    weighed = [{k: v for k, v in seed.items() if k != "density_kg_m3"} | {"mass_g": 0.2} for seed in (larger, BALL)]
+    assert 0.96 < drag_beside({"seed": weighed[0]}, {"seed": weighed[1]}) / 1.1**2 < 0.99
+    assert drag_beside({"seed": weighed[0]}, {"seed": BALL}) == drag_beside({}, {"seed": BALL}) == 1.0
 
 
 def test_simulated_rolls_are_clean(tmp_path):
