@@ -11,6 +11,7 @@ ALPHA = 0.005
 LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
 SAME_SIGN = 0.8
 SATURATED_P = 0.01
+MORE = "the same again at half and at twice what was set (height, tilt rate, length), and more recordings of each"
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def flaws_of(effects, names, values, bayes, shared, same, left) -> tuple[str, ..
 def decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...], left: float) -> Verdict:
     ranked = tuple(sorted(candidates, key=lambda c: -c.ln_bayes))
     if not chosen:
-        return Verdict("unknown", (), p, ranked, float("nan"), "the same drop again from twice and from half the height")
+        return Verdict("unknown", (), p, ranked, float("nan"), MORE)
     best = next(c for c in ranked if c.names == chosen)
     rivals = [c for c in ranked if c is not best and len(c.names) <= len(best.names) and possible(c)]
     runner_up = best.ln_bayes - max((c.ln_bayes for c in rivals), default=0.0)
@@ -82,5 +83,5 @@ def decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candida
     if close:
         return Verdict("class", members, p, ranked, runner_up, advice)
     if best.flaws:
-        return Verdict("class", best.names, p, ranked, runner_up, advice or "more recordings of the same drop")
+        return Verdict("class", best.names, p, ranked, runner_up, advice or "more recordings of the same")
     return Verdict("name", best.names, p, ranked, runner_up, None)

@@ -13,6 +13,7 @@ from calibrate.diagnose.series import Locals, Series
 from calibrate.diagnose.series import problem_of as series_problem
 from calibrate.diagnose.slide.model import LOCALS, Model, moved, predict
 from calibrate.diagnose.slide.motion import G_M_S2
+from calibrate.diagnose.slide.pixels import LOCK_PX, LOCKS
 from calibrate.diagnose.slide.session import RUN_SD, Read, Run, Session
 
 DEGREE = 8  # of the curve beside which noise is what is left of a slide
@@ -21,9 +22,10 @@ LENS_SD, PERSPECTIVE_SD = 2e-4, 1e-3  # at the picture's edge; per metre
 ANGLE_SD_DEG = 0.05  # of a tilt sensor, common to all
 EXACT_MM = 1e-4  # a simulated track may be exact
 ANYWHERE_MM, ANYWHEN_S, FRICTION_SD = 1e3, 1e3, 1.0
-TURNS = 60  # of Gauss–Newton: an onset moves much for little, and what air does beside a plate gives way slowly
+TURNS = 30  # of Gauss–Newton: an onset moves much for little, and what air does beside a plate gives way slowly
 READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
 NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0, "air-shade": 1.0, "scale": 1e-3}
+NUISANCES |= dict.fromkeys(LOCKS, LOCK_PX)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +38,7 @@ class Prepared:
 
 
 def prepare(session: Session) -> Prepared:
-    """Noise of all runs together: about the place of rest, and about a flexible curve from the onset on."""
+    """Noise of all runs together: about the place of rest, and about a flexible curve from the onset on, pixel lock beside it."""
     if not session.runs:
         spare = sum(len(r.angles) - 1 for r in session.reads)
         return Prepared(session, Noise(0.0, 0.0, math.sqrt(2 / (spare + 10))), ())
@@ -45,7 +47,7 @@ def prepare(session: Session) -> Prepared:
     for run in session.runs:
         good = np.concatenate([~spikes(_innovations(part, noise)) for part in _stretches(run)])
         rest = int(good[: run.rest].sum())
-        clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=rest)
+        clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=rest, lock=run.lock[good])
         kept.append(clean)
         sigma.append(_sigma(clean, noise))
     return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
@@ -57,8 +59,15 @@ def _stretches(run: Run) -> list[Stretch]:
         t = run.time[part]
         t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
         degree = min(degree, max(len(t) // 6, 0))
-        out.append(Stretch(legendre.legvander(t, degree), run.travel[part], frame_lag(run.frame[part])))
+        design = np.column_stack([legendre.legvander(t, degree), _ripple(run, part)])
+        out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out
+
+
+def _ripple(run: Run, part: slice) -> np.ndarray:
+    """Pixel lock (m, 2) where a block crosses more pixels than such a curve follows; else (m, 0)."""
+    crossed = float(np.ptp(run.travel[part])) > DEGREE * float(np.hypot(*run.lock[0]))
+    return run.lock[part] if crossed and run.lock.any() else run.lock[part, :0]
 
 
 def motion_of(run: Run) -> Stretch:
@@ -99,6 +108,7 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
         scale = float(np.median([r.scale_sd for r in session.runs]))
         known |= {"scale": scale, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0}
         known |= {"air-shade": 1.0} if any(r.air.count > 1 for r in session.runs) else {}
+        known |= dict.fromkeys(LOCKS, LOCK_PX) if any(r.lock.any() for r in session.runs) else {}
     if "angle-offset" in model.effects:
         known["angle-offset"] = ANGLE_SD_DEG
     problem = series_problem(

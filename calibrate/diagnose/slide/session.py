@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrate.diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
+from calibrate.diagnose.slide.pixels import lock
 from calibrate.diagnose.slide.tilt import Tilt, seen_tilt, stated_tilt
+from vision.motion.strays import single_spikes
 
 MASS_OF_ELLIPSOID = math.pi / 6
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
@@ -31,7 +33,7 @@ class Blown:
 class Run:
     """One track, cut to the slide and as long again of rest before it. time (n,) [s], travel (n,) [mm] downhill from 0, frame
     (n,); rest: rows before the onset as first guessed; mass_g of the block, NaN where unknown; from_hinge [m], 0 where unknown;
-    air: what it does to the block; scale_sd, relative."""
+    air: what it does to the block; scale_sd, relative; lock (n, 2) [mm]: what pixel lock adds to the travel (pixels.py)."""
 
     recording: str
     session: str
@@ -44,6 +46,7 @@ class Run:
     from_hinge: float
     air: Blown
     scale_sd: float
+    lock: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,12 +116,14 @@ def _read(seen) -> Read:
 def _run(seen) -> Run:
     told = seen.description.get("slide", {})
     good = np.isfinite(seen.time_s) & np.isfinite(seen.x_mm)
+    good[good] = ~single_spikes(seen.x_mm[good])
     time, x, frame = seen.time_s[good], seen.x_mm[good], seen.frame[good]
     if len(time) < LEAST_SLIDING + LEAST_REST:
         raise ValueError(f"{len(time)} usable rows; a slide needs at least {LEAST_SLIDING + LEAST_REST}")
     edge = max(3, len(x) // 20)
     way = float(np.median(x[-edge:]) - np.median(x[:edge]))
-    travel = math.copysign(1.0, way) * x
+    sign = math.copysign(1.0, way)
+    travel = sign * x
     noise = 1.4826 * float(np.median(np.abs(np.diff(travel, 2)))) / math.sqrt(6)
     first, stop = _sliding(time, travel, noise, told)
     travel = travel - np.median(travel[: max(first, 3)])
@@ -131,9 +136,11 @@ def _run(seen) -> Run:
         raise ValueError("the plate's angle is unknown: a tilt_deg column or [slide] tilt_rate_deg_s is needed")
     begin = max(0, first - max(80, stop - first))
     cut = slice(begin, stop)
+    camera = seen.description["camera"]
     return Run(
         seen.recording, seen.session, time[cut], travel[cut], frame[cut], first - begin, tilt, mass_of(seen.description),
-        1e-3 * float(told.get("start_mm", 0.0)), _blown(seen.description), float(seen.description["camera"]["scale_sd"]),
+        1e-3 * float(told.get("start_mm", 0.0)), _blown(seen.description), float(camera["scale_sd"]),
+        sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
     )  # fmt: skip
 
 

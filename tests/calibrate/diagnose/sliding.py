@@ -46,6 +46,8 @@ class Bench:
     noise_mm: float = 0.05
     rho: float = 0.8
     white: float = 0.3
+    mm_per_px: float = 0.1
+    lock_px: float = 0.0  # a place is read so much too far towards the middle of its pixel
     tilt_noise_deg: float = 0.03
     tilt_column: bool = True
     start_stated: bool = True  # where there is no column: that the plate was level at t = 0; False: the film begins just before
@@ -131,7 +133,8 @@ def slides(bench: Bench, count: int, rng):
         half = bench.travel_mm / 2
         off = x - half
         x = half + off * (1 - scale) * (1 + lens * (off / half) ** 2 + keystone * off / 1000) + rng.normal(0, 20)
-        x = bench.sign * (x + noise(len(x), bench.noise_mm, bench.rho, bench.white, rng))
+        ripple = bench.lock_px * bench.mm_per_px * np.sin(2 * math.pi * x / bench.mm_per_px)
+        x = bench.sign * (x + ripple + noise(len(x), bench.noise_mm, bench.rho, bench.white, rng))
         seen = np.degrees(tilt)
         if bench.rounded_deg:
             seen = np.ceil(seen / bench.rounded_deg) * bench.rounded_deg
@@ -143,7 +146,7 @@ def slides(bench: Bench, count: int, rng):
         told = Recording(
             f"slide-{i:02d}", Path(), "slide", "track.csv", (), seed=Seed(**SEED, count=seeds),
             air=Air(density_kg_m3=bench.stated_air),
-            camera=Camera(fps=bench.fps, mm_per_px=0.1, mm_per_px_sd=0.1 * bench.scale_sd),
+            camera=Camera(fps=bench.fps, mm_per_px=bench.mm_per_px, mm_per_px_sd=bench.mm_per_px * bench.scale_sd),
             slide=Slide(
                 tilt_rate_deg_s=rate, travel_mm=bench.travel_mm, start_mm=bench.hinge_mm if bench.hinge_stated else None,
                 start_deg=None if bench.tilt_column or not bench.start_stated else 0.0,

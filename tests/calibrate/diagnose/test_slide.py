@@ -108,6 +108,18 @@ def test_friction_that_grows_with_the_way_is_outside_the_library():
     assert "grows with" in finding.law and finding.next_record
 
 
+def test_rows_astray_cost_no_slide_and_are_no_news():
+    """Four rows in a thousand lie anywhere within 20 mm: of each run the same rows slide as without them, but those."""
+    clean = slides(LIGHT, 4, np.random.default_rng(1))
+    rng = np.random.default_rng(2)
+    odd = [rng.random(len(s.x_mm)) < 0.004 for s in clean]
+    seen = [replace(s, x_mm=s.x_mm + o * rng.uniform(-20, 20, len(o))) for s, o in zip(clean, odd, strict=True)]
+    session, without = assemble(seen), assemble(clean)
+    assert sum(o.sum() for o in odd) >= 4 and not session.notes
+    assert all(abs(len(a.time) - len(b.time)) <= 5 for a, b in zip(session.runs, without.runs, strict=True))
+    assert diagnose_slide(seen, np.random.default_rng(0)).verdict == "none"
+
+
 def test_one_recording_is_never_enough_for_a_name():
     finding = found(replace(LIGHT, static=0.05), 1, count=1)
     assert finding.alarm and finding.verdict != "name" and finding.held_out is None

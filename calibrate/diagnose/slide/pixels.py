@@ -1,0 +1,42 @@
+"""What pixel lock adds to a travel: a tracker reads a place x too far towards pixel centres, by A sin φ + B cos φ.
+
+φ = 2π x/pixel, x in the picture; A and B [px] are a session's. How a centroid of few pixels is biased: Westerweel, Experiments in
+Fluids 29 (2000) S3.
+"""
+
+import numpy as np
+
+LOCKS = ("pixel-lock.sin", "pixel-lock.cos")
+LOCK_PX = 0.03  # sd: of trackers, as for drops
+POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
+EARLIEST, LATEST = -0.1, 0.25  # of the slide's duration, after the onset as first guessed
+ONSETS, TURNS = 9, 3  # tried at a time, each time about the best: to 1e-3 of the duration, in which nothing moves
+ENOUGH = 200  # rows that tell the onset
+
+
+def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.ndarray:
+    """By how much x (n,) is read too large (n, 2) [mm] for A = 1 px and for B = 1 px; nil where no pixel is stated (0).
+    rest: rows before the onset as first guessed."""
+    if not pixel_mm:
+        return np.zeros((len(time), len(LOCKS)))
+    phase = 2 * np.pi * smooth(time, x_mm, rest) / pixel_mm
+    return pixel_mm * np.column_stack([np.sin(phase), np.cos(phase)])
+
+
+def smooth(time: np.ndarray, x: np.ndarray, rest: int) -> np.ndarray:
+    """Place (n,) by a curve of few terms: by each row's own reading, a row's noise would be explained by that very noise."""
+    few = slice(None, None, max(1, len(x) // ENOUGH))
+    grid = time[rest] + (time[-1] - time[rest]) * np.linspace(EARLIEST, LATEST, ONSETS)
+    for _ in range(TURNS):
+        left = [((x[few] - _from(onset, time[few], x[few])) ** 2).sum() for onset in grid]
+        best = int(np.argmin(left))
+        onset = grid[best]
+        grid = np.linspace(grid[max(best - 1, 0)], grid[min(best + 1, ONSETS - 1)], ONSETS)
+    return _from(onset, time, x)
+
+
+def _from(onset: float, time: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """What fits best of a place at rest and, from `onset` on, an acceleration."""
+    since = np.clip((time - onset) / (time[-1] - onset), 0.0, None)
+    design = np.column_stack([np.ones(len(time)), since[:, None] ** POWERS])
+    return design @ np.linalg.lstsq(design, x, rcond=None)[0]
