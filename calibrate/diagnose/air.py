@@ -71,8 +71,9 @@ def speed_through_air(velocity: np.ndarray, aside_square: np.ndarray) -> np.ndar
 def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0):
     """Drag over drag at 2 m/s, divided by the speed: s in a = −(share g) s u, u the velocity through the air; (…) of `speed`.
 
-    slope: of ln C_d over ln v, beside a sphere's.
+    slope: of ln C_d over ln v, beside a sphere's; beyond ± 1 as there: a force that falls with speed has no way to come to rest.
     """
+    slope = min(max(slope, -1.0), 1.0)
     reference = drag_coefficient(reynolds_per_speed * REFERENCE_SPEED_M_S) * REFERENCE_SPEED_M_S**2
     bent = np.maximum(speed / REFERENCE_SPEED_M_S, 1e-6) ** slope if slope else 1.0
     return drag_coefficient(reynolds_per_speed * speed) * speed / reference * bent

@@ -145,7 +145,7 @@ def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, valu
     for turn in range(problem.turns):
         there, solve_there = problem.reduce(starts, values) if turn else known[begun]
         here = _misfit(there, values, _with_tails(usual, tailed, values))
-        refused = np.isfinite(lowest) and not here < lowest + max(1.0, 1e-3 * lowest)
+        refused = np.isfinite(lowest) and not here < _tolerated(lowest)
         if refused:  # too long a step, NaN included: half of it
             starts, values = (starts + good[0]) / 2, (values + good[1]) / 2
             continue
@@ -157,9 +157,17 @@ def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, valu
         starts, values = starts + solve_locals(after - values), after
         if here - _bulk(reduced) - chi2 < CLOSE:
             break
+    else:  # a last step that nobody has looked at may lead anywhere
+        there = problem.reduce(starts, values)[0]
+        refused = refused or not _misfit(there, values, _with_tails(usual, tailed, values)) < _tolerated(lowest)
     if refused:
         (starts, values), chi2 = good, lowest - _bulk(reduced)
     return Fit(problem, prior, values, covariance, starts, chi2, reduced)
+
+
+def _tolerated(lowest: float) -> float:
+    """χ² that a step may end at: a little more than the lowest so far, for kinks."""
+    return lowest + max(1.0, 1e-3 * lowest)
 
 
 def _with_tails(prior_sd: np.ndarray, tailed: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ MOST_RADII = 61
 NEARER = 9  # radii between neighbours of the best one
 POINTS_A_TURN = 24
 AT_ONCE = 5  # radii
+RISES, ROUND_ABOUT = 400, 256  # points of rise and of phase
 PHASES = 180
 LIKE_STATED = (0.5, 1.5)  # rise over that of the stated shape which is taken for the stated shape's
 
@@ -95,31 +96,38 @@ def _falls(base: Fit, at: Flown, asked) -> list[tuple[float, int]]:
     return [fall_of_chi2(part, project, b) for part in np.split(columns, len(asked), axis=1)]
 
 
-def rises(found: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """Rise [mm] of each run and its sd (R,), from a fit with the ripple freed; noise's own share taken off."""
-    rise, sds = [], []
+def likelihoods(found: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Rises (K,) [mm], and the likelihood of each (R, K) by each run's own quadratures, whatever its phase: where one of the two
+    is hardly seen, a run tells what the other leaves."""
+    values, spreads = [], []
     for r in range(len(found.problem.model.runs)):
         pair = [found.names.index(f"shape-barrier.{kind}.{r}") for kind in ("cos", "sin")]
-        value, spread = found.values[pair], found.covariance[np.ix_(pair, pair)]
-        size = float(np.hypot(*value))
-        along = value / max(size, 1e-12)
-        sd = float(np.sqrt(max(along @ spread @ along, 1e-18)))
-        across = float(np.sqrt(max(np.trace(spread) - sd**2, 0.0)))
-        rise.append(float(np.sqrt(max(size**2 - across**2, 0.0))))
-        sds.append(sd)
-    return np.array(rise), np.array(sds)
+        values.append(found.values[pair])
+        spreads.append(found.covariance[np.ix_(pair, pair)] + 1e-18 * np.eye(2))
+    rise = np.linspace(0.0, max(np.hypot(*v) + 4 * np.sqrt(np.trace(s)) for v, s in zip(values, spreads, strict=True)), RISES)
+    around = np.linspace(0, 2 * np.pi, ROUND_ABOUT, endpoint=False)
+    there = rise[:, None, None] * np.column_stack([np.cos(around), np.sin(around)])
+    off = [np.einsum("kpi,ij,kpj->kp", v - there, np.linalg.inv(s), v - there) for v, s in zip(values, spreads, strict=True)]
+    return rise, np.array([np.exp(-(o - o.min()) / 2).mean(axis=1) for o in off])
 
 
 def common_rise(found: Fit) -> tuple[float, float, float]:
     """Rise [mm] common to all runs, its sd, and by how much single runs scatter about it (sd, mm)."""
-    rise, sd = rises(found)
-    scatter = 0.0
-    for _ in range(20):
-        weight = 1 / (sd**2 + scatter**2)
-        mean = float((weight * rise).sum() / weight.sum())
-        beyond = float((weight**2 * ((rise - mean) ** 2 - sd**2)).sum() / (weight**2).sum())
-        scatter = float(np.sqrt(max(beyond, 0.0))) if len(rise) > 2 else 0.0
-    return mean, float(1 / np.sqrt(weight.sum())), scatter
+    rise, each = likelihoods(found)
+    tried = [0.0, *np.geomspace(2 * rise[1], rise[-1] / 2, 20)] if len(each) > 2 else [0.0]
+    ln = np.array([_joint(rise, each, scatter) for scatter in tried])
+    best = int(np.argmax(ln.max(axis=1)))
+    weight = np.exp(ln[best] - ln[best].max())
+    mean = float((weight * rise).sum() / weight.sum())
+    return mean, float(np.sqrt((weight * (rise - mean) ** 2).sum() / weight.sum())), float(tried[best])
+
+
+def _joint(rise: np.ndarray, each: np.ndarray, scatter: float) -> np.ndarray:
+    """ln of the likelihood (K,) of a common rise about which runs scatter."""
+    if scatter:
+        about = np.exp(-(((rise[:, None] - rise) / scatter) ** 2) / 2)
+        each = each @ (about / about.sum(axis=0))
+    return np.log(each + 1e-300).sum(axis=0)
 
 
 def of_this_size(problem: Problem, found: Fit) -> Problem:
@@ -156,11 +164,9 @@ def _solved(found: Fit, a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray) -> F
 
 def left_out_rise(found: Fit) -> tuple[float, ...]:
     """Rise [mm] as the other recordings have it, one value a recording; of a single recording its own."""
-    rise, sd = rises(found)
-    if len(rise) < 2:
-        return (float(rise[0]),)
-    weight = 1 / sd**2
-    return tuple(float(v) for v in ((weight * rise).sum() - weight * rise) / (weight.sum() - weight))
+    rise, each = likelihoods(found)
+    others = [np.delete(each, r, axis=0) if len(each) > 1 else each for r in range(len(each))]
+    return tuple(float(rise[np.argmax(_joint(rise, other, 0.0))]) for other in others)
 
 
 def held_out_rise(found: Fit, base: Fit) -> HeldOut | None:

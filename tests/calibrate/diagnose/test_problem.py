@@ -25,7 +25,7 @@ def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:
     return Problem("valley", ("one",), {}, ("x", "y"), {"x": 1e3, "y": 1e3}, np.zeros((1, 0)), reduce, 2, 0.0, None, turns)
 
 
-@pytest.mark.parametrize("turns", [2, 3])
+@pytest.mark.parametrize("turns", [1, 2, 3])
 def test_a_fit_whose_last_step_was_refused_says_what_chi2_is_where_it_stands(turns):
     """Not what a step further promises, nil; nor with the bulk."""
     found = fit(valley(turns))

@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from calibrate.diagnose.roll.motion import Table, Way, travel
 from calibrate.diagnose.roll.noise_of_run import estimate_noise
 from calibrate.diagnose.roll.path import fit_path
 from calibrate.diagnose.roll.problem import STEADY_DEG, build, incline_scatter_deg, roll_problem
-from calibrate.diagnose.roll.ripple import arguments
+from calibrate.diagnose.roll.ripple import arguments, common_rise
 from calibrate.diagnose.roll.session import assemble, drag_beside
 from calibrate.diagnose.scores import score
 from calibrate.twin import Parameters
@@ -338,3 +339,24 @@ def test_right_names_and_intervals(name, key, value):
     print(name, dict(said), f"cover {sum(covered)} of {len(covered)}")
     assert said["right"] + said["class"] >= 18
     assert len(covered) - sum(covered) <= 4  # of 20 intervals of 95 % more than 4 fail with a chance of 3e-4
+
+
+@pytest.mark.parametrize("unseen_mm", [0.001, 0.010])
+def test_a_rise_of_which_one_phase_is_hardly_seen_is_what_the_other_says(unseen_mm):
+    """Eight runs, each with one direction of its two quadratures known to a micrometre, the other to `unseen_mm`."""
+    rng, inside, means = np.random.default_rng(0), [], []
+    names = [f"shape-barrier.{kind}.{r}" for r in range(8) for kind in ("cos", "sin")]
+    for _ in range(60):
+        values, covariance = np.zeros(16), np.zeros((16, 16))
+        for r in range(8):
+            phase, turn = rng.uniform(0, 2 * np.pi, 2)
+            axes = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+            spread = axes @ np.diag([0.001**2, unseen_mm**2]) @ axes.T
+            pair = slice(2 * r, 2 * r + 2)
+            values[pair] = rng.multivariate_normal(0.008 * np.array([np.cos(phase), np.sin(phase)]), spread)
+            covariance[pair, pair] = spread
+        problem = SimpleNamespace(model=SimpleNamespace(runs=range(8)))
+        mean, sd, _ = common_rise(SimpleNamespace(names=names, values=values, covariance=covariance, problem=problem))
+        means.append(mean)
+        inside.append(abs(mean - 0.008) < 1.96 * sd)
+    assert np.mean(inside) > 0.85 and np.mean(means) == pytest.approx(0.008, rel=0.05)
