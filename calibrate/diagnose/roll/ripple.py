@@ -23,7 +23,8 @@ MOST_RADII = 61
 NEARER = 9  # radii between neighbours of the best one
 POINTS_A_TURN = 24
 AT_ONCE = 5  # radii
-RISES, ROUND_ABOUT = 400, 256  # points of rise and of phase
+RISES, ROUND_ABOUT = 400, 129  # points of rise and of phase
+OUT_OF_THE_QUESTION = 1e-8  # of the greatest likelihood
 PHASES = 180
 LIKE_STATED = (0.5, 1.5)  # rise over that of the stated shape which is taken for the stated shape's
 
@@ -98,17 +99,33 @@ def _falls(base: Fit, at: Flown, asked) -> list[tuple[float, int]]:
 
 def likelihoods(found: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Rises (K,) [mm], and the likelihood of each (R, K) by each run's own quadratures, whatever its phase: where one of the two
-    is hardly seen, a run tells what the other leaves."""
-    values, spreads = [], []
+    is hardly seen, a run tells what the other leaves. The rises end where those end that all runs together may have."""
+    seen = []
     for r in range(len(found.problem.model.runs)):
         pair = [found.names.index(f"shape-barrier.{kind}.{r}") for kind in ("cos", "sin")]
-        values.append(found.values[pair])
-        spreads.append(found.covariance[np.ix_(pair, pair)] + 1e-18 * np.eye(2))
-    rise = np.linspace(0.0, max(np.hypot(*v) + 4 * np.sqrt(np.trace(s)) for v, s in zip(values, spreads, strict=True)), RISES)
-    around = np.linspace(0, 2 * np.pi, ROUND_ABOUT, endpoint=False)
-    there = rise[:, None, None] * np.column_stack([np.cos(around), np.sin(around)])
-    off = [np.einsum("kpi,ij,kpj->kp", v - there, np.linalg.inv(s), v - there) for v, s in zip(values, spreads, strict=True)]
-    return rise, np.array([np.exp(-(o - o.min()) / 2).mean(axis=1) for o in off])
+        seen.append((found.values[pair], found.covariance[np.ix_(pair, pair)] + 1e-18 * np.eye(2)))
+    top = max(np.hypot(*value) + 4 * np.sqrt(np.trace(spread)) for value, spread in seen)
+    while True:
+        rise = np.linspace(0.0, top, RISES)
+        each = np.array([_of_any_phase(rise, *one) for one in seen])
+        least = [rise[np.argmax(own > OUT_OF_THE_QUESTION * own.max())] for own in each]
+        together = _joint(rise, each, 0.0)
+        most = rise[np.flatnonzero(together > together.max() + np.log(OUT_OF_THE_QUESTION))[-1]]
+        needed = 2 * max(most, *least, rise[1])
+        if needed > top / 4:
+            return rise, each
+        top = needed
+
+
+def _of_any_phase(rise: np.ndarray, value: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Likelihood (K,) of each rise, the mean over all phases: many of them near the one that was seen."""
+    near = min(np.pi, 6 * np.sqrt(np.trace(spread)) / max(np.hypot(*value), 1e-12))
+    about = np.arctan2(*value[::-1]) + near * np.linspace(-1, 1, ROUND_ABOUT)
+    around = np.sort(np.mod(np.concatenate([about, np.linspace(0, 2 * np.pi, ROUND_ABOUT)]), 2 * np.pi))
+    share = (np.append(around[1:], around[0] + 2 * np.pi) - np.append(around[-1] - 2 * np.pi, around[:-1])) / (4 * np.pi)
+    off = value - rise[:, None, None] * np.column_stack([np.cos(around), np.sin(around)])
+    square = np.einsum("kpi,ij,kpj->kp", off, np.linalg.inv(spread), off)
+    return np.exp(-(square - square.min()) / 2) @ share
 
 
 def common_rise(found: Fit) -> tuple[float, float, float]:
