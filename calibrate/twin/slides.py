@@ -8,6 +8,7 @@ import numpy as np
 from calibrate.twin.tracks import entries_of, track_of
 from vision.evidence.tables import read_readings
 from vision.measurement import MeasurementError
+from vision.motion.strays import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
 
@@ -73,6 +74,7 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
     if not seen and recording.slide.tilt_rate_deg_s is None:
         raise MeasurementError(f"{recording.toml}: {TILT_MISSING}")
     used = track.used()
+    used = used.marked(single_spikes(used.x)).used()
     return SeenSlide(
         recording.id, recording.session or "", used.frame, used.t_s, used.x, used.sd, used.tilt_deg if seen else None,
         np.zeros(0), describe(recording), track.notes,

@@ -7,7 +7,14 @@ FREE_SHARE, FREE_SD = 0.3, 5.0  # of its fall, and in its sds: by how much a fli
 PLATE_SHARE = 0.15  # of the track's height: contacts lie no farther from its lowest place, however the seed lies there
 
 
-def free_flights(rows, time: np.ndarray, height: np.ndarray, residual: np.ndarray, meets, step_s: float) -> int:
+def free_flights(
+    rows: tuple[np.ndarray, ...],
+    time: np.ndarray,
+    height: np.ndarray,
+    residual: np.ndarray,
+    meets: list[tuple[float, float]],
+    step_s: float,
+) -> int:
     """How many flights to keep: those before the first (after two) that is no parabola, falls otherwise or ends in mid-air."""
     return min(_like_the_first(rows, residual), _falling(rows, time, height), _at_plate(meets, height, step_s))
 

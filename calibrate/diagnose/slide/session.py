@@ -8,7 +8,6 @@ import numpy as np
 from calibrate.diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
 from calibrate.diagnose.slide.pixels import lock
 from calibrate.diagnose.slide.tilt import Tilt, seen_tilt, stated_tilt
-from vision.motion.strays import single_spikes
 
 MASS_OF_ELLIPSOID = math.pi / 6
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
@@ -116,7 +115,6 @@ def _read(seen) -> Read:
 def _run(seen) -> Run:
     told = seen.description.get("slide", {})
     good = np.isfinite(seen.time_s) & np.isfinite(seen.x_mm)
-    good[good] = ~single_spikes(seen.x_mm[good])
     time, x, frame = seen.time_s[good], seen.x_mm[good], seen.frame[good]
     if len(time) < LEAST_SLIDING + LEAST_REST:
         raise ValueError(f"{len(time)} usable rows; a slide needs at least {LEAST_SLIDING + LEAST_REST}")

@@ -52,6 +52,7 @@ class Bench:
     tilt_column: bool = True
     start_stated: bool = True  # where there is no column: that the plate was level at t = 0; False: the film begins just before
     lost: float = 0.02
+    stray: float = 0.0  # share of rows that lie anywhere within 20 mm
     sign: float = 1.0
     more: dict = field(default_factory=dict)
 
@@ -139,6 +140,9 @@ def slides(bench: Bench, count: int, rng):
         if bench.rounded_deg:
             seen = np.ceil(seen / bench.rounded_deg) * bench.rounded_deg
         seen = seen + offset + noise(len(x), bench.tilt_noise_deg, 0.5, 0.5, rng)
+        if bench.stray:
+            odd = np.random.default_rng(i).random(len(x)) < bench.stray
+            x = x + odd * np.random.default_rng(i).uniform(-20, 20, len(x))
         keep = rng.random(len(t)) >= bench.lost
         column = {"tilt_deg": seen[keep]} if bench.tilt_column else {}
         begun = 0.0 if bench.start_stated else t[keep][0]
