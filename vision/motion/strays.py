@@ -1,4 +1,4 @@
-"""Single rows far off their neighbours: a tracker's slips, found before anything is fitted."""
+"""A tracker's slips: rows far off their neighbours, before anything is fitted, or off a smooth curve through their flight."""
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -47,6 +47,7 @@ def about_curve(time: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 def robust_sd(values: np.ndarray) -> float:
+    """1.4826 times the median of |values|: the standard deviation of a normal, which few outliers do not move."""
     return 1.4826 * float(np.median(np.abs(values)))
 
 
