@@ -109,15 +109,17 @@ def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[d
     for name, wanted in zip(spec.effects, spec.wanted_snr):
         low, high, sign = rig.ranges[name]
         sign = sign or int(rng.choice([-1, 1]))
-        size = math.sqrt(low * high)
+        size, before, seen = math.sqrt(low * high), 0.0, 0.0  # nothing is seen of nothing; what a nuisance hides is a hinge
         for _ in range(ROUNDS):
             snr = rig.visibility(scene, sizes | {name: sign * size}, name)
             if max(snr / wanted, wanted / max(snr, 1e-9)) < 1.08:
                 break
-            better = float(np.clip(size * np.clip(wanted / max(snr, 1e-9), 0.1, 6.0), low, high))
+            slope = (snr - seen) / (size - before)
+            better = size + (wanted - snr) / slope if slope > 0 else math.inf
+            better = float(np.clip(np.clip(better, 0.1 * size, 6.0 * size), low, high))
             if better == size:
                 break
-            size = better
+            size, before, seen = better, size, snr
         sizes[name] = sign * float(f"{size:.4g}")
     return sizes, [rig.visibility(scene, sizes, name) for name in spec.effects]
 

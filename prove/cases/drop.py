@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from prove.cases import ellipsoid as body
+from prove.cases.air import AIR_DENSITY, AIR_VISCOSITY, facing
 from prove.cases.camera import Camera, true_times
 from prove.cases.drop_effects import IN_CAMERA, Air, flight_changes, impact_changes
 from prove.cases.flight_laws import drag_number, impact_array, law_array
@@ -14,7 +15,6 @@ from prove.cases.truth import Wish, spread
 
 CONTACT_S = 1e-4  # half a swing of seed on plate; Hertz at 1 GPa: 0.07 ms
 LEAST_IMPACT_M_S = 0.22
-AIR_DENSITY, AIR_VISCOSITY = 1.20, 1.81e-5
 SHAPES = (((0.985, 0.985), (0.998, 0.998)), ((0.94, 0.94), (0.985, 0.985)), ((0.78, 0.68), (0.9, 0.78)))
 TURNING = {"magnus", "silhouette-wobble", "shape-conversion"}  # without the seed's turning there is nothing to tell them by
 HEIGHTS_MM = ((310.0,), (310.0, 100.0, 30.0), (310.0, 150.0), (250.0, 60.0), (200.0,), (310.0,))
@@ -112,8 +112,8 @@ def _angle_sd(wish: Wish, flat, rng: np.random.Generator) -> float | None:
 
 def _plain_drag(told_mm, density) -> float:
     """Natural air: drag over weight at 2 m/s of a sphere of the same volume."""
-    d = np.prod(told_mm) ** (1 / 3) * 1e-3
-    return 0.75 * AIR_DENSITY / density / d * drag_number(AIR_DENSITY * d * 2 / AIR_VISCOSITY) * 4 / body.G_M_S2
+    size, re_per_speed = facing(told_mm, density)
+    return size * drag_number(re_per_speed * 2) * 4 / body.G_M_S2
 
 
 def _magnus_unit(told_mm, density) -> float:

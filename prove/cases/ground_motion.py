@@ -5,10 +5,13 @@ import math
 import numpy as np
 from numba import njit
 
+from prove.cases.flight_laws import drag_number
+
 G_M_S2 = 9.80665
 STEP_S, FINEST_STEP_S = 2e-4, 1e-9
 # rows of `block`
-STATIC, KINETIC, FALLING, STRIBECK_SPEED, VISCOUS, PULL, SHAKE, SHAKE_HZ, ADDED, WORN, HINGE = range(11)
+STATIC, KINETIC, FALLING, STRIBECK_SPEED, VISCOUS, PULL, SHAKE, SHAKE_HZ, ADDED, WORN, HINGE, AIR, REYNOLDS = range(13)
+BLOCK = 13
 
 
 @njit(cache=True)
@@ -18,6 +21,12 @@ def friction(speed, travel, block):
     if block[FALLING] > 0.0:
         mu += block[FALLING] * math.exp(-speed / block[STRIBECK_SPEED])
     return mu
+
+
+@njit(cache=True)
+def blown(v, air, re_per_speed):
+    """What air takes from a seed at `v` [m/s] towards +x, over its mass [m/s²]; air: ρ A/2m [1/m], Re at 1 m/s."""
+    return air * drag_number(re_per_speed * abs(v)) * v * abs(v)
 
 
 @njit(cache=True)
@@ -32,7 +41,7 @@ def drive(t, x, v, tilt, rate, block):
 @njit(cache=True)
 def pulled(t, x, v, tilt, rate, block):
     push, normal = drive(t, x, v, tilt, rate, block)
-    return (push - friction(v, x, block) * normal) / (1 + block[ADDED])
+    return (push - friction(v, x, block) * normal - blown(v, block[AIR], block[REYNOLDS])) / (1 + block[ADDED])
 
 
 @njit(cache=True)
@@ -63,7 +72,9 @@ def slide(times, start, rate, block, farthest):
 
 
 # rows of `seed`
-ROLLING, GROWING, LEVEL, BARRIER, RADIUS, PHASE, DRAG, SLIP_FRICTION, SLIPS, LOST, PATCH_FROM, PATCH_TO, PATCH = range(13)
+ROLLING, GROWING, LEVEL, BARRIER, RADIUS, PHASE, DRAG, SLIP_FRICTION, SLIPS, LOST = range(10)
+PATCH_FROM, PATCH_TO, PATCH, BLOWN, RE = range(10, 15)
+SEED = 15
 ROLLS, DRAG_SPEED_M_S = 5 / 7, 0.5
 
 
@@ -82,7 +93,8 @@ def resisted(x, v, incline, seed):
     resist = seed[ROLLING] + seed[GROWING] * abs(v)
     if seed[PATCH_FROM] < x < seed[PATCH_TO]:
         resist += seed[PATCH]
-    return resist * math.cos(incline if x < 0 else seed[LEVEL]) + seed[DRAG] * (v / DRAG_SPEED_M_S) ** 2
+    air = abs(blown(v, seed[BLOWN], seed[RE])) / G_M_S2
+    return resist * math.cos(incline if x < 0 else seed[LEVEL]) + seed[DRAG] * (v / DRAG_SPEED_M_S) ** 2 + air
 
 
 @njit(cache=True)

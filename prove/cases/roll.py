@@ -12,11 +12,13 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from prove.cases import ground_motion as ground
+from prove.cases.air import SHARE, facing, stated
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, Visible, track_snr
 from prove.cases.truth import Bench, Made, Wish, spread
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
+AIR_SD, SEED_SD = 0.1, 0.04  # of a sphere's drag, in all runs and each seed's own
 AT_CORNER = ("corner-loss", "initial-slip")  # what a corner might take by itself besides
 CORNER, CORNER_SD = (0.0, 0.5, 1.0), 0.25  # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
 RANGES = {
@@ -34,12 +36,13 @@ class Run:
     start_off_mm: float
     phase: float
     late_s: float
+    pull: float  # its drag beside the lot's
     noise_seed: int
 
 
 @dataclass(frozen=True)
 class Scene:
-    """incline_off_deg, level_deg, scale_off: what the bench left open."""
+    """incline_off_deg, level_deg, scale_off: what the bench left open. air: beside a sphere's; 0: none."""
 
     runs: tuple[Run, ...]
     mu: float
@@ -53,6 +56,7 @@ class Scene:
     scale_sd: float
     fps: float
     noise: Noise
+    air: float
     patch: tuple[float, float]  # of the run-out
     wish: Wish
 
@@ -62,21 +66,25 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
     pixel, scale_sd = float(rng.uniform(0.1, 0.3)), spread(3e-4, 2e-3, rng)
     runs = tuple(
         Run(not (both and i % 2), float(1 + rng.normal(0, RUN_SD)), float(rng.normal(0, START_SD_MM)),
-            float(rng.uniform(0, 2 * np.pi)), float(rng.uniform(-0.05, 0.01)), int(rng.integers(2**62)))
+            float(rng.uniform(0, 2 * np.pi)), float(rng.uniform(-0.05, 0.01)),
+            float(1 + rng.normal(0, SEED_SD)), int(rng.integers(2**62)))
         for i in range(int(rng.integers(6, 10)))
     )  # fmt: skip
     mu, way = spread(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
     return Scene(
         runs, mu, round(float(rng.uniform(5, 8)), 2), rng.uniform(1050, 1350), way, 15.0, rng.normal(0, INCLINE_SD_DEG),
         rng.normal(0, LEVEL_SD_DEG), rng.normal(0, scale_sd), scale_sd, float(rng.choice([240.0, 500.0, 1000.0])),
-        draw_noise(rng, sd=(0.015, 0.08), pixel=pixel), tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), wish,
+        draw_noise(rng, sd=(0.015, 0.08), pixel=pixel),
+        float(1 + rng.normal(0, AIR_SD)) * (rng.random() < SHARE),
+        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), wish,
     )  # fmt: skip
 
 
-def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0, level_more: float = 0.0) -> np.ndarray:
+def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0, level_more: float = 0.0,
+         air_more: float = 0.0) -> np.ndarray:  # fmt: skip
     """The seed and the plate as ground_motion.roll takes them."""
     sign = 1.0 if run.forwards else -1.0
-    out = np.zeros(13)
+    out = np.zeros(ground.SEED)
     out[ground.ROLLING], out[ground.GROWING] = scene.mu * run.mu_factor * mu_factor, sizes.get("viscous-rolling", 0.0)
     out[ground.LEVEL] = sign * np.radians(scene.level_deg + level_more + sizes.get("slope", 0.0))
     out[ground.BARRIER], out[ground.RADIUS] = sizes.get("shape-barrier", 0.0) * 1e-3, scene.diameter_mm * 5e-4
@@ -86,6 +94,8 @@ def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0
         incline = np.radians(scene.incline_deg + scene.incline_off_deg)
         out[ground.SLIP_FRICTION] = slip_friction(incline, scene.way_mm, sizes["initial-slip"], out[ground.ROLLING])
     out[ground.LOST], out[ground.PATCH] = sizes.get("corner-loss", 0.0), sizes.get("sticky-patch", 0.0)
+    lone, out[ground.RE] = facing((scene.diameter_mm,) * 3, scene.density)
+    out[ground.BLOWN] = lone * (scene.air * run.pull + air_more)
     ends = np.array(scene.patch) if run.forwards else 1 - np.array(scene.patch[::-1])
     out[[ground.PATCH_FROM, ground.PATCH_TO]] = ends * reach_mm(scene) * 1e-3
     return out
@@ -108,14 +118,15 @@ def reach_mm(scene: Scene) -> float:
 
 
 def travel(
-    scene: Scene, run: Run, sizes: dict[str, float], *, mu_factor: float = 1.0, incline_more: float = 0.0, level_more: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    scene: Scene, run: Run, sizes: dict[str, float], *,
+    mu_factor: float = 1.0, incline_more: float = 0.0, level_more: float = 0.0, air_more: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at the end."""
     incline = np.radians(scene.incline_deg + scene.incline_off_deg + incline_more)
     longest = 4 * np.sqrt(2 * (scene.way_mm + reach_mm(scene)) * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
     t = np.arange(int(longest * scene.fps)) / scene.fps
     rolling = np.maximum(t + run.late_s, 0.0)
-    args = (scene.way_mm + run.start_off_mm) * 1e-3, incline, seed(scene, run, sizes, mu_factor, level_more)
+    args = (scene.way_mm + run.start_off_mm) * 1e-3, incline, seed(scene, run, sizes, mu_factor, level_more, air_more)
     x, v = ground.roll(np.r_[0.0, rolling], *args)
     x, v = x[1:], v[1:]
     moving = np.flatnonzero(np.abs(v) > 0)
@@ -148,11 +159,14 @@ def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, fl
         level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
         struck = sizes | {"corner-loss": sizes.get("corner-loss", 0.0) + 1e-3}
         lost = (_padded(travel(scene, run, struck)[1], n) - x) / 1e-3
-        own, shared = np.column_stack([np.ones(n), v, mu, start]), np.column_stack([np.zeros(n), incline, level, x, lost])
+        air = (_padded(travel(scene, run, sizes, air_more=0.1)[1], n) - x) / 0.1 * bool(scene.air)
+        own = np.column_stack([np.ones(n), v, mu, start, air])
+        shared = np.column_stack([np.zeros(n), incline, level, x, lost, air])
         # its friction is the pair's within RUN_SD: that it was moved to run as far is paid for by one more row
-        paid = Channel(np.array([(like - 1) * unit]), np.array([[0.0, 0.0, -unit, 0.0]]), np.array([[unit, 0.0, 0.0, 0.0, 0.0]]))
-        recordings.append(Visible((Channel(x - other, own, shared), paid), np.array([np.inf, np.inf, np.inf, START_SD_MM])))
-    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd, CORNER_SD * sharp])
+        paid = Channel(np.array([(like - 1) * unit]), np.array([[0.0, 0.0, -unit, 0.0, 0.0]]), np.array([[unit] + 5 * [0.0]]))
+        own_sd = np.array([np.inf, np.inf, np.inf, START_SD_MM, SEED_SD])
+        recordings.append(Visible((Channel(x - other, own, shared), paid), own_sd))
+    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd, CORNER_SD * sharp, AIR_SD])
     return track_snr(recordings, known, scene.noise)
 
 
@@ -175,7 +189,7 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     d = scene.diameter_mm
     told = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
-    toml = {"provenance": "measured", "seed": told, "air": {"density_kg_m3": 0.0}}
+    toml = {"provenance": "measured", "seed": told, "air": stated(scene.air > 0)}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

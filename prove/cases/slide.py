@@ -13,11 +13,14 @@ import numpy as np
 import pandas as pd
 
 from prove.cases import ground_motion as ground
+from prove.cases.air import SHARE, facing, stated
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, Visible, scatter_snr, track_snr
 from prove.cases.truth import Bench, Made, Wish, spread
 
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
+BESIDE_PLATE, BESIDE_PLATE_SD = (0.4, 1.6), 0.35  # of a lone seed's drag; as sd
+SHADE, SHADE_SD = (0.0, 0.5), 0.15  # among n seeds each is blown at by n^−shade as much
 READ = ("reading-delay", "stepped-tilt")
 RANGES = {
     "kinetic-friction": (0.0003, 0.2, 1), "stribeck": (0.0005, 0.2, 1), "viscous-sliding": (0.0005, 1.0, 1),
@@ -39,7 +42,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """told: seed's mass [kg], axes [mm], travel [mm]. tilt_off_deg, scale_off: this session's own."""
+    """told: seed's mass [kg], axes [mm], travel [mm]. tilt_off_deg, scale_off: this session's own. air: beside the plate, of
+    free flight's (0: none); shade: by how little it blows among others."""
 
     runs: tuple[Run, ...]
     mu: float
@@ -53,6 +57,8 @@ class Scene:
     noise: Noise
     shake_hz: float
     stribeck_m_s: float
+    air: float
+    shade: float
     readings: int  # how many a recording holds; 0: it is filmed
     wish: Wish
 
@@ -73,18 +79,20 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
     )  # fmt: skip
     filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
     stribeck = spread(0.004, 0.01, rng) if wish.separated is False else rng.uniform(0.08, 0.16)
+    air = rng.uniform(*BESIDE_PLATE) if rng.random() < SHARE else 0.0
     return Scene(
         runs=runs, mu=rng.uniform(0.25, 0.5), mass=np.pi / 6 * math.prod(axes) * 1e-9 * rng.uniform(1050, 1350), axes_mm=axes,
         tilt_off_deg=rng.normal(0, TILT_SD_DEG), scale_off=rng.normal(0, scale_sd), scale_sd=scale_sd,
         travel_mm=round(float(rng.uniform(50, 90))), fps=float(rng.choice([120.0, 240.0, 500.0])), noise=filmed,
-        shake_hz=rng.uniform(15, 40), stribeck_m_s=stribeck, readings=int(rng.integers(10, 16)) if read else 0, wish=wish,
+        shake_hz=rng.uniform(15, 40), stribeck_m_s=stribeck, air=air,
+        shade=rng.uniform(*SHADE), readings=int(rng.integers(10, 16)) if read else 0, wish=wish,
     )  # fmt: skip
 
 
-def block(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0) -> np.ndarray:
-    """The block as ground_motion.slide takes it."""
+def block(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, air_more: float = 0.0) -> np.ndarray:
+    """The block as ground_motion.slide takes it. air_more: of free flight's, on each seed."""
     mu = scene.mu + run.mu_off + mu_more
-    out = np.zeros(11)
+    out = np.zeros(ground.BLOCK)
     out[[ground.STATIC, ground.KINETIC]] = mu
     out[ground.KINETIC] -= sizes.get("kinetic-friction", 0.0) + sizes.get("stribeck", 0.0)
     out[ground.FALLING], out[ground.STRIBECK_SPEED] = sizes.get("stribeck", 0.0), scene.stribeck_m_s
@@ -92,6 +100,8 @@ def block(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0)
     out[ground.PULL] = sizes.get("adhesion", 0.0) * 1e-3 / (run.count * scene.mass)
     out[ground.SHAKE], out[ground.SHAKE_HZ] = sizes.get("plate-vibration", 0.0), scene.shake_hz
     out[ground.ADDED], out[ground.HINGE] = sizes.get("partial-rolling", 0.0), run.hinge_m
+    lone, out[ground.REYNOLDS] = facing(scene.axes_mm, scene.mass / (np.pi / 6 * math.prod(scene.axes_mm) * 1e-9))
+    out[ground.AIR] = lone * (scene.air * run.count**-scene.shade + air_more)
     return out
 
 
@@ -103,11 +113,11 @@ def times(scene: Scene, run: Run) -> tuple[np.ndarray, float]:
 
 
 def travel(
-    scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, tilt_more: float = 0.0
+    scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, tilt_more: float = 0.0, air_more: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(times, travel [mm], speed [mm/s]) up to the travel's end."""
     t, start = times(scene, run)
-    args = np.radians(start + tilt_more), np.radians(run.rate_deg_s), block(scene, run, sizes, mu_more)
+    args = np.radians(start + tilt_more), np.radians(run.rate_deg_s), block(scene, run, sizes, mu_more, air_more)
     x, v, n = ground.slide(t, *args, scene.travel_mm * 1e-3)
     return t[:n], 1e3 * x[:n], 1e3 * v[:n]
 
@@ -125,15 +135,18 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
         n = len(base)
         moved = [_padded(travel(scene, run, without, mu_more=more, tilt_more=other_tilt)[1], n)]
         moved += [_padded(travel(scene, run, sizes, mu_more=1e-4, tilt_more=with_tilt)[1], n),
-                  _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n)]  # fmt: skip
+                  _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n),
+                  _padded(travel(scene, run, sizes, tilt_more=with_tilt, air_more=0.5)[1], n)]  # fmt: skip
         mu, tilt = (moved[1] - base) / 1e-4, (moved[2] - base) / 2e-3
         own = np.column_stack([np.ones(n), mu])
-        track = Channel(base - moved[0], own, np.column_stack([mu, tilt, base]))
+        air = (moved[3] - base) / 0.5 * bool(scene.air)
+        lone, shade = run.count**-scene.shade, scene.air * math.log(run.count) * run.count**-scene.shade
+        track = Channel(base - moved[0], own, np.column_stack([mu, tilt, base, lone * air, shade * air]))
         # its friction is the pair's within RUN_SD: that it was moved to let go at the same moment is paid for by one more row
         unit = scene.noise.sd / RUN_SD
-        friction = Channel(np.array([(mean - more) * unit]), np.array([[0.0, unit]]), np.zeros((1, 3)))
+        friction = Channel(np.array([(mean - more) * unit]), np.array([[0.0, unit]]), np.zeros((1, 5)))
         recordings.append(Visible((track, friction), np.array([np.inf, np.inf])))
-    return track_snr(recordings, np.array([np.inf, TILT_SD_DEG, scene.scale_sd]), scene.noise)
+    return track_snr(recordings, np.array([np.inf, TILT_SD_DEG, scene.scale_sd, BESIDE_PLATE_SD, SHADE_SD]), scene.noise)
 
 
 def _tilt_off(sizes: dict[str, float], run: Run) -> float:
@@ -182,7 +195,7 @@ def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {"mass_g": float(f"{scene.mass * 1e3:.4g}")}
-    toml = {"provenance": "measured", "seed": seed, "air": {"density_kg_m3": 0.0}}  # as in the world of ground_motion
+    toml = {"provenance": "measured", "seed": seed, "air": stated(scene.air > 0)}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

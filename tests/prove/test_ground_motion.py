@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from prove.cases import ground_motion as ground
+from prove.cases.air import facing
+from prove.cases.flight_laws import drag_number
 from prove.cases.roll import slip_friction
 
 G = ground.G_M_S2
 
 
 def block(mu: float, **more: float) -> np.ndarray:
-    out = np.zeros(11)
+    out = np.zeros(ground.BLOCK)
     out[[ground.STATIC, ground.KINETIC]] = mu
     out[ground.HINGE] = 0.2
     for name, value in more.items():
@@ -21,7 +23,7 @@ def block(mu: float, **more: float) -> np.ndarray:
 
 
 def seed(mu: float, **more: float) -> np.ndarray:
-    out = np.zeros(13)
+    out = np.zeros(ground.SEED)
     out[ground.ROLLING], out[ground.RADIUS] = mu, 3e-3
     for name, value in more.items():
         out[getattr(ground, name)] = value
@@ -40,10 +42,10 @@ def test_a_block_lets_go_at_the_angle_of_friction():
     np.testing.assert_allclose(x[:n][rows], cubic[rows], rtol=0.05)
 
 
-@pytest.mark.parametrize(("name", "value"), [("FALLING", 0.05), ("VISCOUS", 0.1), ("ADDED", 0.3), ("WORN", 0.5)])
+@pytest.mark.parametrize(("name", "value"), [("FALLING", 0.05), ("VISCOUS", 0.1), ("ADDED", 0.3), ("WORN", 0.5), ("AIR", 0.1)])
 def test_what_resists_makes_it_slower(name, value):
     t = np.arange(0, 6, 1 / 200)
-    more = {name: value} | ({"STRIBECK_SPEED": 0.1} if name == "FALLING" else {})
+    more = {name: value} | {"FALLING": {"STRIBECK_SPEED": 0.1}, "AIR": {"REYNOLDS": 500.0}}.get(name, {})
     plain, _, n = ground.slide(t, math.radians(18), math.radians(2), block(0.35), 0.06)
     slower, _, _ = ground.slide(t, math.radians(18), math.radians(2), block(0.35, **more), 0.06)
     assert slower[n - 1] < plain[n - 1]
@@ -91,3 +93,20 @@ def test_a_shape_barrier_can_hold_a_seed_and_never_gives_energy():
     assert v[-1] == 0
     smooth, _ = ground.roll(t, 0.04, math.radians(15), seed(0.01))
     assert x[-1] <= smooth[-1] + 1e-3
+
+
+def test_air_slows_a_seed_as_its_drag_number_says():
+    """Steady rolling downhill: weight along the plate is what friction and air take."""
+    slope, mu, air, re = 0.02, 0.002, 5.0, 400.0
+    t = np.arange(0, 12, 1 / 500)
+    _, v = ground.roll(t, 0.04, math.radians(15), seed(mu, LEVEL=-slope, BLOWN=air, RE=re))
+    drag = air * drag_number(re * v[-1]) * v[-1] ** 2 / G
+    assert v[-1] == pytest.approx(v[-500], rel=1e-3)
+    assert drag == pytest.approx(math.sin(slope) - mu * math.cos(slope), rel=1e-2)
+
+
+def test_a_sphere_in_free_air_has_the_area_and_reynolds_number_of_its_size():
+    size, re_per_speed = facing((8.0, 8.0, 8.0), 1200.0)
+    mass = 1200 * math.pi / 6 * 8e-3**3
+    assert size == pytest.approx(1.2 * math.pi / 4 * 8e-3**2 / 2 / mass)
+    assert re_per_speed == pytest.approx(1.2 * 8e-3 / 1.81e-5)
