@@ -11,6 +11,7 @@ ALPHA = 0.005
 LN_BF_BASELINE, LN_BF_RIVAL = 5.0, 3.0
 SAME_SIGN = 0.8
 SATURATED_P = 0.01
+NIL = 1.0  # sd within which a candidate has nothing of an effect: it is no member of a class by that
 MORE = "the same again at half and at twice what was set (height, tilt rate, length), and more recordings of each"
 
 
@@ -57,13 +58,19 @@ def flaws_of(effects, names, values, bayes, shared, same, left) -> tuple[str, ..
              if not effects[n].low <= v <= effects[n].high]  # fmt: skip
     if bayes < LN_BF_BASELINE:
         flaws.append(f"ln Bayes factor {bayes:.1f} over the baseline is below {LN_BF_BASELINE:g}")
-    if not shared:  # drops from several heights gain unequally: then it must do without the recording that gains most
+    if not shared:
         flaws.append("it does not predict left-out recordings better by 2 standard errors")
     if same < SAME_SIGN:
         flaws.append(f"its sign is the same in only {100 * same:.0f} % of the recordings")
     if left <= SATURATED_P:
         flaws.append(f"something else is left (p = {left:.1g})")
     return tuple(flaws)
+
+
+def _had(candidate: Candidate) -> tuple[str, ...]:
+    """The effects of which it has anything; all of them where that is none."""
+    had = tuple(n for n, v, sd in zip(candidate.names, candidate.value, candidate.sd, strict=True) if abs(v) > NIL * sd)
+    return had or candidate.names
 
 
 def decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candidate, ...], left: float) -> Verdict:
@@ -74,7 +81,7 @@ def decide(effects, p: float, chosen: tuple[str, ...], candidates: tuple[Candida
     rivals = [c for c in ranked if c is not best and len(c.names) <= len(best.names) and possible(c)]
     runner_up = best.ln_bayes - max((c.ln_bayes for c in rivals), default=0.0)
     close = [c for c in rivals if c.ln_bayes > best.ln_bayes - LN_BF_RIVAL]
-    members = tuple(dict.fromkeys(n for c in (best, *close) for n in c.names))
+    members = tuple(dict.fromkeys(n for c in (best, *close) for n in _had(c)))
     advice = next((effects[n].separating for n in members if effects[n].separating), None)
     left_over = left < ALPHA or any(flaw.startswith("something else") for flaw in best.flaws)  # it would be an alarm of its own
     beyond = any(c.ln_bayes > best.ln_bayes + LN_BF_RIVAL for c in ranked if len(c.names) <= len(best.names) and not possible(c))

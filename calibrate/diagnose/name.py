@@ -22,7 +22,7 @@ from calibrate.diagnose.linear import chance
 from calibrate.diagnose.locate import Location, noise_doubt, unnamed
 from calibrate.diagnose.noise import maximum_draws
 from calibrate.diagnose.problem import Fit, fit
-from calibrate.diagnose.scores import explained, ln_evidence, predictive_gains, score, single_estimates, unbound
+from calibrate.diagnose.scores import explained, gains_alone, ln_evidence, predictive_gains, score, single_estimates, unbound
 
 SIGNS_COUNT = 2.0  # a recording that sees the effect at less sds has no say about its sign
 MOST_EFFECTS = 3  # named together
@@ -178,13 +178,26 @@ def candidate(base: Fit, names: tuple[str, ...], rng: np.random.Generator) -> Ca
     sds = tuple(found.sd(n) for n in names)
     fall, freedom = explained(unbound(found, names), (), smooth=True)
     left = chance(fall, freedom, noise_doubt(base, rng))
-    gains = predictive_gains(found, base, names) if names else np.zeros(0)
+    gains = _gains(found, base, names) if names else np.zeros(0)
     gain = float(gains.mean()) if len(gains) else float("nan")
     error = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else float("nan")
-    shared = gain > 2 * error or (len(gains) > 2 and gains.sum() - gains.max() > LN_BF_RIVAL)
     same = min((_same_sign(found, n) for n in names), default=1.0)
-    flaws = flaws_of(base.problem.effects, names, values, bayes, shared, same, left)
+    flaws = flaws_of(base.problem.effects, names, values, bayes, _shared(gains), same, left)
     return Candidate(names, values, sds, bayes, gain, error, same, left, flaws)
+
+
+def _gains(found: Fit, base: Fit, names: tuple[str, ...]) -> np.ndarray:
+    """(R,) what each recording gains by the effects as the others have them, beside a baseline that has learnt from those others
+    as well; or, where that has bent something known until it does, beside one that has not."""
+    learnt = predictive_gains(found, base, names)
+    return learnt if _shared(learnt) or not len(learnt) else gains_alone(found, base, names)
+
+
+def _shared(gains: np.ndarray) -> bool:
+    """Whether recordings gain by 2 standard errors. Drops from several heights gain unequally: then it must do without the
+    recording that gains most."""
+    error = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else float("nan")
+    return bool(len(gains) and gains.mean() > 2 * error) or bool(len(gains) > 2 and gains.sum() - gains.max() > LN_BF_RIVAL)
 
 
 def _most(found: Fit, base: Fit) -> float:

@@ -83,6 +83,26 @@ def predictive_gains(fit: Fit, base: Fit, effects: tuple[str, ...]) -> np.ndarra
     return np.array(out)
 
 
+def gains_alone(fit: Fit, base: Fit, effects: tuple[str, ...]) -> np.ndarray:
+    """(R,) ln density of each recording with the effects as the others have them, less that with none; all else as it was known
+    before any recording, in both.
+
+    What strains something known (a scale, a level) strains it in each recording; yet once the others have bent it, the baseline
+    predicts that recording as well. Empty for one recording: nothing is held out.
+    """
+    if len(fit.reduced) < 2:
+        return np.zeros(0)
+    own = [i for i, n in enumerate(fit.names) if n in {c for e in effects for c in fit.problem.columns_of(e)}]
+    known = np.where(np.isin(np.arange(len(fit.names)), own), 0.0, base.prior_sd)
+    out = []
+    for r, (mine, its) in enumerate(zip(fit.reduced, base.reduced, strict=True)):
+        value, covariance, _ = ridge(*stacked(fit.reduced[:r] + fit.reduced[r + 1 :]), fit.prior_sd)
+        spread = mine.a[:, own] @ np.linalg.cholesky(covariance[np.ix_(own, own)])  # a column a sd
+        there = replace(mine, a=np.hstack([mine.a, spread]), b=mine.b - mine.a[:, own] @ value[own])
+        out.append(ln_evidence((there,), np.r_[known, np.ones(len(own))]) - ln_evidence((its,), known))
+    return np.array(out)
+
+
 def single_estimates(fit: Fit, name: str) -> tuple[np.ndarray, np.ndarray]:
     """The effect as each recording alone has it, and its sd (R,), prior left out."""
     column, values, sds = fit.names.index(name), [], []

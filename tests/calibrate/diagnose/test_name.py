@@ -1,9 +1,12 @@
 """Naming in a linear space drawn for it: what is found first must not hide what it stood for."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
+from calibrate.diagnose.decide import Candidate, decide
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.name import _settled, candidate, name
@@ -93,3 +96,13 @@ def test_what_stands_for_two_and_leaves_nothing_that_shows_gives_way_to_both():
 
     assert told(0.25).names == ("first", "second")
     assert told(0.1).names == ("stand-in",)
+
+
+@pytest.mark.parametrize(("value", "members"), [(0.1, ("drag", "lens")), (5.0, ("drag", "lens", "wind"))])
+def test_what_a_rival_has_nothing_of_is_no_member_of_its_class(value, members):
+    """A rival that comes near with another effect of 0.1 ± 1; as a control of 5 ± 1."""
+    effects = {n: Effect(n, "flight", "1", n, 1.0, -9.0, 9.0, "drawn") for n in ("drag", "lens", "wind")}
+    best = Candidate(("drag", "lens"), (3.0, 4.0), (1.0, 1.0), 50.0, 5.0, 1.0, 1.0, 0.5, ())
+    rival = replace(best, names=("drag", "wind"), value=(3.0, value), ln_bayes=49.0)
+    found = decide(effects, 1e-9, best.names, (best, rival), 1.0)
+    assert found.verdict == "class" and found.names == members
