@@ -1,6 +1,6 @@
 """A problem: what a session of recordings of one rig leaves open; and its fit, in the reduced space of every later question.
 
-Gauss–Newton on the globals within their priors; what is each recording's own (the locals) is eliminated by the problem itself.
+The globals within their priors (descent.py); what is each recording's own (the locals) is eliminated by the problem itself.
 The rigs differ in how they predict; from here on they are all alike.
 """
 
@@ -10,15 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from calibrate.diagnose.descent import Cheap, Held, Place, descend
 from calibrate.diagnose.effects.effect import Effect
-from calibrate.diagnose.linear import Reduced, ridge, stacked
+from calibrate.diagnose.linear import Reduced
 
 OUTSIDE = 10.0  # of χ²: ln of Bayes factor 5
 POOR = 2.0  # χ² per degree of freedom above which a fit may have ended beside its minimum
 STRAINED = 5.0  # sds of something known: likewise
-TAIL = 2.0  # sds of a candidate's prior beyond which its tail begins
-TAIL_TURNS = 6  # until the width is that of the value it gives
-CLOSE = 0.01  # of χ² that a further step promises to take: a tenth of a sd in any direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +32,7 @@ class Problem:
     nameless(fit) → (a (M, G), b (M,) of its reduced space, columns (M, k) there by sector): terms of no candidate's, few and
     common to all recordings; None where there are none.
     common_smooth: the smooth curves are one law common to all recordings, not each recording's own.
+    turns: how often a fit may make it linear; cheap: what spares it `reduce` (None: nothing does).
     """
 
     rig: str
@@ -50,6 +49,7 @@ class Problem:
     common_smooth: bool = False
     nameless: Callable | None = None
     elsewhere: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+    cheap: Cheap | None = None
 
     @property
     def sectors(self) -> tuple[str, ...]:
@@ -136,58 +136,10 @@ def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, valu
     wide = {n for effect in free for n in problem.columns_of(effect)}
     usual = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
-    usual, tailed = np.hypot(usual, physical), np.isin(problem.names, list(wide))
-    values, prior = values * (usual > 0), usual
-    lowest, good = np.inf, (starts, values)
+    held = Held(np.hypot(usual, physical), np.isin(problem.names, list(wide)))
+    values = values * (held.usual > 0)
     begun = problem.reduce, starts.tobytes(), values.tobytes()
     if begun not in known:
         known[begun] = problem.reduce(starts, values)
-    for turn in range(problem.turns):
-        there, solve_there = problem.reduce(starts, values) if turn else known[begun]
-        here = _misfit(there, values, _with_tails(usual, tailed, values))
-        refused = np.isfinite(lowest) and not here < _tolerated(lowest)
-        if refused:  # too long a step, NaN included: half of it
-            starts, values = (starts + good[0]) / 2, (values + good[1]) / 2
-            continue
-        good, lowest, reduced, solve_locals, after = (starts, values), here, there, solve_there, values
-        a, b = stacked(reduced)
-        for _ in range(TAIL_TURNS):
-            prior = _with_tails(usual, tailed, after)
-            after, covariance, chi2 = ridge(a, b, prior)
-        starts, values = starts + solve_locals(after - values), after
-        if here - _bulk(reduced) - chi2 < CLOSE:
-            break
-    else:  # a last step that nobody has looked at may lead anywhere
-        there = problem.reduce(starts, values)[0]
-        refused = refused or not _misfit(there, values, _with_tails(usual, tailed, values)) < _tolerated(lowest)
-    if refused:
-        (starts, values), chi2 = good, lowest - _bulk(reduced)
-    return Fit(problem, prior, values, covariance, starts, chi2, reduced)
-
-
-def _tolerated(lowest: float) -> float:
-    """χ² that a step may end at: a little more than the lowest so far, for kinks."""
-    return lowest + max(1.0, 1e-3 * lowest)
-
-
-def _with_tails(prior_sd: np.ndarray, tailed: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """prior_sd (G,), of a candidate beyond TAIL sds √(sd |value|/TAIL): its prior falls as exp(−|value|/sd) there.
-
-    What is rare is not impossible: a normal's tail would draw a strong effect towards nil and leave the rest to another.
-    """
-    return np.where(tailed, np.maximum(prior_sd, np.sqrt(prior_sd * np.abs(values) / TAIL)), prior_sd)
-
-
-def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray, prior: np.ndarray) -> float:
-    """χ² at `values`, their prior terms included; where a problem does not tell it, with the locals at their linear best."""
-    costs = [r.cost for r in reduced if r.cost is not None]
-    held = prior > 0
-    bent = float(((values[held] / prior[held]) ** 2).sum()) + _bulk(reduced)
-    if len(costs) == len(reduced):
-        return sum(costs) + bent
-    a, b = stacked(reduced)
-    return float(((b - a @ values) ** 2).sum()) + bent
-
-
-def _bulk(reduced: tuple[Reduced, ...]) -> float:
-    return 2 * sum(r.bulk for r in reduced)
+    end = descend(problem.reduce, problem.cheap, Place.of(starts, values, known[begun], held), held, problem.turns)
+    return Fit(problem, end.prior, end.values, end.covariance, end.starts, end.chi2, end.reduced)

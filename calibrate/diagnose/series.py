@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from calibrate.diagnose.descent import Cheap
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.noise import Noise, whiten
@@ -67,7 +68,30 @@ def problem_of(
     return Problem(
         rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
         partial(reduce, series, own, predict, sizes, step=step, smooth=smooth), rows, level, model, turns,
+        cheap=_cheap(series, own, predict, sizes, step) if smooth else None,
     )  # fmt: skip
+
+
+def _cheap(series, own: Locals, predict: Callable, sizes: dict[str, float], step: float) -> Cheap | None:
+    """None where recordings add something of their own by chance: χ² alone does not tell it."""
+    if any(s.own is not None for s in series):
+        return None
+
+    def lean(starts, values, wanted):
+        return reduce(series, own, predict, sizes, starts, values, step=step, smooth=True, wanted=wanted)
+
+    return Cheap(partial(cost, series, own, predict, tuple(sizes)), lean)
+
+
+def cost(series, own: Locals, predict: Callable, names: tuple[str, ...], starts: np.ndarray, values: np.ndarray) -> float:
+    """See Cheap.cost: the sum of what `reduce` tells as its recordings' costs."""
+    at, total = dict(zip(names, values, strict=True)), 0.0
+    held = np.isfinite(own.sd)
+    for r, s in enumerate(series):
+        rows = (s.data - predict(r, starts[r], at)) / s.sigma
+        white = whiten(rows[:, None, None], s.lag[:, None], s.noise.rho, s.noise.white)[0]
+        total += float((white**2).sum()) + float((((own.start[r] - starts[r]) / own.sd)[held] ** 2).sum())
+    return total
 
 
 def reduce(
@@ -81,11 +105,14 @@ def reduce(
     *,
     step: float = STEP,
     smooth: bool = False,
+    wanted: np.ndarray | None = None,
 ):
-    """See Problem.reduce; extra: K further columns, one array (n_r, K) a recording."""
+    """See Problem.reduce; extra: K further columns, one array (n_r, K) a recording; wanted (G,): globals whose columns are asked
+    for, the others' are nil."""
+    asked = sizes if wanted is None else {n: size for (n, size), w in zip(sizes.items(), wanted, strict=True) if w}
     at = dict(zip(sizes, values, strict=True))
     more = [None] * len(series) if extra is None else extra
-    made = [_reduced(s, own, predict, sizes, r, starts[r], at, more[r], step) for r, s in enumerate(series)]
+    made = [_reduced(s, own, predict, asked, r, starts[r], at, more[r], step) for r, s in enumerate(series)]
     width = made[0][0].a.shape[1] - len(values)
     theta = np.concatenate([values, np.zeros(width)])
     reduced = tuple(replace(m, b=m.b + m.a @ theta, cost=m.cost if smooth else None) for m, _ in made)
@@ -96,12 +123,14 @@ def reduce(
     return reduced, change
 
 
-def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray, at: dict[str, float], extra, share: float):
-    """Reduced of one recording at the point of linearisation, and a function (change of globals) → change of its locals."""
+def _reduced(one: Series, own: Locals, predict, asked, r: int, start: np.ndarray, at: dict[str, float], extra, share: float):
+    """Reduced of one recording at the point of linearisation, and a function (change of globals) → change of its locals. asked:
+    sizes of the globals that are."""
     seen = predict(r, start, at)
     columns = [(predict(r, start + step, at) - seen) / own.step[k] for k, step in enumerate(np.diag(own.step))]
-    for name, size in sizes.items():
-        columns.append((predict(r, start, at | {name: at[name] + share * size}) - seen) / (share * size))
+    for name in at:
+        small = share * asked.get(name, 0.0)
+        columns.append((predict(r, start, at | {name: at[name] + small}) - seen) / small if small else np.zeros(len(seen)))
     more = [] if extra is None else list(extra.T)
     chance = [] if one.own is None else list(one.own.T)
     columns = columns[: len(start)] + chance + columns[len(start) :]
@@ -115,14 +144,14 @@ def _reduced(one: Series, own: Locals, predict, sizes, r: int, start: np.ndarray
     prior[:, :count] = np.diag(1 / sd)[held]
     prior[:, -1] = (off / sd)[held]
     triangle = np.asarray(np.linalg.qr(np.vstack([white, prior]), mode="r"))  # one array, whatever numpy's types say
-    across, last = len(sizes) + len(more), triangle.shape[1] - 1
+    across, last = len(at) + len(more), triangle.shape[1] - 1
     below = triangle[count:]
     cost = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())
     bulk = float(np.log(np.abs(np.diag(triangle)[:count][held]) * sd[held]).sum())  # what the free ones hold is the same for all
     made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last], cost, bulk)
 
     def back(moved: np.ndarray) -> np.ndarray:
-        right = triangle[:count, last] - triangle[:count, count : count + len(sizes)] @ moved[: len(sizes)]
+        right = triangle[:count, last] - triangle[:count, count : count + len(at)] @ moved[: len(at)]
         return solve_triangular(triangle[:count, :count] + 1e-300 * np.eye(count), right)[: len(start)]
 
     return made, back

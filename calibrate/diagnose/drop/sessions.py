@@ -92,7 +92,7 @@ def joint_problem(parts: tuple[Problem, ...]) -> Problem:
     return Problem(
         "drop", sum((p.recordings for p in parts), ()), effects, tuple(names), known, np.vstack([p.starts for p in parts]),
         partial(reduce, joint, len(names)), sum(p.freedom for p in parts), max(p.level_sd for p in parts), joint,
-        nameless=nameless,
+        max(p.turns for p in parts), nameless=nameless,
     )  # fmt: skip
 
 

@@ -89,7 +89,7 @@ def _at_speed(problem: Problem, ln_speed: float) -> Problem:
         return tuple(replace(r, b=r.b - r.a[:, : len(at)] @ at) for r in reduced), change
 
     held = {n: e for n, e in problem.effects.items() if n not in (SPEED.name, SHAPE.name)}  # no candidates: they stay as they are
-    return replace(problem, effects=held, reduce=reduce, elsewhere=())
+    return replace(problem, effects=held, reduce=reduce, elsewhere=(), cheap=None)
 
 
 def _advice(base: Fit, names: tuple[str, ...]) -> str | None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calibrate.diagnose.descent import Cheap
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.problem import Problem, fit
@@ -29,7 +30,9 @@ def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:
 def test_a_fit_whose_last_step_was_refused_says_what_chi2_is_where_it_stands(turns):
     """Not what a step further promises, nil; nor with the bulk."""
     found = fit(valley(turns))
-    assert found.values == pytest.approx([0.0, 0.0]) and found.chi2 == pytest.approx(9.0)
+    x, y = found.values
+    assert found.chi2 == pytest.approx((2 * (y - x**2)) ** 2 + (3 - x) ** 2 + (x**2 + y**2) / 1e6)
+    assert found.chi2 <= 9.0
 
 
 def test_a_fit_ends_where_nothing_is_left_to_take():
@@ -72,3 +75,30 @@ def test_a_strong_effect_is_neither_drawn_to_nil_nor_forbidden_by_the_tail_of_it
     assert weak.by_name[shows] == pytest.approx(0.3 * shrunk)
     tail = ln_evidence(strong.reduced, strong.prior_sd) + 0.5 * np.log1p(100.0 * 0.3**2)
     assert tail == pytest.approx(-np.log(2.0) - 8.0, abs=1.0)
+
+
+def test_where_chi2_is_cheap_a_fit_follows_a_bent_valley():
+    """By Marquardt's steps, in as many turns as leave it at the valley's head by halved ones."""
+
+    def cost(starts, values):
+        return (10.0 * (values[1] - values[0] ** 2)) ** 2 + (3.0 - values[0]) ** 2
+
+    halved = valley(30, bent=10.0)
+    assert fit(halved).chi2 > 5.0
+    cheap = Cheap(cost, lambda starts, values, wanted: halved.reduce(starts, values))
+    assert fit(replace(halved, cheap=cheap)).chi2 < 0.1
+
+
+def test_a_fit_about_a_kink_ends_at_the_best_place_it_has_seen():
+    """Every step promises what it does not keep, and each χ² is within what is tolerated of the one before."""
+    seen: list = []
+
+    def reduce(starts, values, extra=None):
+        seen.append(values[0])
+        cost = 8.0 if len(seen) == 3 else 8.5
+        return (Reduced(np.ones((1, 1)), np.zeros((1, 0)), values + 1.0, cost),), lambda moved: np.zeros((1, 0))
+
+    problem = Problem("kink", ("one",), {}, ("x",), {"x": 1e3}, np.zeros((1, 0)), reduce, 2, 0.0, None, 40)
+    found = fit(problem)
+    assert found.chi2 == pytest.approx(8.0, abs=1e-4) and found.values[0] == seen[2]
+    assert len(seen) < 15  # nor does it go on for ever
