@@ -1,10 +1,11 @@
 """From parameters to what is seen of a slide: the travel in the picture, or the angle that is read off.
 
 Globals, by name, 0 at the baseline's centre: the effects; friction (of the pair), scale, lens, perspective, air (beside a
-plate, air-shade: among several), pixel-lock.sin and .cos [px]: nuisances.
+plate, air-shade: among several): nuisances.
 Locals of a run: its place at rest [mm], its onset [s since the tilt's origin] (on stairs: its friction), its tilt's level and
-rate [sd of what its column leaves], the phase at which a shaken plate lets it go [sd]. Its friction follows from its onset;
-that it is the pair's within RUN_SD is one more row beside those of the track.
+rate [sd of what its column leaves], the phase at which a shaken plate lets it go [sd], its pixel lock's two waves [px] (places
+may be counted from anywhere). Its friction follows from its onset; that it is the pair's within RUN_SD is one more row beside
+those of the track.
 """
 
 import math
@@ -17,12 +18,11 @@ from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.slide import EFFECTS, adhesion, angle_offset, clock_offset
 from calibrate.diagnose.effects.slide.reading_delay import overshoot_deg
 from calibrate.diagnose.slide.motion import G_M_S2, Laws, friction_at, travel
-from calibrate.diagnose.slide.pixels import LOCKS
 from calibrate.diagnose.slide.session import Run, Session
 
 HINGE_M = 0.15  # from the block, where it is not stated: all that depends on it is θ̇² (r₀ − x), 1e-4 of g at 5°/s
-LOCALS = 5
-PICTURE = frozenset({"friction", "scale", "lens", "perspective", *LOCKS})  # globals that do not change the motion
+LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
+PICTURE = frozenset({"friction", "scale", "lens", "perspective"})  # globals that do not change the motion
 MOTIONS = 64  # kept: of one linearisation
 RIVAL = Effect(  # no candidate, but what a law outside the library looks like: where it wins, nothing is named
     name="(friction by way slid)", sector="sliding", unit="1/m", meaning="friction gained per way slid", prior_sd=0.5, low=-20.0,
@@ -106,8 +106,8 @@ def tilt_of(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> 
 
 
 def moved(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, float]:
-    """True travel [m] and speed [m/s] of run r, and its friction; its place at rest and what the picture does change neither."""
-    return _moved(model, r, (0.0, *own[1:].tolist()), tuple((n, v) for n, v in values.items() if n not in PICTURE))
+    """True travel [m] and speed [m/s] of run r, and its friction; what the picture does is not in them."""
+    return _moved(model, r, (0.0, *own[ACTING].tolist()), tuple((n, v) for n, v in values.items() if n not in PICTURE))
 
 
 @lru_cache(maxsize=MOTIONS)
@@ -143,8 +143,7 @@ def predict(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> 
     reach = max(float(np.ptp(run.travel)) / 2, 1.0)
     off = x - reach
     bent = values.get("lens", 0.0) * off * (off / reach) ** 2 + 1e-3 * values.get("perspective", 0.0) * off**2
-    locked = run.lock @ np.array([values.get(n, 0.0) for n in LOCKS])
-    seen = own[0] + x * (1 - values.get("scale", 0.0)) + bent + locked
+    seen = own[0] + x * (1 - values.get("scale", 0.0)) + bent + run.lock @ own[ACTING.stop :]
     return np.append(seen, friction - model.friction - values.get("friction", 0.0))
 
 

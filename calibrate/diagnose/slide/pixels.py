@@ -1,13 +1,12 @@
 """What pixel lock adds to a travel: a tracker reads a place x too far towards pixel centres, by A sin φ + B cos φ.
 
-φ = 2π x/pixel, x in the picture; A and B [px] are a session's. How a centroid of few pixels is biased: Westerweel, Experiments in
-Fluids 29 (2000) S3.
+φ = 2π x/pixel, x in the picture; A and B [px] are a recording's: its places may be counted from anywhere. How a centroid of few
+pixels is biased: Westerweel, Experiments in Fluids 29 (2000) S3.
 """
 
 import numpy as np
 
-LOCKS = ("pixel-lock.sin", "pixel-lock.cos")
-LOCK_PX = 0.03  # sd: of trackers, as for drops
+LOCK_PX = 0.03  # sd of A and of B: of trackers, as for drops
 POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
 EARLIEST, LATEST = -0.1, 0.25  # of the slide's duration, after the onset as first guessed
 ONSETS, TURNS = 9, 3  # tried at a time, each time about the best: to 1e-3 of the duration, in which nothing moves
@@ -18,7 +17,7 @@ def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.n
     """By how much x (n,) is read too large (n, 2) [mm] for A = 1 px and for B = 1 px; nil where no pixel is stated (0).
     rest: rows before the onset as first guessed."""
     if not pixel_mm:
-        return np.zeros((len(time), len(LOCKS)))
+        return np.zeros((len(time), 2))
     phase = 2 * np.pi * smooth(time, x_mm, rest) / pixel_mm
     return pixel_mm * np.column_stack([np.sin(phase), np.cos(phase)])
 

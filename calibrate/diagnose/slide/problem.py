@@ -13,7 +13,7 @@ from calibrate.diagnose.series import Locals, Series
 from calibrate.diagnose.series import problem_of as series_problem
 from calibrate.diagnose.slide.model import LOCALS, Model, moved, predict
 from calibrate.diagnose.slide.motion import G_M_S2
-from calibrate.diagnose.slide.pixels import LOCK_PX, LOCKS
+from calibrate.diagnose.slide.pixels import LOCK_PX
 from calibrate.diagnose.slide.session import RUN_SD, Read, Run, Session
 
 DEGREE = 8  # of the curve beside which noise is what is left of a slide
@@ -25,7 +25,6 @@ ANYWHERE_MM, ANYWHEN_S, FRICTION_SD = 1e3, 1e3, 1.0
 TURNS = 30  # of Gauss–Newton: an onset moves much for little, and what air does beside a plate gives way slowly
 READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
 NUISANCES = {"friction": 0.01, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0, "air-shade": 1.0, "scale": 1e-3}
-NUISANCES |= dict.fromkeys(LOCKS, LOCK_PX)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,15 +99,14 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     series += [_reading(read, prepared) for read in session.reads]
     count = len(series)
     own = Locals(
-        np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]), np.array([1e-3, 1e-6, 1e-4, 1e-4, 1e-2]),
-        np.array([ANYWHERE_MM, ANYWHEN_S, 1.0, 1.0, 1.0]),
+        np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]), np.array([1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3]),
+        np.array([ANYWHERE_MM, ANYWHEN_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]),
     )  # fmt: skip
     known = {"friction": FRICTION_SD}
     if session.runs:
         scale = float(np.median([r.scale_sd for r in session.runs]))
         known |= {"scale": scale, "lens": LENS_SD, "perspective": PERSPECTIVE_SD, "air": 1.0}
         known |= {"air-shade": 1.0} if any(r.air.count > 1 for r in session.runs) else {}
-        known |= dict.fromkeys(LOCKS, LOCK_PX) if any(r.lock.any() for r in session.runs) else {}
     if "angle-offset" in model.effects:
         known["angle-offset"] = ANGLE_SD_DEG
     problem = series_problem(
