@@ -4,7 +4,8 @@
 
 so that a straight flank is v = 1 − u whatever its angle: crest at u = 0, toe at u = 1. The line is that through 20–80 % of the
 crest's height. Two flanks: the top is where their lines meet. One flank: the wall's foot; a heap whose top was never moved (its
-line passes above it at the wall) starts where the line reaches the crest's height, and says nothing about its crest.
+line passes above it at the wall) starts where the line reaches the crest's height, and says nothing about its crest. At a wall
+the surface begins with the round side of a last seed: half a seed there tells no crest either.
 """
 
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ STEP, REACH = 0.0125, 1.4  # of u
 PLATEAU = 1.15  # a line that passes the wall this much above the crest belongs to a heap whose top was never moved
 WALL_JUMP = 0.12  # of the crest's height
 LEAST_ROWS = 40
+EDGE = 0.03  # of the flank's way, where no seed's size is known: half a seed, of which at a wall only the round side is seen
 SAME_SIZE = 0.1
 
 
@@ -143,7 +145,8 @@ def photo_of(seen) -> Photo:
     crest = _upright_x(seen.crest_x, seen, level)
     notes: list[str] = []
     lean = float(np.tan(np.radians(seen.base_deg - level)))
-    flanks = _flanks(x, height, crest, [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x], lean, notes)
+    half = seed.get("length_mm", float("nan")) / 2 if seen.unit == "mm" else float("nan")
+    flanks = _flanks(x, height, crest, [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x], lean, half, notes)
     box = pile.get("box_mm")
     both = plumb is not None and plate_seen
     return Photo(
@@ -181,8 +184,8 @@ def _upright_x(x: float, seen, level_deg: float) -> float:
     return float(x * np.cos(np.radians(level_deg)) - z * np.sin(np.radians(level_deg)))
 
 
-def _flanks(x, height, crest: float, toes, lean: float, notes: list[str]) -> tuple[Flank, ...]:
-    """lean: how far the plate falls per x; heights count from it, angles do not."""
+def _flanks(x, height, crest: float, toes, lean: float, half_seed: float, notes: list[str]) -> tuple[Flank, ...]:
+    """lean: how far the plate falls per x; heights count from it, angles do not. half_seed: in the photo's unit, or NaN."""
     found = []
     for side, toe in ((-1, toes[0]), (1, toes[1])):
         if toe is None:
@@ -201,7 +204,8 @@ def _flanks(x, height, crest: float, toes, lean: float, notes: list[str]) -> tup
         if not np.isfinite(level) or level <= 0:
             continue
         length = level / slope
-        u, v = _rows(out / length, height / level, max(cut, 0.0), min(side * (toe - start) / length, REACH))
+        edge = 0.0 if len(found) > 1 else half_seed / length if np.isfinite(half_seed) else EDGE
+        u, v = _rows(out / length, height / level, max(cut, edge), min(side * (toe - start) / length, REACH))
         if len(u) >= LEAST_ROWS:
             made.append(Flank(side, u, v, float(np.degrees(np.arctan(slope + side * lean))), level, length, start))
     return tuple(made)

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heaping import Heap, changed, clean_bench, photograph, picture, repeats
+from heaping import PX_MM, Heap, changed, clean_bench, photograph, picture, repeats
 
 from calibrate.diagnose.effects.pile import EFFECTS
 from calibrate.diagnose.pile.diagnose import diagnose_pile
 from calibrate.diagnose.pile.flanks import photo_of, photos_of
-from calibrate.twin.piles import read_piles
+from calibrate.twin.piles import SeenPile, read_piles
 
 BENCH = Heap(grain_mm=3.0)
 SHAPES = {"cohesion", "gate-speed", "base-vibration", "wall-friction", "particle-shape"}
@@ -225,6 +225,22 @@ def test_pictures_of_sound_heaps(tmp_path):
     for k in range(3):
         photograph(BENCH, rng, tmp_path / f"pile-{k}", gate_speed_mm_s=50)
     assert diagnose_pile(read_piles(tmp_path), rng).verdict == "none"
+
+
+def walled(seen: SeenPile, seed_mm: float) -> SeenPile:
+    """As a heap at a wall is seen: its last seed touches the wall, and shows its round side."""
+    out = np.clip(seed_mm / 2 - (seen.x - seen.x[0]), 0.0, seed_mm / 2)
+    return replace(seen, z=seen.z - (seed_mm / 2 - np.sqrt(np.maximum((seed_mm / 2) ** 2 - out**2, 0.0))))
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_the_round_side_of_the_last_seed_at_a_wall_is_no_low_crest(stated):
+    """What is left of the flank has the crest that the same heap has without it; as a control a flank that has two sides."""
+    heap = Heap(two=False, height_mm=45.0, grain_mm=3.0, crest=0.0, scale=stated)
+    plain = picture(heap, np.random.default_rng(3))
+    flanks = [photo_of(seen).flanks[0] for seen in (plain, walled(plain, 3.0 if stated else 3.0 / PX_MM))]
+    np.testing.assert_allclose(flanks[1].v[:3], flanks[0].v[:3], atol=0.005)  # 0.03 of the height is missing at the wall
+    assert photo_of(picture(replace(heap, two=True), np.random.default_rng(3))).flanks[0].u[0] < 0.01
 
 
 def test_a_heap_cut_by_the_edge_is_used_for_what_is_seen_or_refused(tmp_path):
