@@ -1,5 +1,6 @@
 """Drops made by other code (falling.py): clean ones raise no alarm, concealed effects are located, named and measured."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -177,12 +178,14 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
         assert abs(best.value[0] - true) < 4 * best.sd[0]
 
 
-def test_a_wobble_of_a_twentieth_of_a_pixel_is_named():
-    """Five times what a tracker is trusted to."""
-    seen = tracks(Bench(wobble_mm=0.014, spin=60.0), 4, np.random.default_rng(0))
+@pytest.mark.parametrize(("away_m", "wobble_mm"), [(math.inf, 0.014), (1.0, 0.02)])
+def test_a_wobble_of_a_twentieth_of_a_pixel_is_named(away_m, wobble_mm):
+    """Five times what a tracker is trusted to; and what a camera a metre away makes of a leaning outline is less."""
+    stated = 1e3 * away_m if math.isfinite(away_m) else None
+    seen = tracks(Bench(wobble_mm=wobble_mm, spin=60.0, away=away_m, stated_away_mm=stated), 4, np.random.default_rng(0))
     found = diagnose_drop(seen, np.random.default_rng(0))
     assert found.names == ("silhouette-wobble",)
-    assert found.parameters["silhouette-wobble"].value == pytest.approx(0.014, abs=0.004)
+    assert found.parameters["silhouette-wobble"].value == pytest.approx(wobble_mm, abs=0.004)
 
 
 def test_a_ruler_beside_the_middle_is_no_wrong_scale():
