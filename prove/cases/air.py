@@ -6,7 +6,7 @@ AIR_DENSITY, AIR_VISCOSITY = 1.20, 1.81e-5
 SHARE = 0.7  # of benches that stand in air; the others say that they do not
 
 
-def facing(axes_mm, density: float) -> tuple[float, float]:
+def facing(axes_mm: tuple[float, float, float], density: float) -> tuple[float, float]:
     """(ρ A/2m [1/m], Re at 1 m/s) of the sphere of a seed's volume, axes (3,) full."""
     d = float(np.prod(axes_mm)) ** (1 / 3) * 1e-3
     return 0.75 * AIR_DENSITY / density / d, AIR_DENSITY * d / AIR_VISCOSITY

@@ -18,7 +18,7 @@ from prove.cases.snr import Channel, Visible, track_snr
 from prove.cases.truth import Bench, Made, Wish, spread
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
-AIR_SD, SEED_SD = 0.1, 0.04  # of a sphere's drag, in all runs and each seed's own
+BESIDE_PLATE, BESIDE_PLATE_SD, SEED_SD = (0.7, 2.0), 0.4, 0.04  # of a sphere's drag in free air, in all runs; each seed's own
 AT_CORNER = ("corner-loss", "initial-slip")  # what a corner might take by itself besides
 CORNER, CORNER_SD = (0.0, 0.5, 1.0), 0.25  # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
 RANGES = {
@@ -42,7 +42,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """incline_off_deg, level_deg, scale_off: what the bench left open. air: beside a sphere's; 0: none."""
+    """incline_off_deg, level_deg, scale_off: what the bench left open. air: beside a sphere's in free flight; 0: none (a
+    drag that is concealed is air of which nothing is said)."""
 
     runs: tuple[Run, ...]
     mu: float
@@ -75,7 +76,7 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
         runs, mu, round(float(rng.uniform(5, 8)), 2), rng.uniform(1050, 1350), way, 15.0, rng.normal(0, INCLINE_SD_DEG),
         rng.normal(0, LEVEL_SD_DEG), rng.normal(0, scale_sd), scale_sd, float(rng.choice([240.0, 500.0, 1000.0])),
         draw_noise(rng, sd=(0.015, 0.08), pixel=pixel),
-        float(1 + rng.normal(0, AIR_SD)) * (rng.random() < SHARE),
+        float(rng.uniform(*BESIDE_PLATE)) * bool("drag" not in wish.effects and rng.random() < SHARE),
         tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), wish,
     )  # fmt: skip
 
@@ -166,7 +167,7 @@ def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, fl
         paid = Channel(np.array([(like - 1) * unit]), np.array([[0.0, 0.0, -unit, 0.0, 0.0]]), np.array([[unit] + 5 * [0.0]]))
         own_sd = np.array([np.inf, np.inf, np.inf, START_SD_MM, SEED_SD])
         recordings.append(Visible((Channel(x - other, own, shared), paid), own_sd))
-    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd, CORNER_SD * sharp, AIR_SD])
+    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd, CORNER_SD * sharp, BESIDE_PLATE_SD])
     return track_snr(recordings, known, scene.noise)
 
 
