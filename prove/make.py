@@ -132,7 +132,7 @@ def _key(spec: Spec, scene, sizes: dict[str, float], snrs: list[float]) -> Key:
         unit, either = (entry.unit, entry.either) if entry else (None, False)
         split = spec.rig == "drop" and name in IN_CAMERA and scene.one_session and len(scene.cameras) > 1
         effects.append(
-            Concealed(name, _true_value(spec.rig, scene, sizes, name), unit, round(snr, 3), either, bool(unit) and not split)
+            Concealed(name, float(sizes[name]), unit, round(snr, 3), either, bool(unit) and not split)
         )
     # a compound shows in several places; where is then not asked
     sectors = _sectors(spec) if len(effects) == 1 else ()
@@ -144,20 +144,6 @@ def _sectors(spec: Spec) -> tuple[str, ...]:
     name = spec.effects[0]
     listed = EFFECTS[spec.rig]
     return listed[name].sectors if name in listed else OUTSIDE[spec.rig][name]
-
-
-def _true_value(rig: str, scene, sizes: dict[str, float], name: str) -> float:
-    """The effect's parameter as it truly is: with what the bench had of it anyway, within its stated uncertainty."""
-    size = sizes[name]
-    if rig == "drop" and name in IN_CAMERA:
-        return float(size + getattr(scene.cameras[0], IN_CAMERA[name]))
-    if name == "slope":
-        return float(size + scene.level_deg)
-    if name == "angle-offset":
-        return float(size + scene.tilt_off_deg)
-    if rig == "pile" and name == "camera-roll":
-        return float(size + scene.roll_off_deg)
-    return float(size)
 
 
 def make_folder(spec: Spec, seed: int, folder: Path) -> dict:

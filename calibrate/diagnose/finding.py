@@ -167,15 +167,17 @@ def without(base: Fit, effects: tuple[str, ...]) -> Fit:
 
 
 def parameters_of(model: Fit, names: tuple[str, ...]) -> dict[str, Parameter]:
-    """Value and 95 % interval of each effect; the noise's own doubt widens it. A prior tells what is likely to be there, not how
-    much of it was seen: here it counts for little; that of a further parameter (a frequency, a scale) is knowledge of the law."""
+    """Value and 95 % interval of each effect; the noise's own doubt widens it, and what a good bench leaves open of the same
+    (a plumb line's 0.05°), for that is no effect. A prior tells what is likely to be there, not how much of it was seen: here it
+    counts for little; that of a further parameter (a frequency, a scale) is knowledge of the law."""
     wider = math.exp(model.problem.level_sd**2 / 2)
     prior_sd = np.where(np.isin(model.names, names), WEAK, 1.0) * model.prior_sd
     values, covariance, _ = ridge(*stacked(model.reduced), prior_sd)
     out = {}
     for n in names:
         i = model.names.index(n)
-        value, half = float(values[i]), NORMAL_95 * wider * math.sqrt(covariance[i, i])
+        open_anyway = model.problem.known_sd.get(n, 0.0)
+        value, half = float(values[i]), NORMAL_95 * math.hypot(wider * math.sqrt(covariance[i, i]), open_anyway)
         shown = model.problem.effects[n].reported or float
         out[n] = Parameter(model.problem.effects[n].unit, shown(value), shown(value - half), shown(value + half))
     return out
