@@ -6,29 +6,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from drops import CAMERA, drop, named
 
 from vision.motion.correlated import estimate_rho, fit, frame_lag
 from vision.motion.flight import drag_shift
 from vision.motion.gravity import drag_per_metre
-from vision.motion.impacts import measure_impacts
 from vision.motion.rebound import measure_rebound
 from vision.motion.track import make_track, track_from_table
-from vision.recording import Air, Camera, Drop, Recording, Seed
+from vision.recording import Camera, Drop, Recording, Seed
 from vision.synthetic.motion import correlated_noise, draw_drop, film_track
 
 REAL = Path(__file__).parents[4] / "shared" / "real" / "ball-drops" / "drops.csv"
-CAMERA = {"fps": 5200, "mm_per_px": 0.25, "mm_per_px_sd": 0.0002}
-
-
-def drop(height=310.0, seed=None, density=0.0, **camera) -> Recording:
-    return Recording(
-        "d", Path("d"), "drop", "track.csv", (), camera=Camera(**(camera or CAMERA)), air=Air(density_kg_m3=density),
-        drop=Drop(height_mm=height), seed=seed or Seed(),
-    )  # fmt: skip
-
-
-def named(result):
-    return {q.name: q for q in result.quantities}
 
 
 def test_restitution_of_a_drawn_bounce():
@@ -122,28 +110,6 @@ def test_reml_finds_the_correlation_through_lost_frames():
     assert estimate_rho(design, noise, frame_lag(frame)) == pytest.approx(0.8, abs=0.04)
 
 
-def test_outliers_are_marked_and_left_out():
-    track = film_track(draw_drop(), np.random.default_rng(4))
-    y = track.y.copy()
-    wrong = np.arange(300, 1200, 45)
-    y[wrong] += 12.0
-    result = measure_rebound(replace(track, y=y), drop())
-    assert result.track.outlier[wrong].all() and result.track.outlier.sum() < len(wrong) + 20
-    assert named(result)["restitution_normal"].value == pytest.approx(0.5, abs=0.002)
-
-
-@pytest.mark.parametrize(("every", "off"), [(50, 40.0), (50, -40.0), (10_000, 40.0), (20, 40.0)])
-def test_single_rows_far_off_are_marked_and_nothing_else(every, off):
-    """1000 fps, one row in 50 (or one in all) 40 mm off: those rows are outliers, hardly any other is."""
-    track = film_track(draw_drop(), np.random.default_rng(0), fps=1000, noise_mm=0.05)
-    wrong = np.arange(len(track)) % every == (3 if every < 100 else 150)
-    result = measure_rebound(replace(track, y=track.y + off * wrong), drop(fps=1000))
-    assert result.track.outlier[wrong].all() and (result.track.outlier & ~wrong).sum() <= 3
-    for name, q in named(result).items():
-        truth = 0.5 if name.startswith("restitution") else draw_drop().truth[name]
-        assert q.quality == "good" and abs(q.value - truth) < 3 * q.sd, name
-
-
 @pytest.mark.parametrize(
     ("fps_factor", "scale_factor", "says"),
     [(1.2, 1.0, "frame rate is stated 1.2 × too high"), (1.0, 0.5, "scale (mm_per_px) 2 × too small")],
@@ -219,33 +185,6 @@ def test_drag_shift_is_the_double_integral_of_drag_along_the_parabola():
     assert np.allclose(np.gradient(speed, late)[1:-1], pull[1:-1], atol=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("motion", "until", "says"),
-    [(draw_drop(), 0.2, "no impact"), (draw_drop(restitution=1e-3, end_s=0.5), 0.5, "no rebound")],
-)
-def test_no_bounce_fails_with_the_reason(motion, until, says):
-    result = measure_rebound(film_track(motion, np.random.default_rng(0), until_s=until), drop())
-    assert {q.quality for q in result.quantities} == {"failed"}
-    assert all(says in q.reason for q in result.quantities)
-
-
-def test_a_rebound_cut_short_is_doubtful():
-    found = named(measure_rebound(film_track(draw_drop(), np.random.default_rng(0), until_s=0.36), drop()))
-    assert found["rebound_height"].quality == "doubtful" and "extrapolated" in found["rebound_height"].reason
-    assert found["impact_speed"].quality == "good"
-    assert abs(found["rebound_height"].value - 77.5) < 4 * found["rebound_height"].sd
-
-
-@pytest.mark.parametrize(("fps", "until"), [(300, 0.293), (300, 0.32), (120, 0.33)])
-def test_a_rebound_of_which_little_was_seen_fails(fps, until):
-    track = film_track(draw_drop(), np.random.default_rng(0), fps=fps, until_s=until, noise_mm=0.05)
-    found = named(measure_rebound(track, drop(fps=fps, mm_per_px=0.25)))
-    for name in ("rebound_height", "restitution"):
-        assert found[name].quality == "failed" and "stops before the rebound's highest point" in found[name].reason
-    assert found["rebound_speed"].quality == found["restitution_normal"].quality == "doubtful"
-    assert found["impact_speed"].quality == "good"
-
-
 def test_a_release_out_of_sight_asks_for_the_height():
     track = film_track(draw_drop(), np.random.default_rng(0), start_s=0.15)
     missing = named(measure_rebound(track, drop(height=None)))["restitution"]
@@ -264,56 +203,6 @@ def test_real_balls_that_never_bounce():
         assert all("no impact" in q.reason for q in result.quantities)
 
 
-def test_impact_times_give_speeds_and_restitution():
-    truth = draw_drop(restitution=0.6, max_bounces=6).truth
-    times = np.array([b["t_s"] for b in truth["bounces"]])
-    quantities, table, _ = measure_impacts(times, drop())
-    found = {q.name: q for q in quantities}
-    for name in ("rebound_height", "restitution", "impact_speed", "rebound_speed", "restitution_normal"):
-        assert abs(found[name].value - truth[name]) < 2 * found[name].sd + 1e-6, name
-    assert np.allclose(table.restitution, 0.6, atol=1e-3)
-
-
-def test_impact_intervals_are_honest_and_a_missed_impact_is_said():
-    inside = []
-    times = np.array([b["t_s"] for b in draw_drop(restitution=0.7, max_bounces=5).truth["bounces"]])
-    for seed in range(300):
-        heard = times + 2e-4 * np.random.default_rng(seed).standard_normal(len(times))
-        table = measure_impacts(heard, drop())[1]
-        inside += list(np.abs(table.restitution[1:4] - 0.7) < 1.96 * table.restitution_sd[1:4])
-    assert 0.92 < np.mean(inside) < 0.98
-    missed = measure_impacts(np.delete(times, 1), drop())
-    assert any("missed" in note for note in missed[2]) or missed[0][0].quality == "doubtful"
-    later = measure_impacts(np.delete(times, 2), drop())
-    assert any("missing" in note for note in later[2])
-
-
-def test_a_missing_impact_and_a_wrong_unit():
-    times = np.array([b["t_s"] for b in draw_drop(max_bounces=5).truth["bounces"]])
-
-    def measured(times, known=None):
-        return {q.name: q for q in measure_impacts(times, known or drop())[0]}
-
-    assert {q.quality for q in measured(times).values()} == {"good"}  # control
-    gone = measured(np.delete(times, 1))  # restitutions .75, .167, .50
-    for name in ("rebound_height", "rebound_speed", "restitution", "restitution_normal"):
-        assert gone[name].quality == "doubtful" and "an impact seems to be missing" in gone[name].reason
-    assert gone["impact_speed"].quality == "good"
-    late = measure_impacts(np.delete(times, 3), drop())
-    assert {q.quality for q in late[0]} == {"good"} and any("impact seems to be missing" in note for note in late[2])
-    without = measured(np.delete(times, 1), drop(height=None))
-    assert without["restitution_normal"].quality == "doubtful" and "missing" in without["restitution_normal"].reason
-    for wrong, says in ((measured(1000 * times), "milliseconds"), (measured(times, drop(height=31)), "in millimetres")):
-        assert all(q.quality == "failed" and says in q.reason for q in wrong.values())
-
-
-def test_impact_times_without_a_height_ask_for_it():
-    times = np.array([0.25, 0.5, 0.625])
-    found = {q.name: q for q in measure_impacts(times, drop(height=None))[0]}
-    assert found["restitution"].quality == "failed" and "height_mm" in found["restitution"].reason
-    assert found["restitution_normal"].value == pytest.approx(0.5) and found["restitution_normal"].quality == "doubtful"
-
-
 @pytest.mark.slow
 def test_coverage_over_everything_a_recording_states():
     """The study of benchmarks/tracking.py: 90–98 % of 400."""
@@ -329,79 +218,3 @@ def test_coverage_over_everything_a_recording_states():
         for q in measure_rebound(track, known).quantities:
             inside.setdefault(q.name, []).append(abs(q.value - truth[q.name]) < 1.96 * q.sd)
     assert all(0.90 <= np.mean(hits) <= 0.98 for hits in inside.values()), {k: np.mean(v) for k, v in inside.items()}
-
-
-@pytest.mark.parametrize("stray", [False, True])
-def test_slow_noise_and_stray_rows_while_a_seed_is_held_are_no_contacts(stray):
-    """80 mm at 8000 frames a second, held for 0.1 s; noise of 0.15 mm that wanders over ten frames, or few rows 6 sd off."""
-    for seed in range(5):
-        rng = np.random.default_rng(seed)
-        motion = draw_drop(height_mm=80, rest_s=0.1, end_s=0.6)
-        track = film_track(motion, rng, fps=8000, noise_mm=0.03 if stray else 0.15, ar=0.0 if stray else 0.9)
-        if stray:
-            odd = rng.random(len(track)) < 0.02
-            track = replace(track, y=track.y + odd * rng.normal(0, 0.18, len(track)))
-        found = measure_rebound(track, drop(80.0, fps=8000, mm_per_px=0.2))
-        assert found.flights.meeting(0) == pytest.approx(motion.truth["bounces"][0]["t_s"], abs=1e-3)
-        assert named(found)["restitution"].quality == "good"
-
-
-def test_rows_astray_sideways_are_outliers_and_cost_the_sideways_speed_nothing():
-    """Three rows in a hundred are 2 mm off, across only: 40 times the noise."""
-    motion = draw_drop()
-    track = film_track(motion, np.random.default_rng(0), noise_mm=0.05)
-    rng = np.random.default_rng(1)
-    odd = rng.random(len(track)) < 0.03
-    strayed = replace(track, x=track.x + odd * rng.choice([-2.0, 2.0], len(track)))
-    clean, found = measure_rebound(track, drop()), measure_rebound(strayed, drop())
-    flown = np.isin(np.arange(len(track)), np.concatenate(clean.flights.rows))
-    assert found.track.outlier[odd & flown].all() and not found.track.outlier[flown & ~odd].any()
-    column = found.bounces["lateral_after_m_s"].to_numpy()
-    assert column == pytest.approx(clean.bounces["lateral_after_m_s"].to_numpy(), abs=3e-3)
-
-
-def test_a_flight_that_air_bends_more_than_is_assumed_is_no_outlier():
-    """By half a millimetre at its end, smoothly: all its rows are used; as a control 20 rows that jump by 0.2 mm."""
-    motion = draw_drop()
-    track = film_track(motion, np.random.default_rng(0), fps=5000, noise_mm=0.006)
-    first, second = (motion.truth["bounces"][k]["t_s"] for k in (0, 1))
-    way = np.clip((track.t_s - first) / (second - first), 0.0, None)
-    flying = (way > 0) & (way < 1)
-    bent = replace(track, y=track.y + np.where(flying, 0.5 * way**8, 0.0))
-    found = measure_rebound(bent, drop(fps=5000))
-    assert found.track.outlier[flying].mean() < 0.01
-    burst = (way > 0.9) & (np.cumsum((way > 0.9) & flying) <= 20)
-    jumped = measure_rebound(replace(track, y=track.y + np.where(burst, 0.2, 0.0)), drop(fps=5000))
-    assert jumped.track.outlier[burst].mean() > 0.9
-
-
-def test_a_film_that_ends_as_the_seed_leaves_is_refused():
-    """Held for half a second, 12 mm of fall, and a place that wanders by half a millimetre: too little of it is a flight."""
-    motion = draw_drop(rest_s=0.5)
-    track = film_track(motion, np.random.default_rng(0), noise_mm=0.5, ar=0.9)
-    held = track.t_s < 0.55
-    only = replace(track, **{n: getattr(track, n)[held] for n in ("frame", "t_s", "x", "y", "sd", "outlier")})
-    found = measure_rebound(only, drop())
-    assert found.flights is None and "no fall can be told" in found.quantities[0].reason
-
-
-def test_the_lows_of_a_seed_that_rocks_to_rest_are_no_contacts():
-    """After its third flight the centre goes up and down by a few mm, five times a second: bounces are those before."""
-    motion = draw_drop(end_s=1.8)
-    track = film_track(motion, np.random.default_rng(0), noise_mm=0.02)
-    late = np.maximum(track.t_s - motion.truth["bounces"][3]["t_s"], 0.0)
-    rocking = 2.0 * (1 - np.cos(2 * np.pi * 5 * late)) * np.exp(-late)
-    rest = 3.4 + np.random.default_rng(1).normal(0, 0.02, len(track))
-    found = measure_rebound(replace(track, y=np.where(late > 0, rest + rocking, track.y)), drop())
-    assert len(found.bounces) == 3
-    assert found.bounces.restitution.to_numpy() == pytest.approx(0.5, abs=0.01)
-
-
-def test_a_seed_that_bounced_out_of_the_picture_has_no_contact_below_the_plate():
-    """What came back after two bounces that nobody saw belongs to no bounce."""
-    motion = draw_drop(restitution=0.8, end_s=2.0)
-    track = film_track(motion, np.random.default_rng(0))
-    times = [bounce["t_s"] for bounce in motion.truth["bounces"]]
-    seen = (track.t_s < (times[1] + times[2]) / 2) | (track.t_s > times[3] + 0.3 * (times[4] - times[3]))
-    found = measure_rebound(track.marked(~seen), drop())
-    assert found.bounces.t_s.to_numpy() == pytest.approx(times[:2], abs=1e-4)
