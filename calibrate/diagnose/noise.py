@@ -23,6 +23,7 @@ LEAST_ROWS = 40  # of a stretch that is to tell about correlation
 FARTHEST = 6.0  # logits: beyond, a share is as good as none
 PRIOR_SD = 1.8  # of either logit
 WIDEST_STEP = 0.4  # of either logit, where the likelihood's curvature is taken
+LOCK_PX = 0.03  # sd of either wave of pixel lock: trackers err by some hundredths of a pixel (slide/pixels.py has the source)
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 SPIKE_SD = 6.0  # innovations beyond are outliers: 2e-9 by chance
 

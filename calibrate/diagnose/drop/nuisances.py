@@ -4,6 +4,7 @@ import numpy as np
 
 from calibrate.diagnose.air import SLOPE_SD
 from calibrate.diagnose.effects.effect import Effect, View
+from calibrate.diagnose.noise import LOCK_PX
 
 LENS = 2e-4  # distortion that a good lens has at the edge of the view
 LOCK = "pixel-lock"
@@ -39,7 +40,7 @@ def _lock(axis: int, wave) -> Effect:
         return places + shift
 
     return Effect(
-        f"{LOCK}.{'xz'[axis]}.{wave.__name__}", "nuisance", "px", "pixel lock", 0.03, -0.5, 0.5, "", picture=picture
+        f"{LOCK}.{'xz'[axis]}.{wave.__name__}", "nuisance", "px", "pixel lock", LOCK_PX, -0.5, 0.5, "", picture=picture
     )
 
 

@@ -6,7 +6,6 @@ pixels is biased: Westerweel, Experiments in Fluids 29 (2000) S3.
 
 import numpy as np
 
-LOCK_PX = 0.03  # sd of A and of B: of trackers, as for drops
 POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
 EARLIEST, LATEST = -0.1, 0.25  # of the slide's duration, after the onset as first guessed
 ONSETS, TURNS = 9, 3  # tried at a time, each time about the best: to 1e-3 of the duration, in which nothing moves

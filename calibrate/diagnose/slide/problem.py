@@ -7,13 +7,12 @@ from functools import partial
 import numpy as np
 from numpy.polynomial import legendre
 
-from calibrate.diagnose.noise import Noise, Stretch, estimate, frame_lag, spikes, whiten
+from calibrate.diagnose.noise import LOCK_PX, Noise, Stretch, estimate, frame_lag, spikes, whiten
 from calibrate.diagnose.problem import Problem
 from calibrate.diagnose.series import Locals, Series
 from calibrate.diagnose.series import problem_of as series_problem
 from calibrate.diagnose.slide.model import LOCALS, Model, moved, predict
 from calibrate.diagnose.slide.motion import G_M_S2
-from calibrate.diagnose.slide.pixels import LOCK_PX
 from calibrate.diagnose.slide.session import RUN_SD, Read, Run, Session
 
 DEGREE = 8  # of the curve beside which noise is what is left of a slide
