@@ -172,17 +172,18 @@ def _down(cheap: Cheap, here: Place, held: Held, damped: int) -> tuple[Place | N
             chi2 = cheap.cost(*step) + held.strain(step[1])
         return chi2 if np.isfinite(chi2) else np.inf
 
+    now = here.chi2 if np.isfinite(here.chi2) else np.inf
     best, number = here.to(here.promised), 0
     least = told(best)
-    if not least < here.chi2 - WORTH * here.gain:
+    if not least < now - WORTH * here.gain:
         for k in range(max(damped - 1, 1), len(DAMPINGS)):
             step = here.damped(DAMPINGS[k])
             seen = told(step)
-            if seen >= least and least < here.chi2:
+            if seen >= least and least < now:
                 break
             best, least, number = (step, seen, k) if seen < least else (best, least, number)
-    shorter = (step for step in here.shorter() if told(step) < here.chi2)
-    chosen = best if least < here.chi2 else next(shorter, None)
+    shorter = (step for step in here.shorter() if told(step) < now)
+    chosen = best if least < now else next(shorter, None)
     if chosen is None:
         return None, 0
     return Place.of(*chosen, cheap.lean(*chosen, held.usual > 0), held), number
