@@ -24,13 +24,13 @@ RANGES = {
 SEPARATED = ("cohesion", "gate-speed")
 PHOTOS = 3
 GATE_MM_S, GATES = 50.0, (25.0, 100.0)
-GATE_POWER_SD = 0.5  # rounding and toe grow by themselves as a power of the gate's speed, by that much
+GATE_POWER_SD = 0.1  # rounding and toe grow by themselves as a power of the gate's speed, by that much
 # What is known of a sound heap before it is seen: how far one material's crest and toe (share of the height; of a grain) and its
-# bow lie from another's; log of rounding and toe from heap to heap; what a gate e times as fast does to crest and toe by itself
-# (a wheat heap: 18.4°, 12.3°, 10.4° at 10, 25, 50 mm/s); how heaps settle between photos [deg; crest and toe, mm].
+# bow lie from another's; log of rounding and toe from heap to heap; what a gate e times as fast does to crest and toe where it
+# does next to nothing; how heaps settle between photos [deg; crest and toe, mm].
 KNOWN_ENDS, KNOWN_BOW, PACKING_LOG_SD = (0.03, 0.25), (0.01, 0.05), float(np.log(1.5) / np.sqrt(12))
-KNOWN_GATE, SETTLING_DEG, SETTLING_MM = 0.03, 0.1, 0.15
-PACKING_DEG, SIZE_DEG, GATE_DEG, HALF_MM = 0.6, 1.5, 5.0, 60.0  # angle: of heaps alike; for e times the size, the gate
+KNOWN_GATE, SETTLING_DEG, SETTLING_MM = 0.01, 0.1, 0.15
+PACKING_DEG, SIZE_DEG, GATE_DEG, HALF_MM = 0.6, 1.5, 0.4, 60.0  # angle: of heaps alike; for e times the size, the gate
 REGISTERED = 0.1  # of the skin's noise is left between two photos of one heap: the same grains lie in it
 PLUMB_SD_DEG, SKIN = 0.05, 0.22  # skin: sd of the surface, of a grain's diameter
 PILE, PLATE, GROUND, GREY_SD = 200.0, 95.0, 38.0, 2.0
