@@ -20,7 +20,8 @@ class Candidate:
     """One set of effects fitted together.
 
     value, sd: of each one's reported parameter; ln_bayes: over the baseline; gain, gain_se: mean predictive gain a recording (NaN
-    for one recording); same_sign: share of the recordings that see it; left_p: of what the saturated model still explains;
+    for one recording), over a baseline that has learnt from the others or, where that shows nothing, one that has not; same_sign:
+    share of the recordings that see it; left_p: of what the saturated model still explains;
     flaws: which rules it breaks, in words.
     """
 

@@ -124,7 +124,7 @@ class End:
 
 def descend(reduce: Callable, cheap: Cheap | None, here: Place, held: Held, turns: int) -> End:
     """From `here` until nothing is left to gain, or `turns` times the problem was made linear."""
-    best, idle, looks, damped = here, 0, 1, 0
+    best, idle, looks, damped, whole = here, 0, 1, 0, reduce if cheap else None
     while not (np.isfinite(here.chi2) and here.gain < CLOSE):
         if cheap:
             found, damped = _down(cheap, here, held, damped) if looks <= turns else (None, 0)
@@ -134,13 +134,13 @@ def descend(reduce: Callable, cheap: Cheap | None, here: Place, held: Held, turn
             looks += taken
         idle += 1
         if found is None:
-            return _ended(best, reduce if cheap else None, held, stepped=False)
+            return _ended(best, whole, held, stepped=False)
         here = found
         if not best.level - CLOSE <= here.level:
             best, idle = here, 0
         if idle >= (IDLE_DOWN if cheap else IDLE):
-            return _ended(best, reduce if cheap else None, held, stepped=False)
-    return _ended(here, reduce if cheap and looks > 1 else None, held, stepped=True)
+            return _ended(best, whole, held, stepped=False)
+    return _ended(here, whole if looks > 1 else None, held, stepped=True)
 
 
 def _ended(at: Place, reduce: Callable | None, held: Held, *, stepped: bool) -> End:

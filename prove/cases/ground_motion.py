@@ -25,7 +25,7 @@ def friction(speed, travel, block):
 
 @njit(cache=True)
 def blown(v, air, re_per_speed):
-    """What air takes from a seed at `v` [m/s] towards +x, over its mass [m/s²]; air: ρ A/2m [1/m], Re at 1 m/s."""
+    """What air takes from a seed at `v` [m/s], over its mass [m/s²]: (ρ A/2m) C_d(Re) v|v|; air: ρ A/2m [1/m], Re at 1 m/s."""
     return air * drag_number(re_per_speed * abs(v)) * v * abs(v)
 
 

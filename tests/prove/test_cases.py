@@ -12,7 +12,7 @@ from prove.cases.pile import photograph
 from prove.cases.roll import travel
 from prove.cases.truth import Wish
 from prove.effects import EFFECTS, OUTSIDE
-from prove.make import RIGS, make
+from prove.make import RIGS, make, sized
 from prove.plan import PAIRS, SINGLES, STRANGERS, TOLD_APART, TWINS, Spec
 from vision.batch import find_all
 from vision.evidence.frames import open_frames
@@ -119,3 +119,10 @@ def test_baselines_answer_in_the_schema(tmp_path):
         said = diagnose(tmp_path / "case", method)["rigs"]["drop"]
         assert said["verdict"] in ("none", "name", "unknown") and isinstance(said["alarm"], bool)
     assert diagnose(tmp_path, "GP discrepancy") is None
+
+
+def test_a_size_is_found_where_a_nuisance_hides_the_small_ones():
+    """Of a corner that takes 0.024 by itself nothing is seen, then 1,000 for each more."""
+    rig = replace(RIGS["roll"], visibility=lambda scene, sizes, name: 1000 * max(sizes[name] - 0.024, 0.0))
+    sizes, snrs = sized(rig, None, spec("roll", "corner-loss", snr=12.0), np.random.default_rng(0))
+    assert snrs[0] == pytest.approx(12.0, rel=0.08) and sizes["corner-loss"] == pytest.approx(0.036, rel=0.03)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from calibrate.diagnose.effects.effect import Effect
+from calibrate.diagnose.finding import parameters_of
 from calibrate.diagnose.linear import Reduced
 from calibrate.diagnose.name import candidate
 from calibrate.diagnose.noise import Noise
@@ -150,3 +151,21 @@ def test_what_bends_something_known_is_predicted_by_the_others(seen_by, predicts
     )  # fmt: skip
     found = candidate(fit(problem), ("level",), np.random.default_rng(0))
     assert any("left-out" in flaw for flaw in found.flaws) != predicts
+
+
+@pytest.mark.parametrize(("open_anyway", "least"), [(0.2, 0.92), (0.0, 0.0)])
+def test_an_interval_holds_the_effect_beside_what_a_bench_leaves_open_of_it(open_anyway, least):
+    """Levels of 1 ± 0.2, of which the plumb line makes the 0.2. As a control a bench that claims to leave nothing open."""
+    rng, held = np.random.default_rng(12), []
+    shape = rng.normal(size=40)
+    effect = Effect("level", "flight", "1", "level", 3.0, -99.0, 99.0, "drawn")
+    for _ in range(200):
+        seen = 1.0 + 0.2 * rng.normal()
+        made = tuple(Reduced(shape[:, None], np.zeros((40, 0)), seen * shape + 0.1 * rng.normal(size=40)) for _ in range(4))
+        problem = Problem(
+            "pile", tuple("abcd"), {"level": effect}, ("level",), {"level": open_anyway}, np.zeros((4, 0)),
+            lambda starts, values, extra=None, made=made: (made, lambda moved: np.zeros((4, 0))), 160, 0.1, None,
+        )  # fmt: skip
+        told = parameters_of(fit(problem, free=("level",), start=fit(problem)), ("level",))["level"]
+        held.append(told.low95 <= 1.0 <= told.high95)
+    assert least <= np.mean(held) <= (0.995 if open_anyway else 0.8)
