@@ -6,19 +6,21 @@
 """
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
-from vision.evidence.keys import Air, Camera, Drop, Pile, Roll, Seed, Slide, merge, read_toml, validate
+from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.measurement import MeasurementError
 
 RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
-EVIDENCE = ("track.csv", "impacts.csv", "readings.csv", "frames", "video", "photos")
+TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
+EVIDENCE = (*TABLES, "frames", "video", "photos")
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,8 @@ class Recording:
     provenance: str = "measured"
     seed: Seed = field(default_factory=Seed)
     camera: Camera = field(default_factory=Camera)
+    conditions: Mapping[str, float | str] = field(default_factory=dict, hash=False)
+    reading: Reading = field(default_factory=Reading)
     air: Air = field(default_factory=Air)
     drop: Drop = field(default_factory=Drop)
     slide: Slide = field(default_factory=Slide)
@@ -89,7 +93,7 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
         files=files,
         session=fields.session,
         provenance=fields.provenance or "measured",
-        **{name: getattr(fields, name) for name in ("seed", "camera", "air", *RIGS)},
+        **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", *RIGS)},
     )
 
 
@@ -134,7 +138,9 @@ def write_recording(recording: Recording) -> Path:
     """Write `recording`'s recording.toml into its folder (which holds, or will hold, the evidence); returns the file."""
     content: dict = {"rig": recording.rig, "id": recording.id, "session": recording.session, "provenance": recording.provenance}
     content = {key: value for key, value in content.items() if value is not None}
-    for name in ("seed", "camera", "air", recording.rig):
+    if recording.conditions:
+        content["conditions"] = dict(recording.conditions)
+    for name in ("seed", "camera", "reading", "air", recording.rig):
         if name:
             section = getattr(recording, name).model_dump(exclude_none=True, mode="json")
             if section:
@@ -229,12 +235,12 @@ def _kind(path: Path) -> str:
         return "video"
     if path.suffix.lower() in PHOTO_SUFFIXES:
         return "photos"
-    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, "track.csv", "impacts.csv", "readings.csv")
+    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *TABLES)
     raise MeasurementError(f"{path}: not something to measure (known are {', '.join(known)})")
 
 
 def _find_evidence(folder: Path) -> tuple[str, tuple[Path, ...]]:
-    for name in ("track.csv", "impacts.csv", "readings.csv"):
+    for name in TABLES:
         if (folder / name).is_file():
             return name, (folder / name,)
     if (folder / "frames").is_dir():
@@ -248,4 +254,4 @@ def _find_evidence(folder: Path) -> tuple[str, tuple[Path, ...]]:
         return "video", tuple(videos)
     if photos := _photos(folder):
         return "photos", tuple(photos)
-    raise MeasurementError(f"{folder}: no evidence (track.csv, impacts.csv, readings.csv, frames/, a video or photos)")
+    raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video or photos)")

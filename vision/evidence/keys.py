@@ -5,17 +5,19 @@ import math
 import reprlib
 import tomllib
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails, PydanticCustomError
 
+from vision.evidence.conditions import complaints
 from vision.measurement import MeasurementError
 
 MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
+SAID = "said"  # type of an error whose message says all but the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
-_SeedSize = Annotated[float, Field(gt=0.05, lt=200, allow_inf_nan=False)]
+_SeedSize = Annotated[float, Field(gt=0.05, le=400, allow_inf_nan=False)]  # a basketball: 240
 _Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
 _Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -38,7 +40,7 @@ class Seed(_Section):
     length_mm: _SeedSize | None = None
     width_mm: _SeedSize | None = None
     thickness_mm: _SeedSize | None = None
-    mass_g: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
+    mass_g: Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)] | None = None  # a bowling ball: 7,260
     density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
     length_range_mm: _SizeRange | None = None  # least and greatest of about 100 seeds
     width_range_mm: _SizeRange | None = None
@@ -53,6 +55,7 @@ class Camera(_Section):
     plumb_deg: _Angle | None = None
     plumb_sd_deg: _NotNegative | None = None
     exposure_s: Annotated[float, Field(gt=0, lt=10, allow_inf_nan=False)] | None = None
+    readout_s: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)] | None = None  # rolling shutter: first row to last
     # Where a twin's camera stands; measuring needs none of these.
     width_px: _Pixels | None = None
     height_px: _Pixels | None = None
@@ -71,6 +74,12 @@ class Camera(_Section):
     def plumb_sd(self) -> float:
         """sd of plumb_deg; a plumb line without a stated sd is not known better than 0.5°."""
         return 0.5 if self.plumb_sd_deg is None else self.plumb_sd_deg
+
+
+class Reading(_Section):
+    """How somebody reads an instrument."""
+
+    resolution_deg: Annotated[float, Field(ge=1e-3, le=5, allow_inf_nan=False)] | None = None
 
 
 class Air(_Section):
@@ -102,6 +111,7 @@ class Roll(_Section):
     incline_deg: Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)] | None = None
     incline_length_mm: _Length | None = None
     direction: Literal["+x", "-x"] | None = None
+    rail_gap_mm: Annotated[float, Field(gt=0, lt=400, allow_inf_nan=False)] | None = None  # inside, of two rails; absent: a plate
     plate_mm: _TwoLengths | None = None
     orientation: Literal["across", "any"] | None = None
     axis_sd_deg: _NotNegative | None = None
@@ -123,6 +133,14 @@ class Pile(_Section):
     retained_mass_g: _Positive | None = None
 
 
+def _checked(conditions: Any) -> Any:
+    if not isinstance(conditions, dict):
+        return conditions
+    if said := "\n".join(complaints(conditions)):
+        raise PydanticCustomError(SAID, "{said}", {"said": said})
+    return {key: value if isinstance(value, str) else float(value) for key, value in conditions.items()}
+
+
 class Keys(_Section):
     """All keys of recording.toml; in bench.toml the same."""
 
@@ -132,6 +150,8 @@ class Keys(_Section):
     provenance: Literal["measured", "simulated", "published"] | None = None
     seed: Seed = Seed()
     camera: Camera = Camera()
+    conditions: Annotated[dict[str, float | str], BeforeValidator(_checked)] = {}
+    reading: Reading = Reading()
     air: Air = Air()
     drop: Drop = Drop()
     slide: Slide = Slide()
@@ -163,6 +183,13 @@ def merge(base: dict, over: dict) -> dict:
     return merged
 
 
+_OTHER_UNITS = {  # end of a key → what its number is in another unit, and its own
+    "_mm": (1e-3, "m", "millimetres"),
+    "_g": (1e-3, "kg", "grams"),
+    "readout_s": (1e3, "ms", "seconds"),
+}
+
+
 def validate(content: dict, path: Path) -> Keys:
     try:
         return Keys.model_validate(content)
@@ -172,17 +199,21 @@ def validate(content: dict, path: Path) -> Keys:
 
 def _explain(error: ErrorDetails, path: Path) -> str:
     """One pydantic complaint in a bench worker's words: file, field, what it should hold."""
+    if error["type"] == SAID:
+        return "\n".join(f"{path}: {line}" for line in error["msg"].splitlines())
     *section, key = [part for part in error["loc"] if isinstance(part, str)][:2] or [""]  # then which of several kinds it is not
     place = f"[{section[0]}] {key}" if section else key
     if error["type"] == "extra_forbidden":
         owner = Keys.model_fields[section[0]].annotation if section else Keys
-        if owner in (Seed, Camera, Air, Drop, Slide, Roll, Pile) or owner is Keys:
+        if isinstance(owner, type) and issubclass(owner, _Section):
             known = list(owner.model_fields)
             near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
             hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
             return f"{path}: unknown key {place}; {hint}"
     given = error.get("input")
-    if isinstance(given, float | int) and not isinstance(given, bool) and key.endswith("_mm") and math.isfinite(given):
-        return f"{path}: {place} = {given} means {given / 1000:g} m: {error['msg'].lower()}; is it in millimetres?"
-    said = error["msg"].replace("tuple", "list")
+    unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)
+    if unit and isinstance(given, float | int) and not isinstance(given, bool) and math.isfinite(given):
+        times, other, meant = unit
+        return f"{path}: {place} = {given} means {times * given:g} {other}: {error['msg'].lower()}; is it in {meant}?"
+    said = error["msg"].replace("tuple", "list").replace("dictionary", "section").split(" or instance of ")[0]
     return f"{path}: {place} = {reprlib.repr(given)}: {said[0].lower()}{said[1:]}"

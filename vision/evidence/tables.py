@@ -1,4 +1,4 @@
-"""The CSV evidence that people and microphones write: track.csv, impacts.csv, readings.csv. Read strictly, told clearly."""
+"""The CSV evidence that people, light gates and microphones leave: tracks, passages, impacts, readings. Read strictly."""
 
 import difflib
 import reprlib
@@ -22,6 +22,8 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
 _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
+GATE_COLUMNS, GATE_EXTRA = ("x_mm", "t_s"), ("sd_s", "gate", "note")
+LEAST_GATES = 4  # place, speed and acceleration, and one more by which they are checked
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
 
 
@@ -62,6 +64,32 @@ def read_track(path: Path) -> Table:
         raise MeasurementError(f"{path}: two rows for {needed[0]} = {time[where]:g} (row {rows.index[where] + 2}); keep one")
     if len(rows) < 3:
         raise MeasurementError(f"{path}: {len(rows)} usable rows; a track needs at least 3")
+    return Table(rows.reset_index(drop=True), tuple(notes))
+
+
+def read_gates(path: Path) -> Table:
+    """Read gates.csv: x_mm, each light gate's place along the path, t_s, when the seed's centre passed it, and sd_s if known.
+
+    Rows come out in the order of time; gates that did not fire (empty cells) are left out and noted. An error: fewer than
+    LEAST_GATES, two passages at one time or of one gate, a seed that turns back, an sd_s that is not above nil.
+    """
+    rows = _read_csv(path)
+    _check_columns(path, rows, GATE_COLUMNS, GATE_EXTRA, numeric=[c for c in rows if c in (*GATE_COLUMNS, "sd_s")])
+    rows, notes = _drop_incomplete(path, rows, list(GATE_COLUMNS))
+    rows = rows.sort_values("t_s", kind="stable")
+    time, place = rows["t_s"].to_numpy(), rows["x_mm"].to_numpy()
+    if (np.diff(time) == 0).any():
+        where = int(np.argmax(np.diff(time) == 0)) + 1
+        raise MeasurementError(f"{path}: two gates at t_s = {time[where]:g} (row {rows.index[where] + 2}); keep one")
+    if len(rows) < LEAST_GATES:
+        raise MeasurementError(f"{path}: {len(rows)} passages; a roll past light gates needs at least {LEAST_GATES}")
+    wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
+    if wrong.any():
+        where = int(np.argmax(wrong)) + 1
+        said = f"x_mm = {place[where]:g} in row {rows.index[where] + 2} is out of its order"
+        raise MeasurementError(f"{path}: {said}; a seed passes the gates one after the other")
+    if "sd_s" in rows and len(wrong := rows.index[rows["sd_s"] <= 0]):
+        raise MeasurementError(f"{path}: sd_s = {rows['sd_s'][wrong[0]]:g} in row {wrong[0] + 2}; it should be above 0")
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 

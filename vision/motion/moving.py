@@ -14,7 +14,7 @@ from vision.motion.plate import Plate, follow_slide, roll_path
 from vision.motion.rebound import Rebound, measure_rebound, upright
 from vision.motion.run_out import measure_run_out
 from vision.motion.slide import measure_slide
-from vision.motion.track import Track, track_from_table
+from vision.motion.track import Track, track_from_gates, track_from_table
 from vision.overlay.plot import plot
 from vision.overlay.track import on_picture
 from vision.recording import Recording, with_camera
@@ -23,7 +23,7 @@ MOVING_RIGS = ("drop", "slide", "roll")
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
-    """Measure a drop, slide or roll recorded as track.csv, impacts.csv, frames or video.
+    """Measure a drop, slide or roll recorded as track.csv, gates.csv, impacts.csv, frames or video.
 
     progress(fraction done) is called while frames are read. Raises MeasurementError where nothing at all
     can be measured; a quantity that cannot be had stands in the Observation as failed, with its reason.
@@ -37,6 +37,8 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
         return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
+    if recording.evidence == "gates.csv":
+        return _observe_track(recording, track_from_gates(recording))
     if recording.evidence not in ("frames", "video"):
         raise MeasurementError(
             f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can"

@@ -19,6 +19,7 @@ from vision.recording import Recording
 
 INCLINE_SD_DEG = 0.1  # of a stated incline
 LENGTH_SD_MM = 0.2  # of a stated way on the incline: a seed laid against a mark
+FEW = "{} usable frames; a run-out needs at least 8"
 STILL_SHARE = 0.02  # a seed slower than this share of its greatest speed has stopped
 
 
@@ -43,13 +44,23 @@ def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float
         return RunOut((failed("run_out", "mm", str(error)), failed("rolling_friction", "1", str(error))))
 
 
+def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
+    """Whether a seed never left the incline while it was seen: its way, time [s] and x [mm] (n,), is no longer than the incline,
+    and it took less time for the last quarter of its way than for the one before."""
+    way = np.maximum.accumulate(np.abs(x - x[0]))
+    if not 0 < way[-1] <= incline_length_mm + LENGTH_SD_MM:
+        return False
+    first = np.unique(way, return_index=True)[1]  # of each place, when it was there first
+    half, later, last = np.interp(np.array([0.5, 0.75, 1.0]) * way[-1], way[first], time[first])
+    return bool(last - later < later - half)
+
+
 def _measure(track: Track, recording: Recording, seen: tuple[float, float] | None) -> RunOut:
-    if len(track) < 8:
-        raise MeasurementError(f"{len(track)} usable frames; a run-out needs at least 8")
+    if len(track) < 2:
+        raise MeasurementError(FEW.format(len(track)))
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
     time, x = track.time, sign * track.x
-    if np.ptp(x) < (1.0 if track.unit == "mm" else 4.0):
-        raise MeasurementError(f"the seed does not roll: it moves {np.ptp(x):.3g} {track.unit} in all")
+    _check_run(track, x, recording)
     notes: list[str] = []
     speed, top = _speeds(time, x)
     stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
@@ -66,6 +77,20 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     friction = _friction(run_out, recording)
     fitted = (time, sign * _smooth_path(time, x))
     return RunOut((run_out, friction), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
+
+
+def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
+    """MeasurementError where this way (n,) shows no run-out: it stands still, stays on the incline, or has too few rows."""
+    if np.ptp(x) < (1.0 if track.unit == "mm" else 4.0):
+        raise MeasurementError(f"the seed does not roll: it moves {np.ptp(x):.3g} {track.unit} in all")
+    way = recording.roll.incline_length_mm
+    if way and track.unit == "mm" and track.timed and ends_on_incline(track.t_s, x, way):
+        of = f"{np.ptp(x):.4g} of {way:g} mm"
+        raise MeasurementError(f"the seed never leaves the incline while it is seen ({of}): there is no run-out")
+    if recording.evidence == "gates.csv":
+        raise MeasurementError("light gates do not see where the seed stops: a run-out needs a film, a track or a reading")
+    if len(track) < 8:
+        raise MeasurementError(FEW.format(len(track)))
 
 
 def _friction(run_out: Quantity, recording: Recording) -> Quantity:

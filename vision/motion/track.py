@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from vision.recording import Camera
+from vision.evidence.tables import read_gates
+from vision.measurement import MeasurementError
+from vision.recording import Camera, Recording
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,16 @@ def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] 
         time, x, y, unit=unit, frame=np.asarray(frame).astype(int), sd=sd, outlier=outlier, notes=notes,
         **{name: column[name] for name in _OPTIONAL},
     )  # fmt: skip
+
+
+def track_from_gates(recording: Recording) -> Track:
+    """gates.csv of a roll as a track: a row a gate, numbered as passed, y = 0; sd = |dx/dt| sd_s, NaN where not stated."""
+    if recording.need_rig() != "roll":
+        raise MeasurementError(f"{recording.files[0]}: light gates belong to a roll, not to a {recording.rig}")
+    table = read_gates(recording.files[0])
+    time, place = table.rows["t_s"].to_numpy(float), table.rows["x_mm"].to_numpy(float)
+    sd_s = table.rows["sd_s"].to_numpy(float) if "sd_s" in table.rows else np.full(len(time), np.nan)
+    return make_track(time, place, np.zeros(len(time)), sd=np.abs(np.gradient(place, time)) * sd_s, notes=table.notes)
 
 
 def _frame_numbers(time: np.ndarray, fps: float | None) -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision.evidence.tables import read_impacts, read_track
+from vision.evidence.tables import read_gates, read_impacts, read_track
 from vision.measurement import MeasurementError
 from vision.motion.track import make_track, track_from_table
 from vision.recording import Camera
@@ -60,6 +60,36 @@ def test_impacts_must_increase(tmp_path):
         read_impacts(write(tmp_path, "t_s\n0.25\n0.5\n0.5\n", "impacts.csv"))
     with pytest.raises(MeasurementError, match="interval needs two"):
         read_impacts(write(tmp_path, "t_s\n0.25\n", "impacts.csv"))
+
+
+GATES = "x_mm,t_s,sd_s\n0,0,0.001\n100,0.5,0.001\n300,0.9,0.001\n700,1.4,0.001\n"
+
+
+def test_gates_come_in_the_order_of_time_those_that_did_not_fire_left_out(tmp_path):
+    table = read_gates(write(tmp_path, "gate,x_mm,t_s\nE,900,1.6\nA,0,0\nB,100,0.5\nC,300,\nD,700,1.4\n", "gates.csv"))
+    assert list(table.rows.x_mm) == [0, 100, 700, 900] and "row 5" in table.notes[0]
+    down = read_gates(write(tmp_path, GATES.replace("100,", "-100,").replace("300,", "-300,").replace("700,", "-700,"), "gates.csv"))
+    assert list(down.rows.x_mm) == [0, -100, -300, -700] and down.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("x_mm,t_s\n0,0\n100,0.5\n300,0.9\n", "3 passages; a roll past light gates needs at least 4"),
+        (GATES.replace("0.9", "0.5"), "two gates at t_s = 0.5"),
+        (GATES.replace("300,", "100,"), "x_mm = 100 in row 4 is out of its order"),
+        (GATES.replace("300,", "50,"), "x_mm = 50 in row 4 is out of its order"),
+        (GATES.replace("700,", "0,"), "out of its order"),
+        (GATES.replace("0.9,0.001", "0.9,0"), "sd_s = 0 in row 4; it should be above 0"),
+        (GATES.replace("x_mm", "x_m"), "x_mm is missing"),
+        (GATES.replace("sd_s", "sd_ms"), "did you mean sd_s"),
+        (GATES.replace("0.9,", "late,"), "'late' in row 4"),
+    ],
+)
+def test_gates_that_cannot_be_read_are_told_by_file_and_place(tmp_path, text, says):
+    with pytest.raises(MeasurementError, match=says) as caught:
+        read_gates(write(tmp_path, text, "gates.csv"))
+    assert "gates.csv" in str(caught.value)
 
 
 def test_a_track_goes_to_a_table_and_back():
