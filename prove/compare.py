@@ -25,11 +25,8 @@ def compare(out: Path, judged: list[Judged], workers: int, rng_seed: int) -> dic
     some = [j for j in judged if comparable(j)]
     tables = {SOLVER_NAME: _over(some, rng_seed)}
     tasks = [(method, out, j.key.case) for method in METHODS for j in some]
-    if workers > 1:
-        with ProcessPoolExecutor(workers) as pool:
-            answers = list(pool.map(_answer, tasks, chunksize=8))
-    else:
-        answers = [_answer(task) for task in tasks]
+    with ProcessPoolExecutor(workers) as pool:
+        answers = list(pool.map(_answer, tasks, chunksize=8))
     found = {(method, case): answer for (method, _, case), answer in zip(tasks, answers)}
     for method in METHODS:
         judged_here = []

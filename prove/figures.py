@@ -1,4 +1,4 @@
-"""The report's figures as plain Plotly JSON: power curves, confusion, calibration."""
+"""The report's figures as plain Plotly JSON: power curves, confusion, reliability, calibration."""
 
 import math
 from itertools import pairwise
@@ -7,11 +7,13 @@ import numpy as np
 
 from prove.intervals import GRID, Power, binomial_interval
 from prove.judge import Judged
-from prove.plan import CLEAN
+from prove.plan import CLEAN, RIG_SHARES
+from prove.reliability import reliability
 from prove.score import confusion, power
 
 COLOURS = {"all": "#1b1f24", "drop": "#1f5fa8", "slide": "#d9730d", "roll": "#2e7d4f", "pile": "#b3261e"}
 BINS = (0.0, 2.5, 4.0, 5.5, 7.5, 12.0, 20.0, math.inf)
+ODDS = (0.05, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99, 0.997)  # ticks of the reliability diagram, on a scale of ln p/(1 − p)
 THEORY = {0.5: 3.53, 0.9: 4.81}
 
 
@@ -66,15 +68,39 @@ def confusion_figure(judged: list[Judged]) -> dict:
     return {"data": [heat], "layout": layout | {"height": 180 + 22 * len(rows)}}
 
 
-def calibration_figure(stated: dict[str, list[tuple[float, float, tuple[float, float]]]]) -> dict:
+def reliability_figure(judged: list[Judged]) -> dict:
+    """Share of right verdicts, with its 95 % bounds, beside the mean probability that they were said with; by bins."""
+    bins = reliability(judged)
+    x, y = [_logit(b.said) for b in bins], [_logit(b.share) for b in bins]
+    up, down = [_logit(b.bounds[1]) - v for b, v in zip(bins, y)], [v - _logit(b.bounds[0]) for b, v in zip(bins, y)]
+    bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down)}
+    colours = [COLOURS["roll" if b.holds else "pile"] for b in bins]  # green and red
+    found = {"type": "scatter", "mode": "markers+text", "name": "right, 95 %", "x": _listed(x), "y": _listed(y), "error_y": bars,
+             "text": [f"{b.k} of {b.n}" for b in bins], "textposition": "bottom right",
+             "marker": {"color": colours, "size": 10}}  # fmt: skip
+    ends = [_logit(0.0), _logit(1.0)]
+    line = {"type": "scatter", "mode": "lines", "name": "as said", "x": ends, "y": ends,
+            "line": {"color": "#6b7280", "dash": "dot"}}  # fmt: skip
+    ticks = {"tickvals": [_logit(p) for p in ODDS], "ticktext": [f"{100 * p:g} %" for p in ODDS], "range": ends}
+    axes = {f"{axis}axis": {"title": {"text": title}, **ticks} for axis, title in (("x", "said"), ("y", "share right"))}
+    return {"data": [line, found], "layout": _layout(**axes)}
+
+
+def _logit(p: float) -> float:
+    p = min(max(p, 0.02), 0.9985)
+    return math.log(p / (1 - p))
+
+
+def calibration_figure(judged: list[Judged]) -> dict:
     """(SNR, stated / true, interval / true) of every right name, by rig: 1 is right, bars are 95 % intervals."""
     traces = []
-    for rig, points in stated.items():
+    for rig in RIG_SHARES:
+        points = [point for j in judged if j.key.rig == rig for point in j.stated]
         x, y = [p[0] for p in points], [p[1] for p in points]
         up, down = [p[2][1] - p[1] for p in points], [p[1] - p[2][0] for p in points]
         bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down), "thickness": 1}
         traces.append({"type": "scatter", "mode": "markers", "name": rig, "x": _listed(x), "y": _listed(y), "error_y": bars,
-                       "marker": {"color": COLOURS.get(rig, "#6b7280"), "size": 6}})  # fmt: skip
+                       "marker": {"color": COLOURS[rig], "size": 6}})  # fmt: skip
     dotted = {"color": "#6b7280", "dash": "dot"}
     line = {"type": "scatter", "mode": "lines", "x": [2, 60], "y": [1, 1], "line": dotted, "showlegend": False}
     axes = {"xaxis": {"title": {"text": "SNR"}, "type": "log"}, "yaxis": {"title": {"text": "stated / true"}, "range": [0, 2]}}

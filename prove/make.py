@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -10,24 +10,30 @@ from typing import Any
 import numpy as np
 
 from prove.cases import drop, drop_bench, drop_effects, drop_snr, pile, roll, slide
+from prove.cases.conditions import Condition, draw_conditions, stating
 from prove.cases.drop_effects import IN_CAMERA
 from prove.cases.folder import write_bench
+from prove.cases.snr import Seen
+from prove.cases.stated import left_out, strip
 from prove.cases.truth import Bench, Wish
-from prove.effects import EFFECTS, OUTSIDE
+from prove.effects import EFFECTS, FOLLOWING, OUTSIDE
 from prove.plan import Spec
 
 SCENES, ROUNDS = 5, 5
 NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
+MATTERS, TRIFLES = 1.5, 0.17  # sds of a contact parameter: half an sd, give or take the factor of 3 by which fits differ
 
 
 @dataclass(frozen=True)
 class Rig:
-    """What a rig's file offers: draw a scene, tell an effect's SNR, make the bench; (least, most, sign) of each effect."""
+    """What a rig's file offers: draw a scene, tell how visible an effect is, make the bench; (least, most, sign) of each effect;
+    what of a run is by design another in another run."""
 
     draw: Callable[[Wish, np.random.Generator], Any]
-    visibility: Callable[[Any, dict[str, float], str], float]
+    visibility: Callable[[Any, dict[str, float], str], Seen]
     bench: Callable[[Any, dict[str, float]], Bench]
     ranges: dict[str, tuple[float, float, int]]
+    design: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,8 @@ class Concealed:
 
 @dataclass(frozen=True)
 class Key:
-    """What is concealed in a case, and what was known of it when it was made. sectors: where it shows."""
+    """What is concealed in a case, and what was known of it when it was made. sectors: where it shows. matters: whether it moves
+    the rig's contact parameter; None: not told. absent: keys that the bench does not state; conditions: those that it does."""
 
     case: str
     rig: str
@@ -54,6 +61,9 @@ class Key:
     separated: bool | None
     rendered: bool
     noise: dict = field(default_factory=dict)
+    matters: bool | None = None
+    absent: tuple[str, ...] = ()
+    conditions: tuple[str, ...] = ()
 
     @property
     def snr(self) -> float:
@@ -66,52 +76,76 @@ class Key:
     @staticmethod
     def from_dict(content: dict) -> "Key":
         effects = tuple(Concealed(**e) for e in content["effects"])
-        return Key(**{**content, "effects": effects, "sectors": tuple(content["sectors"])})
+        lists = {name: tuple(content[name]) for name in ("sectors", "absent", "conditions")}
+        return Key(**{**content, **lists, "effects": effects})
 
 
-def _rig(module: ModuleType) -> Rig:
-    return Rig(module.draw, module.visibility, module.bench, module.RANGES)
+@dataclass(frozen=True)
+class Made:
+    """A scene, the sizes of what is concealed in it, and the conditions that its recordings state."""
+
+    scene: Any
+    sizes: dict[str, float]
+    conditions: tuple[Condition, ...]
+
+    def bench(self, rig: Rig) -> Bench:
+        return strip(stating(rig.bench(self.scene, self.sizes), self.conditions), self.scene.wish.absent)
+
+
+def _rig(module: ModuleType, *design: str) -> Rig:
+    return Rig(module.draw, module.visibility, module.bench, module.RANGES, design)
 
 
 RIGS = {
-    "drop": Rig(drop.draw, drop_snr.visibility, drop_bench.bench, drop_effects.RANGES),
-    "slide": _rig(slide),
-    "roll": _rig(roll),
-    "pile": _rig(pile),
+    "drop": Rig(drop.draw, drop_snr.visibility, drop_bench.bench, drop_effects.RANGES, ("told_mm", "session")),
+    "slide": _rig(slide, "rate_deg_s", "count"),
+    "roll": _rig(roll, "forwards"),
+    "pile": _rig(pile, "half_mm", "gate_mm_s"),
 }
 
 
 def make(spec: Spec, seed: int) -> tuple[Bench, Key]:
     """The case of this line of the plan. The same seed makes the same case."""
-    scene, sizes, key = conceal(spec, seed)
-    return RIGS[spec.rig].bench(scene, sizes), key
+    made, key = conceal(spec, seed)
+    return made.bench(RIGS[spec.rig]), key
 
 
-def conceal(spec: Spec, seed: int) -> tuple[Any, dict[str, float], Key]:
-    """The scene in which the wished effects come nearest to the wished SNRs, their sizes, and the key."""
+def conceal(spec: Spec, seed: int) -> tuple[Made, Key]:
+    """The scene in which the wished effects come nearest to the wished SNRs, and the key."""
     rig, tried = RIGS[spec.rig], []
-    wish = Wish(spec.effects, spec.separated, spec.rendered)
     for attempt in range(SCENES if spec.effects else 1):
         rng = np.random.default_rng([seed, spec.index, attempt])
-        scene = rig.draw(wish, rng)
-        sizes, snrs = sized(rig, scene, spec, rng)
-        off = max((abs(math.log(max(v, 1e-3) / w)) for v, w in zip(snrs, spec.wanted_snr)), default=0.0)
-        tried.append((off, scene, sizes, snrs))
+        scene = rig.draw(Wish(spec.effects, spec.separated, spec.rendered, left_out(spec.effects, rng)), rng)
+        scene, conditions = _with_conditions(scene, rig, spec, rng)
+        sizes, seen = sized(rig, scene, spec, rng)
+        off = max((abs(math.log(max(one.snr, 1e-3) / w)) for one, w in zip(seen, spec.wanted_snr)), default=0.0)
+        tried.append((off, Made(scene, sizes, conditions), seen))
         if off < math.log(NEAR):
             break
-    _, scene, sizes, snrs = min(tried, key=lambda one: one[0])
-    return scene, sizes, _key(spec, scene, sizes, snrs)
+    _, made, seen = min(tried, key=lambda one: one[0])
+    return made, _key(spec, made, seen)
 
 
-def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[dict[str, float], list[float]]:
-    """Sizes with which the effects have about the SNR that is wanted, as far as sizes are believable; and the SNRs they have."""
+def _with_conditions(scene: Any, rig: Rig, spec: Spec, rng: np.random.Generator) -> tuple[Any, tuple[Condition, ...]]:
+    """The scene, its runs following the condition that matters or their order; and what the recordings state."""
+    order = np.linspace(-1, 1, len(scene.runs))
+    design = np.array([[float(getattr(run, name)) for name in rig.design] for run in scene.runs])
+    conditions = draw_conditions(np.column_stack([order, design]), "follows" in spec.effects, not spec.effects, rng)
+    follows = conditions[0].follows if "follows" in spec.effects else order if "order-drift" in spec.effects else None
+    if follows is not None:
+        scene = replace(scene, runs=tuple(replace(run, follows=float(f)) for run, f in zip(scene.runs, follows, strict=True)))
+    return scene, conditions
+
+
+def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[dict[str, float], list[Seen]]:
+    """Sizes with which the effects have about the SNR that is wanted, as far as sizes are believable; how visible they are."""
     sizes: dict[str, float] = {}
     for name, wanted in zip(spec.effects, spec.wanted_snr):
         low, high, sign = rig.ranges[name]
         sign = sign or int(rng.choice([-1, 1]))
         size, before, seen = math.sqrt(low * high), 0.0, 0.0  # nothing is seen of nothing; what a nuisance hides is a hinge
         for _ in range(ROUNDS):
-            snr = rig.visibility(scene, sizes | {name: sign * size}, name)
+            snr = rig.visibility(scene, sizes | {name: sign * size}, name).snr
             if max(snr / wanted, wanted / max(snr, 1e-9)) < 1.08:
                 break
             slope = (snr - seen) / (size - before)
@@ -124,31 +158,51 @@ def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[d
     return sizes, [rig.visibility(scene, sizes, name) for name in spec.effects]
 
 
-def _key(spec: Spec, scene, sizes: dict[str, float], snrs: list[float]) -> Key:
-    listed = EFFECTS[spec.rig]
+def _key(spec: Spec, made: Made, seen: list[Seen]) -> Key:
+    listed, scene = EFFECTS[spec.rig], made.scene
     effects = []
-    for name, snr in zip(spec.effects, snrs):
-        entry = listed.get(name)
+    for name, one in zip(spec.effects, seen):
+        entry, value, snr = listed.get(name), float(made.sizes[name]), round(one.snr, 3)
+        if name == "follows":
+            effects.append(_following(spec.rig, made.conditions[0], value, snr))
+            continue
         unit, either = (entry.unit, entry.either) if entry else (None, False)
         split = spec.rig == "drop" and name in IN_CAMERA and scene.one_session and len(scene.cameras) > 1
-        effects.append(
-            Concealed(name, float(sizes[name]), unit, round(snr, 3), either, bool(unit) and not split)
-        )
+        effects.append(Concealed(name, value, unit, snr, either, bool(unit) and not split))
     # a compound shows in several places; where is then not asked
-    sectors = _sectors(spec) if len(effects) == 1 else ()
+    sectors = _sectors(spec.rig, spec.effects[0]) if len(effects) == 1 else ()
     noise = {k: v if math.isfinite(v) else None for k, v in asdict(scene.noise).items()} if hasattr(scene, "noise") else {}
-    return Key(spec.name, spec.rig, spec.kind, tuple(effects), sectors, spec.separated, spec.rendered, noise)
+    absent = tuple(sorted(k for k in scene.wish.absent if k.split(".")[0] not in set(RIGS) - {spec.rig}))
+    told = (_matters(spec, seen), absent, tuple(c.name for c in made.conditions))
+    return Key(spec.name, spec.rig, spec.kind, tuple(effects), sectors, spec.separated, spec.rendered, noise, *told)
 
 
-def _sectors(spec: Spec) -> tuple[str, ...]:
-    name = spec.effects[0]
-    listed = EFFECTS[spec.rig]
-    return listed[name].sectors if name in listed else OUTSIDE[spec.rig][name]
+def _following(rig: str, condition: Condition, value: float, snr: float) -> Concealed:
+    """A parameter that follows a condition: its slope in the condition's unit; of words the greatest difference, halved."""
+    slope = value if condition.per is None else value / condition.per
+    return Concealed(f"{FOLLOWING[rig][0]}-follows-{condition.name}", slope, condition.unit, snr, False, bool(condition.unit))
+
+
+def _matters(spec: Spec, seen: list[Seen]) -> bool | None:
+    """Whether the effects, left out, put the contact parameter wrong; what is wrong with the measurement moves places as well, so
+    that it matters though the contact parameter stays is not told."""
+    moved = [one.moved for one in seen]
+    if not moved or None in moved:
+        return None
+    off = abs(sum(m for m in moved if m is not None))
+    places = any("measurement" in _sectors(spec.rig, name) for name in spec.effects)
+    return True if off > MATTERS else False if off < TRIFLES and not places else None
+
+
+def _sectors(rig: str, name: str) -> tuple[str, ...]:
+    if name == "follows":
+        return FOLLOWING[rig][1]
+    return EFFECTS[rig][name].sectors if name in EFFECTS[rig] else OUTSIDE[rig][name]
 
 
 def make_folder(spec: Spec, seed: int, folder: Path) -> dict:
     """Make the case, write its bench folder unless it is there, return its key as a dict (for worker processes)."""
-    scene, sizes, key = conceal(spec, seed)
+    made, key = conceal(spec, seed)
     if not folder.exists():
-        write_bench(RIGS[spec.rig].bench(scene, sizes), folder)
+        write_bench(made.bench(RIGS[spec.rig]), folder)
     return key.to_dict()

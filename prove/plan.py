@@ -1,17 +1,19 @@
-"""Which cases there are: half of them clean; single effects, twins with and without what separates them, pairs, strangers."""
+"""Which cases there are: half of them clean; single effects, twins with and without what separates them, pairs, conditions that
+matter, strangers."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from prove.effects import OUTSIDE
+from prove.effects import FOLLOWING, OUTSIDE
 
 CLEAN, SINGLE, CONFOUNDED, SEPARATED, COMPOUND, STRANGE = "clean", "single", "confounded", "separated", "compound", "outside"
+CONDITION = "condition"
 CLEAN_SHARE, RENDERED_SHARE = 0.5, 0.22
-KIND_SHARES = {SINGLE: 0.50, CONFOUNDED: 0.13, SEPARATED: 0.12, COMPOUND: 0.12, STRANGE: 0.13}
+KIND_SHARES = {SINGLE: 0.43, CONFOUNDED: 0.12, SEPARATED: 0.11, COMPOUND: 0.11, STRANGE: 0.13, CONDITION: 0.10}
 RIG_SHARES = {"drop": 0.55, "slide": 0.18, "roll": 0.17, "pile": 0.10}
-SNR = {SINGLE: (2.0, 40.0), CONFOUNDED: (7.0, 40.0), SEPARATED: (7.0, 40.0), COMPOUND: (11.0, 40.0), STRANGE: (7.0, 40.0)}
+MOST_SNR, LEAST_SNR = 40.0, {SINGLE: 2.0, CONDITION: 2.0, COMPOUND: 11.0}  # of the others 7
 
 SINGLES = {
     "drop": ("drag", "magnus", "draught", "viscoelastic-restitution", "plastic-restitution", "plate-compliance", "film-adhesion",
@@ -43,6 +45,7 @@ PAIRS = {
     "roll": (("slope", "corner-loss"), ("slope", "shape-barrier"), ("corner-loss", "shape-barrier")),
 }  # fmt: skip
 STRANGERS = {rig: tuple(names) for rig, names in OUTSIDE.items()}
+CONDITIONS = {rig: ("follows",) for rig in FOLLOWING}
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,7 @@ def plan(cases: int, rng: np.random.Generator) -> list[Spec]:
     kinds = _dealt({CLEAN: CLEAN_SHARE} | {k: (1 - CLEAN_SHARE) * s for k, s in KIND_SHARES.items()}, cases)
     drawn = []
     for kind in dict.fromkeys(kinds):
-        shares = {rig: s for rig, s in RIG_SHARES.items() if kind != COMPOUND or rig in PAIRS}
+        shares = {rig: s for rig, s in RIG_SHARES.items() if rig in _offered(kind)}
         drawn += [(kind, rig) for rig in _dealt(shares, kinds.count(kind))]
     turn: dict[tuple, int] = {}
     order, drops, specs = rng.permutation(cases), 0, {}
@@ -82,15 +85,25 @@ def plan(cases: int, rng: np.random.Generator) -> list[Spec]:
 
 
 def _spec(index: int, kind: str, rig: str, turn: int, rendered: bool, rng: np.random.Generator) -> Spec:
-    offered: dict[str, Any] = {SINGLE: SINGLES, CONFOUNDED: TWINS, SEPARATED: TOLD_APART, COMPOUND: PAIRS, STRANGE: STRANGERS}
-    chosen = () if kind == CLEAN else offered[kind][rig][turn % len(offered[kind][rig])]
+    offered = _offered(kind)[rig]
+    chosen = offered[turn % len(offered)]
     effects = (chosen,) if isinstance(chosen, str) else chosen
     separated = {CONFOUNDED: False, SEPARATED: True}.get(kind)
     if kind in (SINGLE, COMPOUND) and set(effects) & set(NEED_SEPARATION):
         separated = True
-    low, high = SNR.get(kind, (1.0, 1.0))
-    wanted = tuple(float(np.exp(rng.uniform(np.log(low), np.log(high)))) for _ in effects)
-    return Spec(index, rig, kind, effects, wanted, separated, rendered)
+    wanted = tuple(float(np.exp(rng.uniform(*np.log([LEAST_SNR.get(kind, 7.0), MOST_SNR])))) for _ in effects)
+    few = rendered and not set(effects) & {"follows", "order-drift"}  # films in pictures are three: too few for that
+    return Spec(index, rig, kind, effects, wanted, separated, few)
+
+
+def _offered(kind: str) -> dict[str, Any]:
+    """Of each rig, the effects or pairs of effects that cases of this kind hold in turn."""
+    if kind == CLEAN:
+        return dict.fromkeys(RIG_SHARES, ((),))
+    offered: dict[str, dict[str, Any]] = {
+        SINGLE: SINGLES, CONFOUNDED: TWINS, SEPARATED: TOLD_APART, COMPOUND: PAIRS, STRANGE: STRANGERS, CONDITION: CONDITIONS,
+    }  # fmt: skip
+    return offered[kind]
 
 
 def _dealt(shares: dict[str, float], count: int) -> list[str]:

@@ -9,22 +9,22 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from prove.effects import RESTITUTION
-from prove.figures import calibration_figure, confusion_figure, power_figure
+from prove.figures import calibration_figure, confusion_figure, power_figure, reliability_figure
 from prove.judge import Judged
+from prove.reliability import reliability
 from prove.score import Row
-from prove.solve import read_diagnosis
 
 
 def write_all(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int) -> None:
     """All three files, each whole. OSError when they cannot be written."""
     content = {
         "schema": 1, "cases": len(judged), "rng": seed, "scores": [_plain(row) for row in rows],
+        "reliability": [one.to_dict() for one in reliability(judged)],
         "drops_with_tracks": {name: [_plain(row) for row in some] for name, some in tables.items()},
     }  # fmt: skip
     _whole(out / "prove.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
     _whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
-    _whole(out / "report.html", render(out, judged, rows, tables, seed))
+    _whole(out / "report.html", render(judged, rows, tables, seed))
 
 
 def cases_table(judged: list[Judged]) -> pd.DataFrame:
@@ -36,13 +36,14 @@ def cases_table(judged: list[Judged]) -> pd.DataFrame:
             "snr": round(j.key.snr, 2), "separated": j.key.separated, "verdict": j.verdict, "names": " + ".join(j.names),
             "alarm": j.alarm, "right": j.right, "wrong_name": j.wrong_name, "class_holds": j.class_holds, "sector": j.sector,
             "sector_right": j.sector_right, "covers": " ".join(str(c) for c in j.covers), "removed_fraction": j.removed,
-            "seconds": j.seconds,
+            "seconds": j.seconds, "p_verdict": j.p, "as_said": j.as_said, "p_truth": j.p_truth, "truly_matters": j.key.matters,
+            "matters_right": j.matters, "conditions": " ".join(j.key.conditions), "absent": " ".join(j.key.absent),
         }
         for j in judged
     ])  # fmt: skip
 
 
-def render(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int) -> str:
+def render(judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int) -> str:
     """The page as text."""
     from jinja2 import Environment, StrictUndefined
     from plotly.offline import get_plotlyjs
@@ -51,7 +52,8 @@ def render(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str, l
     drawn = {
         "power": power_figure(judged, rng),
         "confusion": confusion_figure(judged),
-        "calibration": calibration_figure(_stated(out, judged)),
+        "reliability": reliability_figure(judged),
+        "calibration": calibration_figure(judged),
     }
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters["figure"] = number
@@ -81,27 +83,6 @@ def number(row: Row | None) -> str:
         return f"{100 * row.value:.1f} % ({100 * row.low:.1f}–{100 * row.high:.1f}); {row.k} of {row.n}"
     interval = f" ({row.low:.3g}–{row.high:.3g})" if math.isfinite(row.low) and math.isfinite(row.high) else ""
     return f"{row.value:.3g}{interval}; {row.n} cases"
-
-
-def _stated(out: Path, judged: list[Judged]) -> dict[str, list[tuple[float, float, tuple[float, float]]]]:
-    """rig → (SNR, stated / true, interval / true) of every scored parameter that was rightly named."""
-    points: dict[str, list] = {}
-    for j in judged:
-        said = (read_diagnosis(out / "solutions" / j.key.case) or {}).get("rigs", {}).get(j.key.rig) or {}
-        found = said.get("parameters") or {}
-        for effect in j.key.effects if j.right else ():
-            law = next((found[n] for n in RESTITUTION if n in found), None) if effect.name in RESTITUTION else None
-            stated = found.get(effect.name) or law
-            if effect.scored and effect.value and isinstance(stated, dict) and _complete(stated):
-                value, ends = stated["value"] / effect.value, sorted(stated[k] / effect.value for k in ("low95", "high95"))
-                if effect.either and value < 0:
-                    value, ends = -value, [-ends[1], -ends[0]]
-                points.setdefault(j.key.rig, []).append((effect.snr, value, tuple(ends)))
-    return points
-
-
-def _complete(stated: dict) -> bool:
-    return all(isinstance(stated.get(k), int | float) and math.isfinite(stated[k]) for k in ("value", "low95", "high95"))
 
 
 def _plain(row: Row) -> dict:

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 import shutil
 import time
 from collections.abc import Callable, Iterable
@@ -69,16 +68,9 @@ def _make_all(asked: Asked, specs: list[Spec], say: Say) -> Seal:
     """Bench folders, published hashes, sealed keys. The keys leave this function only sealed."""
     cases = asked.out / "cases"
     cases.mkdir(exist_ok=True)
-    if asked.workers > 1:
-        with ProcessPoolExecutor(asked.workers) as pool:
-            jobs = {pool.submit(make_folder, spec, asked.seed, _bench(asked, spec)): spec.name for spec in specs}
-            keys = dict(_followed("making", jobs, say))
-    else:
-        keys = dict(
-            _in_turn(
-                "making", ((s.name, lambda s=s: make_folder(s, asked.seed, _bench(asked, s))) for s in specs), len(specs), say
-            )
-        )
+    with ProcessPoolExecutor(asked.workers) as pool:
+        jobs = {pool.submit(make_folder, spec, asked.seed, _bench(asked, spec)): spec.name for spec in specs}
+        keys = dict(_followed("making", jobs, say))
     keys = json.loads(canonical(keys))  # as they will be read again
     salts = {case: salt_of(asked.seed, case) for case in keys}
     published = {case: hashed(keys[case], salts[case]) for case in sorted(keys)}
@@ -134,13 +126,6 @@ def _followed(stage: str, jobs: dict[Future, str], say: Say) -> Iterable[tuple[s
     for done, job in enumerate(as_completed(jobs), 1):
         yield jobs[job], job.result()
         say(stage, done, len(jobs), (time.monotonic() - begin) / done * (len(jobs) - done))
-
-
-def _in_turn(stage: str, calls, count: int, say: Say) -> Iterable[tuple[str, object]]:
-    begin = time.monotonic()
-    for done, (name, call) in enumerate(calls, 1):
-        yield name, call()
-        say(stage, done, count, (time.monotonic() - begin) / done * (count - done) if done else math.nan)
 
 
 def _read(file: Path) -> dict:

@@ -23,9 +23,7 @@ SPARSE_M_S2 = 0.2  # a term smaller than this, root mean square, is dropped
 POINTS = 60  # of a flight: a process that needs more is noise
 
 
-def answer(
-    alarm: bool, verdict: str, names: Sequence[str] = (), sector: str = "flight", parameters: dict | None = None
-) -> dict:
+def answer(alarm: bool, verdict: str, names: Sequence[str] = (), sector: str = "flight", parameters: dict | None = None) -> dict:
     """A diagnosis of the drop in the solver's schema."""
     sectors = [{"name": sector, "explained": 1.0, "p": 0.0}]
     said = {"alarm": bool(alarm), "verdict": verdict, "names": list(names), "sectors": sectors, "held_out": {}}

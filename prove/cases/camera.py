@@ -4,7 +4,8 @@ Signs, with x to the right and y up in the picture:
 scale_error: true / stated mm per pixel − 1. clock_error: true / stated frame rate − 1; clock_drift [1/s]: its growth.
 roll_deg: true less stated plumb, clockwise: gravity points along (−sin, −cos). perspective [1/m]: the picture's
 magnification grows by so much per metre of height. distortion: radial, relative, at the picture's edge. wobble_mm: the
-tracked centre is off by (cos 2φ, sin 2φ), φ the seed's angle in the picture.
+tracked centre is off by (cos 2φ, sin 2φ), φ the seed's angle in the picture. distance_mm: to the plane of the motion; what is
+nearer looks larger.
 """
 
 from dataclasses import dataclass, replace
@@ -27,16 +28,24 @@ class Camera:
     perspective: float = 0.0
     distortion: float = 0.0
     wobble_mm: float = 0.0
+    distance_mm: float = np.inf
 
     def with_(self, **changes: Any) -> "Camera":
         return replace(self, **changes)
 
 
-def seen(camera: Camera, x_mm: np.ndarray, y_mm: np.ndarray, angle_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def nearness(camera: Camera, depth_mm: Any) -> Any:
+    """By how much larger than in the plane of the motion something `depth_mm` behind it looks [1]: d / (d + depth)."""
+    return 1 / (1 + depth_mm / camera.distance_mm)
+
+
+def seen(
+    camera: Camera, x_mm: np.ndarray, y_mm: np.ndarray, angle_rad: np.ndarray, depth_mm: np.ndarray | float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Places in the picture, in stated millimetres, from its middle."""
     x = x_mm + camera.wobble_mm * np.cos(2 * angle_rad) - camera.centre_mm[0]
     y = y_mm + camera.wobble_mm * np.sin(2 * angle_rad) - camera.centre_mm[1]
-    larger = 1 + camera.perspective * y * 1e-3
+    larger = (1 + camera.perspective * y * 1e-3) * nearness(camera, depth_mm)
     x, y = x * larger, y * larger
     bent = 1 + camera.distortion * (x**2 + y**2) / camera.half_mm**2
     turn = np.radians(camera.roll_deg + camera.plumb_deg)

@@ -8,13 +8,16 @@ import numpy as np
 from prove.cases import ellipsoid as body
 from prove.cases.air import AIR_DENSITY, AIR_VISCOSITY, facing
 from prove.cases.camera import Camera, true_times
-from prove.cases.drop_effects import IN_CAMERA, Air, flight_changes, impact_changes
+from prove.cases.drop_effects import FOLLOWS, IN_CAMERA, Air, flight_changes, impact_changes
 from prove.cases.flight_laws import drag_number, impact_array, law_array
 from prove.cases.noise import Noise, draw_noise
+from prove.cases.stated import UNSTATED_PLUMB_SD_DEG, draw_distance_mm, draw_scale_sd, told_distance_mm
 from prove.cases.truth import Wish, spread
 
 CONTACT_S = 1e-4  # half a swing of seed on plate; Hertz at 1 GPa: 0.07 ms
 LEAST_IMPACT_M_S = 0.22
+RUN_SD = 0.003  # of one seed's restitution beside the lot's
+PUSH_SD_M_S, DEPTH_SD_MM = 0.01, 0.5  # of a release: sideways and to the camera
 SHAPES = (((0.985, 0.985), (0.998, 0.998)), ((0.94, 0.94), (0.985, 0.985)), ((0.78, 0.68), (0.9, 0.78)))
 TURNING = {"magnus", "silhouette-wobble", "shape-conversion"}  # without the seed's turning there is nothing to tell them by
 HEIGHTS_MM = ((310.0,), (310.0, 100.0, 30.0), (310.0, 150.0), (250.0, 60.0), (200.0,), (310.0,))
@@ -30,10 +33,13 @@ class Run:
     turned: tuple[float, float, float, float]
     spin: tuple[float, float, float]
     pull: float  # this seed's drag beside the lot's
-    push: float  # and its release, sideways [m/s]
+    e_off: float  # its restitution
+    push: tuple[float, float]  # and its release, sideways and away from the camera [m/s]
+    depth_mm: float  # so far behind the plane that the scale is told for
     held_s: float  # in view before the release; negative: the recording begins after it
     session: int
     noise_seed: int
+    follows: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,7 @@ class Scene:
     most_bounces: int
     field_m: float
     one_session: bool  # a camera's effect is in the first session only
+    told_distance_mm: tuple[float, ...]
     wish: Wish
 
 
@@ -81,26 +88,29 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
     density, fps = rng.uniform(1050, 1350), float(rng.choice([1000.0, 2000.0, 5200.0]))
     if wish.rendered:
         fps = float(rng.choice([400.0, 500.0]))
-    airy = bool({"draught", "magnus", "updraught"} & set(wish.effects)) or ("drag" not in wish.effects and rng.random() < 0.6)
+    airy = bool({"draught", "magnus", "updraught"} & set(wish.effects)) or (
+        "drag" not in wish.effects and ("air" in wish.absent or rng.random() < 0.6)
+    )
     heights = (310.0, 100.0, 30.0) if wish.separated else (310.0,) if wish.separated is False else HEIGHTS_MM[rng.integers(6)]
     sessions = 2 if wish.separated or (not set(IN_CAMERA) & set(wish.effects) and rng.random() < 0.25) else 1
     count = 3 if wish.rendered else int(rng.integers(6, 10))
     if wish.rendered:
         heights = (110.0, 60.0) if len(heights) > 1 else (110.0,)
     pixel = 0.3 if wish.rendered else float(rng.uniform(0.15, 0.3))
-    scale_sd, plumb_sd = spread(3e-4, 2e-3, rng), spread(0.02, 0.1, rng)
+    scale_sd, plumb_sd = draw_scale_sd(wish, rng), _draw_plumb_sd(wish, rng)
     noise = draw_noise(rng, sd=(0.02, 0.09), pixel=pixel)
     if wish.rendered:
         noise = Noise(0.03 * pixel, 0.0, 1.0, np.inf, 0.0, pixel, 0.0)
     lot = (1 + rng.normal(0, 0.14)) * _plain_drag(told, density)
     runs = tuple(_run(heights[i % len(heights)], told, sessions, i, count, fps, rng) for i in range(count))
-    middle = max(heights) / 2
+    cameras = tuple(_camera(wish, max(heights) / 2, scale_sd, plumb_sd, rng) for _ in range(sessions))
     return Scene(
         runs, told, density, rng.uniform(0.42, 0.66), rng.uniform(0.15, 0.45),
         Air(lot if airy else 0.0, _magnus_unit(told, density), AIR_DENSITY if airy else 0.0),
-        tuple(_camera(middle, scale_sd, plumb_sd, rng) for _ in range(sessions)), scale_sd, plumb_sd, noise,
+        cameras, scale_sd, plumb_sd, noise,
         _angle_sd(wish, flat, rng), fps, pixel, 4 if wish.rendered else 6,
-        float(rng.choice([-1, 1]) * rng.uniform(0.05, 0.2)), bool(wish.separated), wish,
+        float(rng.choice([-1, 1]) * rng.uniform(0.05, 0.2)), bool(wish.separated),
+        tuple(told_distance_mm(camera.distance_mm, rng) for camera in cameras), wish,
     )  # fmt: skip
 
 
@@ -128,17 +138,25 @@ def _run(told_height, told_mm, sessions, i, count, fps, rng) -> Run:
     spin = rng.normal(0, rng.choice([2.0, 15.0]), 3)
     return Run(
         float(told_height + np.clip(rng.normal(0, 1), -2.5, 2.5)), told_height, tuple(axes), tuple(turned),
-        tuple(spin), float(1 + rng.normal(0, 0.01)), float(rng.normal(0, 0.01)), float(rng.uniform(-0.02, 0.02)),
+        tuple(spin), float(1 + rng.normal(0, 0.01)), float(rng.normal(0, RUN_SD)),
+        tuple(rng.normal(0, PUSH_SD_M_S, 2).tolist()), float(rng.normal(0, DEPTH_SD_MM)), float(rng.uniform(-0.02, 0.02)),
         int(i * sessions >= count) if sessions > 1 else 0, int(rng.integers(2**62)),
     )  # fmt: skip
 
 
-def _camera(middle_mm, scale_sd, plumb_sd, rng) -> Camera:
-    plumb_deg = 0.0 if rng.random() < 0.6 else float(rng.uniform(-2, 2))
+def _draw_plumb_sd(wish: Wish, rng: np.random.Generator) -> float:
+    """sd [deg] of the plumb that is stated, or of a camera that was set up by eye."""
+    if "camera.plumb_deg" in wish.absent:
+        return UNSTATED_PLUMB_SD_DEG
+    return spread(0.05, UNSTATED_PLUMB_SD_DEG, rng) if "camera.plumb_sd_deg" in wish.absent else spread(0.02, 0.1, rng)
+
+
+def _camera(wish: Wish, middle_mm, scale_sd, plumb_sd, rng) -> Camera:
+    plumb_deg = 0.0 if "camera.plumb_deg" in wish.absent or rng.random() < 0.6 else float(rng.uniform(-2, 2))
     return Camera(
         (float(rng.uniform(-5, 5)), middle_mm), middle_mm + 20, plumb_deg=plumb_deg,
         scale_error=rng.normal(0, scale_sd), roll_deg=rng.normal(0, plumb_sd), perspective=rng.normal(0, 1e-3),
-        distortion=rng.normal(0, 2e-4),
+        distortion=rng.normal(0, 2e-4), distance_mm=draw_distance_mm(rng),
     )  # fmt: skip
 
 
@@ -161,7 +179,8 @@ def _fly(scene: Scene, run: Run, items: tuple) -> Flown:
     film = 0.5 * mass * sizes.get("film-adhesion", 0.0) ** 2
     plate = np.array([*normal, scene.friction, mass * (np.pi / CONTACT_S) ** 2, film, mass])
     state = np.zeros(13)
-    state[3], state[6:10], state[10:13] = run.push, run.turned, run.spin
+    state[3:5], state[6:10], state[10:13] = run.push, run.turned, run.spin
+    state[1] = run.depth_mm * 1e-3
     state[2] = run.height_mm * 1e-3 + body.lowest(body.rotation(state[6:10]), axes, np.array([0.0, 0.0, 1.0]))[0]
     longest = 5.0 * np.sqrt(2 * run.height_mm * 1e-3 / body.G_M_S2)
     stated = np.arange(int(longest * scene.fps)) / scene.fps
@@ -187,4 +206,5 @@ def world(scene: Scene, run: Run, sizes: dict[str, float]) -> tuple[np.ndarray, 
     for name, key in IN_CAMERA.items():
         if name in sizes and not (scene.one_session and run.session):
             camera = replace(camera, **{key: getattr(camera, key) + sizes[name]})
-    return law, impact_array(**impact_changes(sizes, scene.e)), camera
+    e = scene.e + run.e_off + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
+    return law, impact_array(**impact_changes(sizes, e)), camera

@@ -3,11 +3,12 @@
 import numpy as np
 import pandas as pd
 
-from prove.cases.camera import seen
+from prove.cases.camera import nearness, seen
 from prove.cases.drop import Flown, Scene, fly_all
 from prove.cases.noise import kept, noisy, shocks
 from prove.cases.picture import film
 from prove.cases.silhouette import angle, outlines
+from prove.cases.stated import camera_keys
 from prove.cases.truth import Bench, Made
 
 ORIGIN_MM = (40.0, 12.0)  # the picture's corner is the origin; where the plate lies in it
@@ -36,11 +37,13 @@ def _recording(scene: Scene, i: int, drop: Flown) -> Made:
     told = _told(scene, i, drop)
     shapes = outlines(drop.rows, np.array(drop.run.axes))
     turned = angle(shapes)
-    x, y = seen(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned)
+    depth = drop.rows[:, 1] * 1e3
+    x, y = seen(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned, depth)
     if scene.wish.rendered:
-        pixels = np.column_stack([x, y]) / scene.mm_per_px
         told["camera"]["exposure_s"] = 1e-4
-        return Made(told["id"], told, frames=film(pixels, shapes * (1e3 / scene.mm_per_px) ** 2, camera, scene.mm_per_px, rng))
+        per_px = (1e3 / scene.mm_per_px * nearness(camera, depth)) ** 2
+        pixels, outline = np.column_stack([x, y]) / scene.mm_per_px, shapes * per_px[:, None, None]
+        return Made(told["id"], told, frames=film(pixels, outline, camera, scene.mm_per_px, rng))
     x, y = x + ORIGIN_MM[0], y + camera.centre_mm[1] + ORIGIN_MM[1]
     table: dict[str, np.ndarray | float] = {
         "t_s": np.round(drop.stated_s, 7),
@@ -55,8 +58,7 @@ def _recording(scene: Scene, i: int, drop: Flown) -> Made:
 
 def _told(scene: Scene, i: int, drop: Flown) -> dict:
     """recording.toml of the i-th drop."""
-    pixel = scene.mm_per_px
-    camera = {"fps": scene.fps, "mm_per_px": pixel, "mm_per_px_sd": float(f"{scene.scale_sd * pixel:.3g}")}
-    camera |= {"plumb_deg": drop.camera.plumb_deg, "plumb_sd_deg": round(scene.plumb_sd_deg, 4)}
+    away, plumb = scene.told_distance_mm[drop.run.session], (drop.camera.plumb_deg, round(scene.plumb_sd_deg, 4))
+    camera = camera_keys(scene.mm_per_px, scene.scale_sd, *plumb, fps=scene.fps, distance_mm=away)
     named = {"rig": "drop", "id": f"drop-{i + 1:02d}", "session": f"day-{drop.run.session + 1}"}
     return named | {"camera": camera, "drop": {"height_mm": drop.run.told_mm}}

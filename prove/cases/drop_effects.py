@@ -4,6 +4,7 @@ Signs. drag: force over weight at 2 m/s, ≥ 0. magnus: C in a = C (ρ A r / 2m)
 +x. restitution: e(0.5 m/s) − e(2 m/s), > 0 when it falls. film: √(2W/m). impact-damage: e × (1 + η) with every impact, η < 0
 when the seed loses. plate-tilt: the plate rises towards +x. camera effects: see camera.py. Outside: updraught [1/s] of rising air
 per metre of height; field [1/s²] away from a place beside the rig; oriented-restitution: relative, upright landing minus flat.
+follows, order-drift: change of e over half the range of a condition, of the order.
 """
 
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ STRENGTH = {"viscoelastic-restitution": "viscous", "plastic-restitution": "yield
 MOST = {"viscous": 3.0, "yielding": 1.0, "zener": 0.7}
 IN_CAMERA = {"scale-error": "scale_error", "clock-error": "clock_error", "camera-roll": "roll_deg", "perspective": "perspective",
              "silhouette-wobble": "wobble_mm", "clock-drift": "clock_drift"}  # fmt: skip
+FOLLOWS = ("follows", "order-drift")
 IN_FLIGHT = ("drag", "magnus", "draught", "updraught", "field")
 # least and most that are believable, and the sign: 0 either
 RANGES = {
@@ -26,7 +28,8 @@ RANGES = {
     "impact-damage": (0.005, 0.2, -1), "plate-tilt": (0.03, 4.0, 0), "shape-conversion": (0.03, 0.22, 1),
     "scale-error": (0.002, 0.06, 0), "clock-error": (0.001, 0.06, 0), "camera-roll": (0.1, 5.0, 0),
     "perspective": (0.004, 0.3, 0), "silhouette-wobble": (0.01, 0.6, 0), "updraught": (0.02, 20.0, 0), "field": (0.01, 8.0, 0),
-    "oriented-restitution": (0.03, 0.5, 0), "clock-drift": (0.001, 0.2, 0),
+    "oriented-restitution": (0.03, 0.5, 0), "clock-drift": (0.001, 0.2, 0), "follows": (0.001, 0.12, 0),
+    "order-drift": (0.001, 0.12, 0),
 }  # fmt: skip
 
 

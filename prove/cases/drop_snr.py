@@ -11,9 +11,9 @@ import numpy as np
 from numba import njit
 from scipy.integrate import cumulative_trapezoid
 
-from prove.cases.camera import seen, stated_times
-from prove.cases.drop import Flown, Scene, fly_all, world
-from prove.cases.drop_effects import IN_CAMERA, IN_FLIGHT, STRENGTH
+from prove.cases.camera import nearness, seen, stated_times
+from prove.cases.drop import DEPTH_SD_MM, PUSH_SD_M_S, RUN_SD, Flown, Scene, fly_all, world
+from prove.cases.drop_effects import IN_CAMERA, IN_FLIGHT
 from prove.cases.ellipsoid import (
     E_LAW,
     T_BEGIN,
@@ -30,27 +30,32 @@ from prove.cases.ellipsoid import (
 )
 from prove.cases.flight_laws import acceleration, restitution
 from prove.cases.silhouette import angle, outlines
-from prove.cases.snr import Channel, Visible, scatter_snr, spread_snr, track_snr
+from prove.cases.snr import Channel, Fitted, Seen, Visible, fitted, scatter_snr, spread_snr
+from prove.cases.stated import known_plumb_deg, known_scale
 
 MARGIN_S = 4e-4
-DRAG_SD = 0.15
+DRAG_SD = (0.15, 0.6)  # of the air that is stated, beside a seed whose size and mass are known or not
 GRAVITY_SD = 5e-4  # of g at an unknown place on earth, relative: a fall does not tell it from a wrong scale or clock
 LEAST_MEASURED_E = 0.004
+LITTLE = 0.15  # sds of restitution
 ROUGHNESS = 0.02  # of the radius: how far beside the centre the roundest of seeds is touched
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
-    """SNR of the effect `name` in the world of all `sizes`."""
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+    """How visible the effect `name` is in the world of all `sizes`."""
     drops = fly_all(scene, sizes)
     if name in IN_FLIGHT or name in IN_CAMERA:
         return _by_track(scene, drops, sizes, name)
     return _by_impact(scene, drops, sizes, name)
 
 
-def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> float:
+def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> Seen:
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
     sessions = len(scene.cameras)
-    shared_sd = np.r_[np.tile([np.hypot(scene.scale_sd, GRAVITY_SD), scene.plumb_sd_deg, 2e-4, 1e-3], sessions), DRAG_SD]
+    scale_sd, plumb_sd = known_scale(scene.wish, scene.scale_sd), known_plumb_deg(scene.wish, scene.plumb_sd_deg)
+    drag_sd = DRAG_SD[not scene.wish.sizes_known()]
+    shared_sd = np.r_[np.tile([np.hypot(scale_sd, GRAVITY_SD), plumb_sd, 2e-4, 1e-3], sessions), drag_sd]
+    kick_sd = float(np.std(np.concatenate([d.log[:, VX_OUT] - d.log[:, VX_IN] for d in drops])))
     for drop in drops:
         law, _, camera = world(scene, drop.run, without)
         base = _places(drop, drop.camera)
@@ -70,12 +75,41 @@ def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: s
         told[1], still[1] = scene.air.drag, 0.0  # of the air that the recording states
         for axis, pushed in enumerate(_pushed(drop, told, still)):
             shared[axis][:, -1] = pushed
-        recordings.append(_visible(drop, change, shared, timed=name.startswith("clock")))
-    return track_snr(recordings, shared_sd, scene.noise)
+        recordings.append(_visible(drop, change, shared, kick_sd, timed=name.startswith("clock")))
+    fit = fitted(recordings, shared_sd, scene.noise)
+    return Seen(fit.snr, _moved(drops, recordings, fit) if name in IN_FLIGHT else None)
 
 
-def _visible(drop: Flown, change, shared, timed: bool = False) -> Visible:
-    """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick.
+def _moved(drops: list[Flown], recordings: list[Visible], fit: Fitted) -> float | None:
+    """By how many of its sds restitution is off where a force is left out: each flight's own speed takes its part of the force,
+    and the speeds before and after a bounce are read off it. δe/e = δv_out/v_out − δv_in/v_in.
+
+    By straight lines through the flights; None where a fit with all nuisances says otherwise, of those that are not known.
+    """
+    off = []
+    for drop, recording, own in zip(drops, recordings, fit.own, strict=True):
+        flight = _flights(drop)
+        inside, count = flight >= 0, int(flight.max()) + 1
+        change, t, rows = recording.channels[1].change, drop.true_s[inside], flight[inside]
+        last = [np.flatnonzero(rows == k)[-4:] for k in range(count)]
+        if min(len(part) for part in last) < 4:
+            continue
+        lines = np.array([np.polyfit(t[rows == k], change[rows == k], 1)[0] for k in range(count)])
+        slopes = np.array([lines, own[-3 * count - 1 : -count - 1][1::2]])  # upwards a flight has a height and a speed
+        ends = slopes - [np.polyfit(t[part], change[part], 1)[0] for part in last]
+        v_in, v_out = (1e3 * drop.log[: count - 1, column] for column in (VZ_IN, VZ_OUT))
+        off += list(zip(*(-v_out / v_in * (slopes[:, 1:] / v_out - ends[:, :-1] / v_in))))
+    e = np.concatenate([-drop.log[:, VZ_OUT] / drop.log[:, VZ_IN] for drop in drops])
+    if len(off) < 4:
+        return None
+    plain, nuisanced = np.mean(off, axis=0) / np.std(e) * np.sqrt(len(e))
+    alike = max(abs(plain), abs(nuisanced)) < LITTLE or 1 / 3 < nuisanced / plain < 3
+    return float(plain) if alike else None
+
+
+def _visible(drop: Flown, change, shared, kick_sd: float, timed: bool = False) -> Visible:
+    """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick, of sd kick_sd [m/s]
+    towards the camera.
 
     timed: the effect moves the moments of impact too, which nobody states: a seed does not leap there because it is kicked later.
     """
@@ -86,11 +120,15 @@ def _visible(drop: Flown, change, shared, timed: bool = False) -> Visible:
     if timed:
         across += [(t > b) * 1.0 for b in drop.log[: count - 1, T_END]]
     up = [(flight == k) * f for k in range(count) for f in (np.ones_like(t), t)]
-    p, q = len(across), len(up)
-    own = [np.zeros((len(t), p + q)) for _ in range(2)]
-    own[0][:, :p], own[1][:, p:] = np.column_stack(across), np.column_stack(up)
+    deep, p, q = np.column_stack(across[: 1 + count]), len(across), len(up)
+    own = [np.zeros((len(t), p + q + 1 + count)) for _ in range(2)]
+    own[0][:, :p], own[1][:, p : p + q] = np.column_stack(across), np.column_stack(up)
+    smaller = -(nearness(drop.camera, 1e3 * drop.rows[:, 1]) ** 2) / drop.camera.distance_mm  # for each mm behind
+    for axis, (column, centre) in enumerate(zip((0, 2), drop.camera.centre_mm)):
+        own[axis][:, p + q :] = deep * ((1e3 * drop.rows[:, column] - centre) * smaller)[:, None]
+    deep_sd = [DEPTH_SD_MM, 1e3 * PUSH_SD_M_S, *[max(1e3 * kick_sd, 1.0)] * (count - 1)]
     channels = tuple(Channel(change[i][inside], own[i][inside], shared[i][inside]) for i in range(2))
-    return Visible(channels, np.full(p + q, np.inf))
+    return Visible(channels, np.r_[np.full(p + q, np.inf), deep_sd])
 
 
 def _flights(drop: Flown) -> np.ndarray:
@@ -106,7 +144,7 @@ def _flights(drop: Flown) -> np.ndarray:
 
 def _places(drop: Flown, camera) -> tuple[np.ndarray, np.ndarray]:
     turned = angle(outlines(drop.rows, np.array(drop.run.axes)))
-    return seen(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned)
+    return seen(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned, drop.rows[:, 1] * 1e3)
 
 
 def _pushed(drop: Flown, law: np.ndarray, other: np.ndarray) -> list[np.ndarray]:
@@ -140,22 +178,22 @@ def differences(rows, law, other):
     return out
 
 
-def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> float:
+def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> Seen:
     log = np.concatenate([d.log for d in drops])
     if len(log) < 4:
-        return 0.0
+        return Seen(0.0)
     speed = -log[:, VZ_IN]
     returned, kicked = log[:, VZ_OUT] / speed - log[:, E_LAW], (log[:, VX_OUT] - log[:, VX_IN]) / speed
     measured = LEAST_MEASURED_E + 3 * scene.noise.sd * 1e-3 / (speed * 0.1)
     if name == "shape-conversion":
         before = np.concatenate([d.log for d in fly_all(scene, {k: v for k, v in sizes.items() if k != name})])
         now, told = (np.hypot(np.std(_offsets(scene, rows)), ROUGHNESS) for rows in (log, before))
-        return spread_snr(now / told, len(log))
+        return Seen(spread_snr(now / told, len(log)))
     if name == "plate-tilt":
         change = -(1 + log[:, E_LAW]) * np.radians(sizes[name])
         turning = log[:, TURN_IN] * np.mean(scene.told_axes_mm) * 5e-4 if scene.angle_sd_deg else 0.0
         slip = (log[:, VX_IN] + turning) / speed  # nobody states how much of it friction takes
-        return scatter_snr(change, np.hypot(np.std(kicked), measured), slip[:, None])
+        return Seen(scatter_snr(change, np.hypot(np.std(kicked), measured), slip[:, None]))
     change = np.concatenate([_restitution_change(scene, d, sizes, name) for d in drops])
     radius = np.mean(scene.told_axes_mm) * 5e-4
     turned = (log[:, TURN_OUT] ** 2 - log[:, TURN_IN] ** 2) * (radius / speed) ** 2  # what the picture shows of the exchange
@@ -163,7 +201,12 @@ def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: 
     rest = returned - floating @ np.linalg.lstsq(floating, returned, rcond=None)[0]
     # a bounce that goes wholly into spin is an outlier that no fit would follow
     scatter = 1.4826 * np.median(np.abs(rest - np.median(rest)))
-    return scatter_snr(change, np.hypot(scatter, measured), floating)
+    sd, own = np.hypot(scatter, measured), np.repeat(np.eye(len(drops)), [len(d.log) for d in drops], axis=0)
+    known = np.r_[np.inf, np.inf, np.full(len(drops), RUN_SD)]
+    snr = scatter_snr(change, sd, np.column_stack([floating, own]), known)
+    mean_sd = np.hypot(np.mean(sd) / np.sqrt(len(log)), RUN_SD / np.sqrt(len(drops)))
+    # of a law, of a loss that grows and of a condition: at which speed, impact or value is e to be compared?
+    return Seen(snr, float(np.mean(change) / mean_sd) if name == "film-adhesion" else None)
 
 
 def _offsets(scene: Scene, log: np.ndarray) -> np.ndarray:
@@ -186,6 +229,3 @@ def _restitution_change(scene: Scene, drop: Flown, sizes: dict[str, float], name
         restitution(row[V_NORMAL], k, row[UPRIGHT], drop.impact) - restitution(row[V_NORMAL], k, row[UPRIGHT], other)
         for k, row in enumerate(drop.log)
     ])  # fmt: skip
-
-
-BY_IMPACT = (*STRENGTH, "film-adhesion", "impact-damage", "plate-tilt", "shape-conversion", "oriented-restitution")

@@ -9,9 +9,22 @@ from prove.cases.flight_laws import drag_number
 
 G_M_S2 = 9.80665
 STEP_S, FINEST_STEP_S = 2e-4, 1e-9
+JOG = 0.2  # of a stair's time is spent climbing it
 # rows of `block`
-STATIC, KINETIC, FALLING, STRIBECK_SPEED, VISCOUS, PULL, SHAKE, SHAKE_HZ, ADDED, WORN, HINGE, AIR, REYNOLDS = range(13)
-BLOCK = 13
+STATIC, KINETIC, FALLING, STRIBECK_SPEED, VISCOUS, PULL, SHAKE, SHAKE_HZ, ADDED, WORN, HINGE, AIR, REYNOLDS, STAIR = range(14)
+BLOCK = 14
+
+
+@njit(cache=True)
+def tilted(steady, rate, block):
+    """(tilt [rad], its rate [rad/s]) where a plate that tilts steadily would be at `steady`: it may climb in stairs instead, of
+    STAIR [rad], each at the end of its time, s²(3 − 2s) of it when a share s of JOG is over."""
+    stair = block[STAIR]
+    if stair <= 0.0:
+        return steady, rate
+    below = math.floor(steady / stair)
+    s = max(0.0, (steady / stair - below - 1 + JOG) / JOG)
+    return stair * (below + s * s * (3 - 2 * s)), rate * 6 * s * (1 - s) / JOG
 
 
 @njit(cache=True)
@@ -30,8 +43,9 @@ def blown(v, air, re_per_speed):
 
 
 @njit(cache=True)
-def drive(t, x, v, tilt, rate, block):
+def drive(t, x, v, steady, rate, block):
     """(downhill push, normal force) over mass [m/s²] in the plate's frame: weight, film pull, turning plate, shaking plate."""
+    tilt, rate = tilted(steady, rate, block)
     push = G_M_S2 * math.sin(tilt) - (block[HINGE] - x) * rate * rate
     push += block[SHAKE] * math.sin(2 * math.pi * block[SHAKE_HZ] * t)
     normal = G_M_S2 * math.cos(tilt) + block[PULL] - 2 * rate * v

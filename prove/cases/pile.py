@@ -14,14 +14,14 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from prove.cases.noise import Noise
-from prove.cases.snr import Channel, Visible, track_snr
+from prove.cases.snr import Channel, Seen, Visible, fitted
+from prove.cases.stated import PLUMB, UNSTATED_PLUMB_SD_DEG, camera_keys, known_plumb_deg
 from prove.cases.truth import Bench, Made, Wish, spread
 
 RANGES = {
     "cohesion": (0.3, 10.0, 1), "wall-friction": (0.2, 10.0, 1), "gate-speed": (0.3, 25.0, 1), "base-vibration": (0.2, 20.0, 1),
     "base-tilt": (0.1, 4.0, 0), "particle-shape": (0.2, 7.0, 1), "camera-roll": (0.1, 6.0, 0), "layered": (0.3, 12.0, 0),
 }  # fmt: skip
-SEPARATED = ("cohesion", "gate-speed")
 PHOTOS = 3
 GATE_MM_S, GATES = 50.0, (25.0, 100.0)
 GATE_POWER_SD = 0.1  # rounding and toe grow by themselves as a power of the gate's speed, by that much
@@ -67,8 +67,9 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
             grain * spread(0.8, 1.2, rng) * 2, int(rng.integers(2**62)))
         for i in range(int(rng.integers(5, 9)))
     )  # fmt: skip
+    plumb_sd = UNSTATED_PLUMB_SD_DEG if set(PLUMB) & wish.absent else PLUMB_SD_DEG
     scene = Scene(
-        runs, rng.uniform(22, 33), round(grain, 2), rng.normal(0, PLUMB_SD_DEG), round(float(rng.uniform(0.3, 0.4)), 3), wish,
+        runs, rng.uniform(22, 33), round(grain, 2), rng.normal(0, plumb_sd), round(float(rng.uniform(0.3, 0.4)), 3), wish,
         rng.normal(0, GATE_POWER_SD), abs(rng.normal(0, GATE_DEG)),
     )  # fmt: skip
     if not (gates or (wish.separated is None and not several and rng.random() < 0.3)):
@@ -140,14 +141,15 @@ def _width_mm(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> fl
     return float(out[np.argmax(deep < 0.35 * scene.grain_mm)]) + 20
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
-    """SNR of `name` in the world of all `sizes`: of the heaps' mean photos beside what packings vary and what is not known of a
-    material, and of what goes on between photos. The skin is taken for noise correlated over a grain."""
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+    """How visible `name` is in the world of all `sizes`: the heaps' mean photos beside what packings vary and what is not known
+    of a material, and what goes on between photos. The skin is taken for noise correlated over a grain."""
     grain = scene.grain_mm
     rough = SKIN + 0.02 * sizes.get("particle-shape", 0.0)
     noise = Noise(rough * grain, float(np.exp(-scene.mm_per_px * 2 / grain)), 0.02, np.inf, 0, 1, 0)
     recordings = [_visible(scene, run, sizes, name) for run in scene.runs]
-    return track_snr(recordings, np.array([PLUMB_SD_DEG, *[1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM]), noise)
+    known = np.array([known_plumb_deg(scene.wish, PLUMB_SD_DEG), *[1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM])
+    return Seen(fitted(recordings, known, noise).snr)
 
 
 def _visible(scene: Scene, run: Run, sizes: dict[str, float], name: str) -> Visible:
@@ -223,8 +225,7 @@ def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
     run, name = scene.runs[i], f"pile-{i + 1:02d}"
     toml = {
         "rig": "pile", "id": name, "session": "day-1",
-        "camera": {"mm_per_px": scene.mm_per_px, "mm_per_px_sd": round(0.001 * scene.mm_per_px, 6), "plumb_deg": 0.0,
-                   "plumb_sd_deg": PLUMB_SD_DEG},
+        "camera": camera_keys(scene.mm_per_px, 0.001),
         "pile": {"cylinder_mm": [round(0.9 * run.half_mm, 1), 200.0], "gate_speed_mm_s": run.gate_mm_s},
     }  # fmt: skip
     photos = tuple(photograph(scene, run, sizes, k) for k in range(PHOTOS))

@@ -2,7 +2,8 @@
 
 Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in direction −x goes down there.
 initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost share of the speed there. shape-barrier: highest less
-lowest centre in a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level.
+lowest centre in a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level. follows,
+order-drift: change of μ_r over half the range of a condition, of the order.
 """
 
 from dataclasses import dataclass, replace
@@ -13,20 +14,24 @@ from scipy.optimize import brentq
 
 from prove.cases import ground_motion as ground
 from prove.cases.air import SHARE, facing, stated
+from prove.cases.camera import Camera, nearness
 from prove.cases.noise import Noise, draw_noise, kept, noisy
-from prove.cases.snr import Channel, Visible, track_snr
+from prove.cases.snr import Channel, Seen, Visible, fitted
+from prove.cases.stated import camera_keys, draw_distance_mm, draw_scale_sd, known_scale, told_distance_mm
 from prove.cases.truth import Bench, Made, Wish, spread
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
-BESIDE_PLATE, BESIDE_PLATE_SD, SEED_SD = (0.7, 2.0), 0.4, 0.04  # of a sphere's drag in free air, in all runs; each seed's own
+BESIDE_PLATE, BESIDE_PLATE_SD = (0.7, 2.0), (0.4, 1.0)  # of a sphere's drag in free air, in all runs; size and mass known or not
+SEED_SD = 0.04  # each seed's own
+ASTRAY_SD = 0.009  # tangent of the angle in which a seed runs away from the camera
+FOLLOWS = ("follows", "order-drift")
 AT_CORNER = ("corner-loss", "initial-slip")  # what a corner might take by itself besides
 CORNER, CORNER_SD = (0.0, 0.5, 1.0), 0.25  # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
 RANGES = {
     "viscous-rolling": (0.002, 0.2, 1), "slope": (0.006, 1.0, 0), "initial-slip": (0.005, 0.18, 1),
     "corner-loss": (0.003, 0.3, 1), "shape-barrier": (0.001, 0.15, 1), "drag": (0.0005, 0.1, 1),
-    "sticky-patch": (0.0005, 0.03, 1),
+    "sticky-patch": (0.0005, 0.03, 1), "follows": (0.0001, 0.012, 0), "order-drift": (0.0001, 0.012, 0),
 }  # fmt: skip
-SEPARATED = ("slope",)
 
 
 @dataclass(frozen=True)
@@ -37,7 +42,9 @@ class Run:
     phase: float
     late_s: float
     pull: float  # its drag beside the lot's
+    astray: float
     noise_seed: int
+    follows: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,16 +66,17 @@ class Scene:
     noise: Noise
     air: float
     patch: tuple[float, float]  # of the run-out
+    distance_mm: float
     wish: Wish
 
 
 def draw(wish: Wish, rng: np.random.Generator) -> Scene:
     both = wish.separated or (wish.separated is None and rng.random() < 0.5)
-    pixel, scale_sd = float(rng.uniform(0.1, 0.3)), spread(3e-4, 2e-3, rng)
+    pixel, scale_sd = float(rng.uniform(0.1, 0.3)), draw_scale_sd(wish, rng)
     runs = tuple(
         Run(not (both and i % 2), float(1 + rng.normal(0, RUN_SD)), float(rng.normal(0, START_SD_MM)),
             float(rng.uniform(0, 2 * np.pi)), float(rng.uniform(-0.05, 0.01)),
-            float(1 + rng.normal(0, SEED_SD)), int(rng.integers(2**62)))
+            float(1 + rng.normal(0, SEED_SD)), float(rng.normal(0, ASTRAY_SD)), int(rng.integers(2**62)))
         for i in range(int(rng.integers(6, 10)))
     )  # fmt: skip
     mu, way = spread(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
@@ -76,8 +84,8 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
         runs, mu, round(float(rng.uniform(5, 8)), 2), rng.uniform(1050, 1350), way, 15.0, rng.normal(0, INCLINE_SD_DEG),
         rng.normal(0, LEVEL_SD_DEG), rng.normal(0, scale_sd), scale_sd, float(rng.choice([240.0, 500.0, 1000.0])),
         draw_noise(rng, sd=(0.015, 0.08), pixel=pixel),
-        float(rng.uniform(*BESIDE_PLATE)) * bool("drag" not in wish.effects and rng.random() < SHARE),
-        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), wish,
+        float(rng.uniform(*BESIDE_PLATE)) * bool("drag" not in wish.effects and ("air" in wish.absent or rng.random() < SHARE)),
+        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), draw_distance_mm(rng), wish,
     )  # fmt: skip
 
 
@@ -86,7 +94,8 @@ def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0
     """The seed and the plate as ground_motion.roll takes them."""
     sign = 1.0 if run.forwards else -1.0
     out = np.zeros(ground.SEED)
-    out[ground.ROLLING], out[ground.GROWING] = scene.mu * run.mu_factor * mu_factor, sizes.get("viscous-rolling", 0.0)
+    mu = scene.mu * run.mu_factor + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
+    out[ground.ROLLING], out[ground.GROWING] = mu * mu_factor, sizes.get("viscous-rolling", 0.0)
     out[ground.LEVEL] = sign * np.radians(scene.level_deg + level_more + sizes.get("slope", 0.0))
     out[ground.BARRIER], out[ground.RADIUS] = sizes.get("shape-barrier", 0.0) * 1e-3, scene.diameter_mm * 5e-4
     out[ground.PHASE], out[ground.DRAG] = run.phase, sizes.get("drag", 0.0)
@@ -135,17 +144,18 @@ def travel(
     return t[:n], 1e3 * x[:n], 1e3 * v[:n]
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
-    """SNR of `name` in the world of all `sizes`, beside the corner that hides it best."""
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+    """How visible `name` is in the world of all `sizes`, beside the corner that hides it best."""
     others = {k: v for k, v in sizes.items() if k != name}
     sharp = 5 / 7 * (1 - np.cos(np.radians(scene.incline_deg)))
     corners = [share * sharp for share in CORNER] if name in AT_CORNER else [0.0]
     worlds = [others | {"corner-loss": max(others.get("corner-loss", 0.0), taken)} for taken in corners]
-    return min(_visible_beside(scene, sizes, without, sharp) for without in worlds)
+    seen = min((_visible_beside(scene, sizes, without, sharp) for without in worlds), key=lambda one: one.snr)
+    return replace(seen, moved=None) if name in FOLLOWS else seen
 
 
-def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float) -> float:
-    """SNR of what the world of `sizes` has beyond the one `without`."""
+def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float) -> Seen:
+    """How visible it is what the world of `sizes` has beyond the one `without`."""
     recordings = []
     unit = scene.noise.sd / RUN_SD
     for run in scene.runs:
@@ -161,14 +171,24 @@ def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, fl
         struck = sizes | {"corner-loss": sizes.get("corner-loss", 0.0) + 1e-3}
         lost = (_padded(travel(scene, run, struck)[1], n) - x) / 1e-3
         air = (_padded(travel(scene, run, sizes, air_more=0.1)[1], n) - x) / 0.1 * bool(scene.air)
-        own = np.column_stack([np.ones(n), v, mu, start, air])
+        astray = (_seen(scene, replace(run, astray=run.astray + 1e-4), x) - _seen(scene, run, x)) / 1e-4
+        own = np.column_stack([np.ones(n), v, mu, start, air, astray])
         shared = np.column_stack([np.zeros(n), incline, level, x, lost, air])
         # its friction is the pair's within RUN_SD: that it was moved to run as far is paid for by one more row
-        paid = Channel(np.array([(like - 1) * unit]), np.array([[0.0, 0.0, -unit, 0.0, 0.0]]), np.array([[unit] + 5 * [0.0]]))
-        own_sd = np.array([np.inf, np.inf, np.inf, START_SD_MM, SEED_SD])
+        paid = Channel(np.array([(like - 1) * unit]), -unit * np.eye(6)[2:3], unit * np.eye(6)[:1])
+        own_sd = np.array([np.inf, np.inf, np.inf, START_SD_MM, SEED_SD, ASTRAY_SD])
         recordings.append(Visible((Channel(x - other, own, shared), paid), own_sd))
-    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scene.scale_sd, CORNER_SD * sharp, BESIDE_PLATE_SD])
-    return track_snr(recordings, known, scene.noise)
+    scale_sd, beside = known_scale(scene.wish, scene.scale_sd), BESIDE_PLATE_SD[not scene.wish.sizes_known()]
+    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scale_sd, CORNER_SD * sharp, beside])
+    fit = fitted(recordings, known, scene.noise)
+    return Seen(fit.snr, float(fit.shared[0] / fit.shared_sd[0]))
+
+
+def _seen(scene: Scene, run: Run, x_mm: np.ndarray) -> np.ndarray:
+    """Travel as the camera sees it, above the middle of the way [mm]: who runs away from it looks slower."""
+    middle = (scene.way_mm + reach_mm(scene)) / 2
+    camera = Camera((middle, 0.0), middle, distance_mm=scene.distance_mm)
+    return middle + (x_mm - middle) * nearness(camera, run.astray * x_mm)
 
 
 def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]) -> float:
@@ -178,7 +198,7 @@ def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, flo
     def beyond(factor: float) -> float:
         return travel(scene, run, without, mu_factor=factor)[1][-1] - wanted_mm
 
-    low, high = 0.6, 1.8
+    low, high = 0.35, 2.2
     return brentq(beyond, low, high, xtol=1e-5) if beyond(low) > 0 > beyond(high) else 1.0
 
 
@@ -195,17 +215,18 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
 
 
 def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
-    run, rng, pixel = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed), scene.noise.pixel
+    run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
     name = f"roll-{i + 1:02d}"
     way = {"incline_deg": scene.incline_deg, "incline_length_mm": scene.way_mm, "direction": "+x" if run.forwards else "-x"}
     toml = {
         "rig": "roll", "id": name, "session": "day-1", "roll": way,
-        "camera": {"fps": scene.fps, "mm_per_px": pixel, "mm_per_px_sd": float(f"{scene.scale_sd * pixel:.3g}"), "plumb_deg": 0.0,
-                   "plumb_sd_deg": 0.05},
+        "camera": camera_keys(
+            scene.noise.pixel, scene.scale_sd, fps=scene.fps, distance_mm=told_distance_mm(scene.distance_mm, rng)
+        ),
     }  # fmt: skip
     t, x, _ = travel(scene, run, sizes)
     table = {
-        "t_s": t.round(6), "x_mm": noisy(x / (1 + scene.scale_off), scene.noise, rng).round(5),
+        "t_s": t.round(6), "x_mm": noisy(_seen(scene, run, x) / (1 + scene.scale_off), scene.noise, rng).round(5),
         "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5), "sd_mm": float(f"{scene.noise.sd:.3g}"),
     }  # fmt: skip
     return Made(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])

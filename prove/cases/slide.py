@@ -3,7 +3,8 @@
 Signs. kinetic-friction: μ_s − μ_k. stribeck: μ at rest less μ at high speed. viscous-sliding: dμ/dv. adhesion: pull towards the
 plate [mN], whatever the load. reading-delay: the angle is read after so much travel [mm]. clock-offset: a tilt of true time T is
 stamped T + offset. angle-offset: recorded less true tilt. plate-vibration: amplitude along the plate [m/s²]. partial-rolling:
-added inertia over mass. stepped-tilt: the reading is rounded up to whole steps [deg]. worn-track: dμ/dx [1/m].
+added inertia over mass. stepped-tilt: height of the stairs in which the plate climbs [deg]. worn-track: dμ/dx [1/m]. follows,
+order-drift: change of μ over half the range of a condition, of the order.
 """
 
 import math
@@ -15,29 +16,34 @@ import pandas as pd
 from prove.cases import ground_motion as ground
 from prove.cases.air import SHARE, facing, stated
 from prove.cases.noise import Noise, draw_noise, kept, noisy
-from prove.cases.snr import Channel, Visible, scatter_snr, track_snr
-from prove.cases.truth import Bench, Made, Wish, spread
+from prove.cases.snr import Channel, Seen, Visible, fitted, scatter_snr
+from prove.cases.stated import Reading, camera_keys, draw_distance_mm, draw_reading, draw_scale_sd, known_scale, told_distance_mm
+from prove.cases.truth import Bench, Made, Wish
 
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
-BESIDE_PLATE, BESIDE_PLATE_SD = (0.4, 1.6), 0.35  # of a lone seed's drag; as sd
+START_SD_DEG, UNSTATED_START_SD_DEG = 0.2, 10.0  # of a tilt that nobody recorded, at the film's first moment
+COLUMN_GRIDS, COLUMN_SHARES = (0.0, 0.1, 0.5), (0.65, 0.23, 0.12)  # [deg] on which a recorded tilt lies
+BESIDE_PLATE, BESIDE_PLATE_SD = (0.4, 1.6), (0.35, 1.0)  # of a lone seed's drag; as sd, its size and mass known or not
 SHADE, SHADE_SD = (0.0, 0.5), 0.15  # among n seeds each is blown at by n^−shade as much
-READ = ("reading-delay", "stepped-tilt")
+READ = ("reading-delay",)
+FOLLOWS = ("follows", "order-drift")
 RANGES = {
     "kinetic-friction": (0.0003, 0.2, 1), "stribeck": (0.0005, 0.2, 1), "viscous-sliding": (0.0005, 1.0, 1),
     "adhesion": (0.002, 6.0, 1), "reading-delay": (0.2, 25.0, 1), "clock-offset": (0.01, 1.0, 0), "angle-offset": (0.1, 6.0, 0),
     "plate-vibration": (0.05, 2.0, 1), "partial-rolling": (0.003, 0.4, 1), "stepped-tilt": (0.05, 2.0, 1),
-    "worn-track": (0.004, 4.0, 1),
+    "worn-track": (0.004, 4.0, 1), "follows": (0.0005, 0.06, 0), "order-drift": (0.0005, 0.06, 0),
 }  # fmt: skip
-SEPARATED = ("adhesion", "clock-offset")  # alone in one kind of recording these are not to be seen
 
 
 @dataclass(frozen=True)
 class Run:
     rate_deg_s: float
+    start_deg: float  # the tilt at the film's first moment
     count: int
     mu_off: float
     hinge_m: float
     noise_seed: int
+    follows: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,9 @@ class Scene:
     air: float
     shade: float
     readings: int  # how many a recording holds; 0: it is filmed
+    reading: Reading
+    column_grid_deg: float
+    distance_mm: float
     wish: Wish
 
 
@@ -71,27 +80,29 @@ def draw(wish: Wish, rng: np.random.Generator) -> Scene:
     loads = (2, 8) if "adhesion" in wish.effects or (several and rng.random() < 0.4) else (4,)
     length = rng.uniform(6, 10)
     axes = (round(length, 2), round(length * rng.uniform(0.75, 0.95), 2), round(length * rng.uniform(0.65, 0.74), 2))
-    pixel, scale_sd = float(rng.uniform(0.08, 0.3)), spread(3e-4, 2e-3, rng)
+    pixel, scale_sd, mu = float(rng.uniform(0.08, 0.3)), draw_scale_sd(wish, rng), rng.uniform(0.25, 0.5)
+    ahead = 3.5 if set(FOLLOWS) & set(wish.effects) or rng.random() < 0.2 else 0.0  # it may let go so much sooner
     runs = tuple(
-        Run(rates[i % len(rates)], loads[i // 2 % len(loads)], float(rng.normal(0, RUN_SD)), float(rng.uniform(0.12, 0.25)),
-            int(rng.integers(2**62)))
-        for i in range(count)
+        Run(rate, float(np.degrees(np.arctan(mu)) - _margin(rate) - ahead - rng.uniform(0, 0.5)), loads[i // 2 % len(loads)],
+            float(rng.normal(0, RUN_SD)), round(float(rng.uniform(0.12, 0.25)), 3), int(rng.integers(2**62)))
+        for i, rate in enumerate((rates * count)[:count])
     )  # fmt: skip
     filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
-    stribeck = spread(0.004, 0.01, rng) if wish.separated is False else rng.uniform(0.08, 0.16)
-    air = rng.uniform(*BESIDE_PLATE) if rng.random() < SHARE else 0.0
+    stribeck = rng.uniform(0.004, 0.01) if wish.separated is False else rng.uniform(0.08, 0.16)
+    air = rng.uniform(*BESIDE_PLATE) if "air" in wish.absent or rng.random() < SHARE else 0.0
     return Scene(
-        runs=runs, mu=rng.uniform(0.25, 0.5), mass=np.pi / 6 * math.prod(axes) * 1e-9 * rng.uniform(1050, 1350), axes_mm=axes,
+        runs=runs, mu=mu, mass=np.pi / 6 * math.prod(axes) * 1e-9 * rng.uniform(1050, 1350), axes_mm=axes,
         tilt_off_deg=rng.normal(0, TILT_SD_DEG), scale_off=rng.normal(0, scale_sd), scale_sd=scale_sd,
         travel_mm=round(float(rng.uniform(50, 90))), fps=float(rng.choice([120.0, 240.0, 500.0])), noise=filmed,
         shake_hz=rng.uniform(15, 40), stribeck_m_s=stribeck, air=air,
-        shade=rng.uniform(*SHADE), readings=int(rng.integers(10, 16)) if read else 0, wish=wish,
+        shade=rng.uniform(*SHADE), readings=int(rng.integers(10, 16)) if read else 0, reading=draw_reading(rng),
+        column_grid_deg=float(rng.choice(COLUMN_GRIDS, p=COLUMN_SHARES)), distance_mm=draw_distance_mm(rng), wish=wish,
     )  # fmt: skip
 
 
 def block(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, air_more: float = 0.0) -> np.ndarray:
     """The block as ground_motion.slide takes it. air_more: of free flight's, on each seed."""
-    mu = scene.mu + run.mu_off + mu_more
+    mu = scene.mu + run.mu_off + mu_more + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
     out = np.zeros(ground.BLOCK)
     out[[ground.STATIC, ground.KINETIC]] = mu
     out[ground.KINETIC] -= sizes.get("kinetic-friction", 0.0) + sizes.get("stribeck", 0.0)
@@ -100,30 +111,35 @@ def block(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0,
     out[ground.PULL] = sizes.get("adhesion", 0.0) * 1e-3 / (run.count * scene.mass)
     out[ground.SHAKE], out[ground.SHAKE_HZ] = sizes.get("plate-vibration", 0.0), scene.shake_hz
     out[ground.ADDED], out[ground.HINGE] = sizes.get("partial-rolling", 0.0), run.hinge_m
+    out[ground.STAIR] = np.radians(sizes.get("stepped-tilt", 0.0))
     lone, out[ground.REYNOLDS] = facing(scene.axes_mm, scene.mass / (np.pi / 6 * math.prod(scene.axes_mm) * 1e-9))
     out[ground.AIR] = lone * (scene.air * run.count**-scene.shade + air_more)
     return out
 
 
-def times(scene: Scene, run: Run) -> tuple[np.ndarray, float]:
-    """Frame times from the film's beginning, and the tilt then [deg]; it begins some time before the block may let go."""
-    margin = min(4.0, max(1.2, 0.8 * run.rate_deg_s))
-    start = np.degrees(np.arctan(scene.mu)) - margin
-    return np.arange(int((margin + 14) / run.rate_deg_s * scene.fps)) / scene.fps, float(start)
+def _margin(rate_deg_s: float) -> float:
+    """A film begins so long [deg] before the block may let go."""
+    return min(4.0, max(1.2, 0.8 * rate_deg_s))
+
+
+def times(scene: Scene, run: Run) -> np.ndarray:
+    """Frame times from the film's beginning."""
+    span = np.degrees(np.arctan(scene.mu)) - run.start_deg + 14
+    return np.arange(int(span / run.rate_deg_s * scene.fps)) / scene.fps
 
 
 def travel(
     scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0, tilt_more: float = 0.0, air_more: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(times, travel [mm], speed [mm/s]) up to the travel's end."""
-    t, start = times(scene, run)
-    args = np.radians(start + tilt_more), np.radians(run.rate_deg_s), block(scene, run, sizes, mu_more, air_more)
+    t = times(scene, run)
+    args = np.radians(run.start_deg + tilt_more), np.radians(run.rate_deg_s), block(scene, run, sizes, mu_more, air_more)
     x, v, n = ground.slide(t, *args, scene.travel_mm * 1e-3)
     return t[:n], 1e3 * x[:n], 1e3 * v[:n]
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
-    """SNR of `name` in the world of all `sizes`."""
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+    """How visible `name` is in the world of all `sizes`."""
     if scene.readings:
         return _visible_in_readings(scene, sizes, name)
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
@@ -138,15 +154,26 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> float:
                   _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n),
                   _padded(travel(scene, run, sizes, tilt_more=with_tilt, air_more=0.5)[1], n)]  # fmt: skip
         mu, tilt = (moved[1] - base) / 1e-4, (moved[2] - base) / 2e-3
-        own = np.column_stack([np.ones(n), mu])
+        own = np.column_stack([np.ones(n), mu, tilt])
         air = (moved[3] - base) / 0.5 * bool(scene.air)
         lone, shade = run.count**-scene.shade, scene.air * math.log(run.count) * run.count**-scene.shade
         track = Channel(base - moved[0], own, np.column_stack([mu, tilt, base, lone * air, shade * air]))
         # its friction is the pair's within RUN_SD: that it was moved to let go at the same moment is paid for by one more row
         unit = scene.noise.sd / RUN_SD
-        friction = Channel(np.array([(mean - more) * unit]), np.array([[0.0, unit]]), np.zeros((1, 5)))
-        recordings.append(Visible((track, friction), np.array([np.inf, np.inf])))
-    return track_snr(recordings, np.array([np.inf, TILT_SD_DEG, scene.scale_sd, BESIDE_PLATE_SD, SHADE_SD]), scene.noise)
+        friction = Channel(np.array([(mean - more) * unit]), np.array([[0.0, unit, 0.0]]), np.zeros((1, 5)))
+        recordings.append(Visible((track, friction), np.array([np.inf, np.inf, _own_tilt_sd(scene)])))
+    beside = BESIDE_PLATE_SD[not scene.wish.sizes_known()]
+    known = np.array([np.inf, TILT_SD_DEG, known_scale(scene.wish, scene.scale_sd), beside, SHADE_SD])
+    fit = fitted(recordings, known, scene.noise)
+    told = name not in FOLLOWS  # at which value of a condition friction is to be compared nobody says
+    return Seen(fit.snr, (mean + float(fit.shared[0])) / float(fit.shared_sd[0]) if told else None)
+
+
+def _own_tilt_sd(scene: Scene) -> float:
+    """How well each recording's tilt is known beside the others' [deg]: by its column, else by the start that is stated."""
+    if "track.tilt_deg" in scene.wish.absent:
+        return scene.wish.known("slide.start_deg", START_SD_DEG, UNSTATED_START_SD_DEG)
+    return max(scene.column_grid_deg / 8, 1e-4)
 
 
 def _tilt_off(sizes: dict[str, float], run: Run) -> float:
@@ -160,7 +187,7 @@ def _same_onset(scene: Scene, run: Run, sizes: dict[str, float], without: dict[s
 
     def onset(effects, more: float) -> float:
         t, x, _ = travel(scene, run, effects, mu_more=more, tilt_more=_tilt_off(effects, run))
-        return times(scene, run)[1] + run.rate_deg_s * float(np.interp(0.3, x, t))
+        return run.start_deg + run.rate_deg_s * float(np.interp(0.3, x, t))
 
     wanted, more = np.tan(np.radians(onset(sizes, 0.0))), 0.0
     for _ in range(3):
@@ -175,14 +202,13 @@ def _padded(x: np.ndarray, n: int) -> np.ndarray:
     return np.r_[x, x[-1] + (x[-1] - x[-2]) * np.arange(1, n - len(x) + 1)]
 
 
-def _visible_in_readings(scene: Scene, sizes: dict[str, float], name: str) -> float:
-    if name == "stepped-tilt":  # that n readings all lie on a grid of this step, where they might lie anywhere
-        count = scene.readings * len(scene.runs)
-        return float(np.sqrt(2 * count * np.log(max(sizes[name] / (4 * READING_SD_DEG), 1.0))))
-    shift = [overshoot_deg(scene.mu, run.rate_deg_s, sizes[name]) for run in scene.runs]
-    sd = np.degrees(RUN_SD * np.cos(np.arctan(scene.mu)) ** 2)
-    sds = np.full(len(shift), np.hypot(sd, READING_SD_DEG) / np.sqrt(scene.readings))
-    return scatter_snr(np.array(shift), sds, np.ones((len(shift), 1)))
+def _visible_in_readings(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+    """Of a reading's delay: what it adds to the angles, beside a friction of any size."""
+    shift = np.array([overshoot_deg(scene.mu, run.rate_deg_s, sizes[name]) for run in scene.runs])
+    scatter = np.hypot(np.degrees(RUN_SD * np.cos(np.arctan(scene.mu)) ** 2), READING_SD_DEG)
+    sd = scene.reading.mean_sd_deg(float(scatter), scene.readings)
+    snr = scatter_snr(shift, np.full(len(shift), sd), np.ones((len(shift), 1)))
+    return Seen(snr, float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG)))
 
 
 def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
@@ -202,20 +228,21 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
 def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
     run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
     name = f"slide-{i + 1:02d}"
-    toml = {"rig": "slide", "id": name, "session": "day-1", "seed": {"count": run.count},
+    toml: dict = {"rig": "slide", "id": name, "session": "day-1", "seed": {"count": run.count},
             "slide": {"tilt_rate_deg_s": run.rate_deg_s, "travel_mm": scene.travel_mm}}  # fmt: skip
     if scene.readings:
+        toml["reading"] = {"resolution_deg": scene.reading.grid_deg}
         return Made(name, toml, readings=pd.DataFrame({"slide_angle_deg": _read(scene, run, sizes, rng)}))
-    pixel = scene.noise.pixel
-    toml["camera"] = {"fps": scene.fps, "mm_per_px": pixel, "mm_per_px_sd": float(f"{scene.scale_sd * pixel:.3g}"),
-                      "plumb_deg": 0.0, "plumb_sd_deg": 0.05}  # fmt: skip
+    away = told_distance_mm(scene.distance_mm, rng)
+    toml["camera"] = camera_keys(scene.noise.pixel, scene.scale_sd, fps=scene.fps, distance_mm=away)
+    toml["slide"]["start_mm"] = 1e3 * run.hinge_m
+    if "track.tilt_deg" in scene.wish.absent:
+        toml["slide"]["start_deg"] = round(float(run.start_deg + rng.normal(0, START_SD_DEG)), 1)
     t, x, _ = travel(scene, run, sizes)
-    t0, start = times(scene, run)[0][: len(t)], times(scene, run)[1]
-    tilt = start + run.rate_deg_s * (t0 - sizes.get("clock-offset", 0.0)) + scene.tilt_off_deg + sizes.get("angle-offset", 0.0)
     table = {
         "t_s": t.round(6), "x_mm": noisy(x / (1 + scene.scale_off), scene.noise, rng).round(5),
         "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5), "sd_mm": float(f"{scene.noise.sd:.3g}"),
-        "tilt_deg": (tilt + rng.normal(0, 0.005, len(t))).round(4),
+        "tilt_deg": _column(scene, run, sizes, t, rng),
     }  # fmt: skip
     return Made(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])
 
@@ -225,6 +252,13 @@ def _read(scene: Scene, run: Run, sizes: dict[str, float], rng) -> np.ndarray:
     mu = scene.mu + rng.normal(0, RUN_SD, scene.readings)
     angle = np.degrees(np.arctan(mu)) + scene.tilt_off_deg + rng.normal(0, READING_SD_DEG, scene.readings)
     angle += overshoot_deg(scene.mu, run.rate_deg_s, sizes.get("reading-delay", 0.0))
-    if "stepped-tilt" in sizes:
-        angle = np.ceil(angle / sizes["stepped-tilt"]) * sizes["stepped-tilt"]
-    return angle.round(2)
+    return scene.reading.of(angle)
+
+
+def _column(scene: Scene, run: Run, sizes: dict[str, float], t: np.ndarray, rng) -> np.ndarray:
+    """The tilt that is recorded at times t [deg]."""
+    steady = np.radians(run.start_deg + run.rate_deg_s * (t - sizes.get("clock-offset", 0.0)))
+    plate, rate = block(scene, run, sizes), np.radians(run.rate_deg_s)
+    tilt = np.degrees([ground.tilted(angle, rate, plate)[0] for angle in steady])
+    tilt += scene.tilt_off_deg + sizes.get("angle-offset", 0.0) + rng.normal(0, 0.005, len(t))
+    return Reading(scene.column_grid_deg, "nearest").of(tilt) if scene.column_grid_deg else tilt.round(4)

@@ -29,9 +29,28 @@ class Visible:
     own_sd: np.ndarray
 
 
-def track_snr(recordings: list[Visible], shared_sd: np.ndarray, noise: Noise) -> float:
-    """SNR of the change over all recordings; `shared_sd` are the prior sds of what recordings share."""
-    q = len(shared_sd)
+@dataclass(frozen=True)
+class Seen:
+    """How visible an effect is. moved: left out, by how many of its own sds it puts the rig's contact parameter wrong, signed;
+    None: not told."""
+
+    snr: float
+    moved: float | None = None
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """SNR of a change, and what the nuisances make of it: shared ones (q,) with their sds, and each recording's own."""
+
+    snr: float
+    shared: np.ndarray
+    shared_sd: np.ndarray
+    own: list[np.ndarray]
+
+
+def fitted(recordings: list[Visible], shared_sd: np.ndarray, noise: Noise) -> Fitted:
+    """The change over all recordings; `shared_sd` are the prior sds of what recordings share."""
+    q, parts = len(shared_sd), []
     corner, side, total = np.diag(_precision(shared_sd)), np.zeros(q), 0.0
     for recording in recordings:
         p = len(recording.own_sd)
@@ -48,17 +67,23 @@ def track_snr(recordings: list[Visible], shared_sd: np.ndarray, noise: Noise) ->
         corner += normal[p:, p:] - normal[p:, :p] @ solved[:, :-1]
         side += right[p:] - normal[p:, :p] @ solved[:, -1]
         total -= float(right[:p] @ solved[:, -1])
-    total -= float(side @ np.linalg.lstsq(corner, side, rcond=1e-12)[0])
-    return float(np.sqrt(max(total, 0.0)))
+        parts.append(solved)
+    inverse = np.linalg.pinv(corner, rcond=1e-12, hermitian=True)
+    shared = inverse @ side
+    own = [solved[:, -1] - solved[:, :-1] @ shared for solved in parts]
+    snr = np.sqrt(max(total - float(side @ shared), 0.0))
+    return Fitted(float(snr), shared, np.sqrt(np.diag(inverse).clip(0)), own)
 
 
 def _precision(sd: np.ndarray) -> np.ndarray:
     return np.where(np.isinf(sd), 0.0, 1 / np.maximum(sd, 1e-300) ** 2)
 
 
-def scatter_snr(change: np.ndarray, sd: np.ndarray, floating: np.ndarray) -> float:
-    """SNR of changes (n,) of independent numbers with sds (n,), `floating` (n, p) free."""
+def scatter_snr(change: np.ndarray, sd: np.ndarray, floating: np.ndarray, floating_sd: np.ndarray | None = None) -> float:
+    """SNR of changes (n,) of independent numbers with sds (n,), `floating` (n, p) free, or known to floating_sd (p,)."""
     s, b = change / sd, floating / sd[:, None]
+    if floating_sd is not None:
+        s, b = np.r_[s, np.zeros(len(floating_sd))], np.vstack([b, np.diag(1 / floating_sd)])
     if b.shape[1]:
         s = s - b @ np.linalg.lstsq(b, s, rcond=None)[0]
     return float(np.sqrt(s @ s))

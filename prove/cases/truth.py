@@ -8,11 +8,20 @@ import pandas as pd
 
 @dataclass(frozen=True)
 class Wish:
-    """What a case shall hold. separated: with the recordings that tell the effect from its twins; None: does not matter."""
+    """What a case shall hold. separated: with the recordings that tell the effect from its twins; None: does not matter. absent:
+    keys that the bench will not state, see stated.SHARES."""
 
     effects: tuple[str, ...] = ()
     separated: bool | None = None
     rendered: bool = False
+    absent: frozenset[str] = frozenset()
+
+    def known(self, key: str, stated: float, unstated: float) -> float:
+        """The sd to which a quantity is known: as stated, or as benches have it where `key` is left out."""
+        return unstated if key in self.absent else stated
+
+    def sizes_known(self) -> bool:
+        return not self.absent & {"seed.sizes", "seed.mass_g"}
 
 
 @dataclass(frozen=True, eq=False)

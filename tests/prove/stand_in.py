@@ -7,6 +7,7 @@ from pathlib import Path
 MODES = {
     "none": ("none", []),  # never says anything
     "loud": ("name", ["drag"]),  # always names
+    "sure": ("none", []),  # never says anything, and is quite sure of it
 }
 
 
@@ -17,6 +18,8 @@ def main(mode: str, bench: str, out: str) -> int:
     rig = next(Path(bench).glob("*/recording.toml")).parent.name.split("-")[0]
     verdict, names = MODES[mode]
     said = {"alarm": verdict != "none", "verdict": verdict, "names": names, "sectors": [], "parameters": {}, "held_out": {}}
+    if mode == "sure":
+        said |= {"p_verdict": 0.995, "explanations": [{"effects": [], "probability": 0.995}], "matters": False}
     (Path(out) / "diagnosis.json").write_text(json.dumps({"schema": 1, "rigs": {rig: said}}))
     return 0
 

@@ -7,7 +7,7 @@ from prove.cases import drop
 from prove.cases.camera import Camera, seen, stated_times, true_times
 from prove.cases.drop_snr import visibility
 from prove.cases.noise import Noise, kept, noisy, whitened
-from prove.cases.snr import Channel, Visible, scatter_snr, track_snr
+from prove.cases.snr import Channel, Visible, fitted, scatter_snr
 from prove.cases.truth import Wish
 
 CAMERA = Camera((0.0, 100.0), 120.0)
@@ -58,7 +58,7 @@ def test_snr_is_the_same_as_with_the_whole_covariance():
     lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
     c = noise.sd**2 * (0.8 * 0.9**lag + 0.2 * np.eye(n))
     change, own, shared = 0.2 * t**2, np.column_stack([np.ones(n), t]), t[:, None] ** 3
-    got = track_snr([Visible((Channel(change, own, shared),), np.full(2, np.inf))], np.array([0.05]), noise)
+    got = fitted([Visible((Channel(change, own, shared),), np.full(2, np.inf))], np.array([0.05]), noise).snr
     basis, inverse = np.column_stack([own, shared]), np.linalg.inv(c)
     normal = basis.T @ inverse @ basis + np.diag([0, 0, 1 / 0.05**2])
     right = basis.T @ inverse @ change
@@ -69,10 +69,10 @@ def test_snr_grows_with_the_root_of_the_recordings_and_vanishes_for_a_free_nuisa
     n, noise = 200, Noise(0.05, 0.0, 1.0, np.inf, 0.0, 0.2, 0.0)
     t = np.linspace(0, 1, n)
     one = Visible((Channel(0.1 * t**2, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
-    four = track_snr([one] * 4, np.ones(1), noise)
-    assert four == pytest.approx(2 * track_snr([one], np.ones(1), noise))
+    four = fitted([one] * 4, np.ones(1), noise).snr
+    assert four == pytest.approx(2 * fitted([one], np.ones(1), noise).snr)
     absorbed = Visible((Channel(0.1 * t, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
-    assert track_snr([absorbed], np.ones(1), noise) < 1e-4
+    assert fitted([absorbed], np.ones(1), noise).snr < 1e-4
     assert scatter_snr(np.full(9, 0.1), np.full(9, 0.1), np.zeros((9, 0))) == pytest.approx(3.0)
 
 
@@ -81,16 +81,17 @@ def test_snr_is_the_spread_of_the_best_estimate():
     n, noise = 400, Noise(0.05, 0.9, 0.0, np.inf, 0.0, 0.2, 0.0)
     t = np.linspace(0, 1, n)
     own = np.column_stack([np.ones(n), t])
-    snr = track_snr([Visible((Channel(0.1 * t**2, own, np.zeros((n, 1))),), np.full(2, np.inf))], np.ones(1), noise)
+    visible = Visible((Channel(0.1 * t**2, own, np.zeros((n, 1))),), np.full(2, np.inf))
+    snr = fitted([visible], np.ones(1), noise).snr
     rng = np.random.default_rng(3)
     white = whitened(np.column_stack([0.1 * t**2, own]), 0.9, 0.0, 0.05)
     noises = whitened(np.column_stack([noisy(np.zeros(n), noise, rng) for _ in range(400)]), 0.9, 0.0, 0.05)
-    fitted = np.linalg.lstsq(white, noises, rcond=None)[0][0]
-    assert np.std(fitted) == pytest.approx(1 / snr, rel=0.12)  # 400 fits know a spread to 3.5 %
+    amplitudes = np.linalg.lstsq(white, noises, rcond=None)[0][0]
+    assert np.std(amplitudes) == pytest.approx(1 / snr, rel=0.12)  # 400 fits know a spread to 3.5 %
 
 
 def test_a_clock_error_is_no_more_visible_than_its_twin_of_scale_lets_it_be():
     """Without a stated height only the fall's curvature tells a clock, and twice its error is an error of scale."""
     scene = drop.draw(Wish(("clock-error",), separated=False), np.random.default_rng(5))
     most = 2 * 0.004 / np.hypot(scene.scale_sd, 5e-4)
-    assert 0.9 * most < visibility(scene, {"clock-error": 0.004}, "clock-error") < 1.03 * most
+    assert 0.9 * most < visibility(scene, {"clock-error": 0.004}, "clock-error").snr < 1.03 * most

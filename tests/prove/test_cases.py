@@ -10,10 +10,11 @@ from prove.baselines.methods import METHODS, diagnose
 from prove.cases.folder import write_bench
 from prove.cases.pile import photograph
 from prove.cases.roll import travel
+from prove.cases.snr import Seen
 from prove.cases.truth import Wish
 from prove.effects import EFFECTS, OUTSIDE
 from prove.make import RIGS, make, sized
-from prove.plan import PAIRS, SINGLES, STRANGERS, TOLD_APART, TWINS, Spec
+from prove.plan import CONDITIONS, PAIRS, SINGLES, STRANGERS, TOLD_APART, TWINS, Spec
 from vision.batch import find_all
 from vision.evidence.frames import open_frames
 from vision.motion.follow import follow
@@ -26,13 +27,14 @@ def spec(rig, *effects, kind="single", snr=15.0, separated=None, rendered=False)
 
 def test_the_vocabulary_is_the_one_that_is_planned_and_made():
     for rig, made in RIGS.items():
-        known = set(EFFECTS[rig]) | set(OUTSIDE[rig])
+        known = set(EFFECTS[rig]) | set(OUTSIDE[rig]) | set(CONDITIONS.get(rig, ()))
         assert set(made.ranges) <= known
         planned = {
             *SINGLES[rig],
             *TWINS[rig],
             *TOLD_APART[rig],
             *STRANGERS[rig],
+            *CONDITIONS.get(rig, ()),
             *(n for pair in PAIRS.get(rig, ()) for n in pair),
         }
         assert planned <= set(made.ranges)
@@ -41,7 +43,9 @@ def test_the_vocabulary_is_the_one_that_is_planned_and_made():
 
 
 @pytest.mark.parametrize(("rig", "effect", "separated"), [
-    ("drop", "drag", None), ("drop", "camera-roll", None), ("drop", "plate-tilt", None), ("slide", "viscous-sliding", None),
+    ("drop", "drag", None), ("drop", "camera-roll", None), ("drop", "plate-tilt", None),
+    ("drop", "follows", None), ("slide", "follows", None), ("slide", "stepped-tilt", None), ("roll", "follows", None),
+    ("roll", "order-drift", None), ("slide", "viscous-sliding", None),
     ("slide", "adhesion", True), ("roll", "slope", True), ("roll", "shape-barrier", None), ("pile", "camera-roll", None),
     ("pile", "base-vibration", None),
 ])  # fmt: skip
@@ -55,7 +59,7 @@ def test_without_the_second_direction_a_slope_cannot_be_seen():
     seen = []
     for separated in (True, False):
         scene = RIGS["roll"].draw(Wish(("slope",), separated), np.random.default_rng(4))
-        seen.append(RIGS["roll"].visibility(scene, {"slope": 0.1}, "slope"))
+        seen.append(RIGS["roll"].visibility(scene, {"slope": 0.1}, "slope").snr)
     assert seen[1] < 0.2 * seen[0]
 
 
@@ -64,7 +68,7 @@ def test_one_kind_of_heap_hardly_tells_of_its_gate():
     seen = {}
     for name, separated in (("gate-speed", False), ("base-vibration", None)):
         scene = RIGS["pile"].draw(Wish((name,), separated), np.random.default_rng(1))
-        seen[name] = [RIGS["pile"].visibility(scene, {name: mm}, name) for mm in (1.5, 6.0)]
+        seen[name] = [RIGS["pile"].visibility(scene, {name: mm}, name).snr for mm in (1.5, 6.0)]
     assert max(seen["gate-speed"]) < 2.5 and min(seen["base-vibration"]) > 2.5
 
 
@@ -123,6 +127,6 @@ def test_baselines_answer_in_the_schema(tmp_path):
 
 def test_a_size_is_found_where_a_nuisance_hides_the_small_ones():
     """Of a corner that takes 0.024 by itself nothing is seen, then 1,000 for each more."""
-    rig = replace(RIGS["roll"], visibility=lambda scene, sizes, name: 1000 * max(sizes[name] - 0.024, 0.0))
-    sizes, snrs = sized(rig, None, spec("roll", "corner-loss", snr=12.0), np.random.default_rng(0))
-    assert snrs[0] == pytest.approx(12.0, rel=0.08) and sizes["corner-loss"] == pytest.approx(0.036, rel=0.03)
+    rig = replace(RIGS["roll"], visibility=lambda scene, sizes, name: Seen(1000 * max(sizes[name] - 0.024, 0.0)))
+    sizes, seen = sized(rig, None, spec("roll", "corner-loss", snr=12.0), np.random.default_rng(0))
+    assert seen[0].snr == pytest.approx(12.0, rel=0.08) and sizes["corner-loss"] == pytest.approx(0.036, rel=0.03)

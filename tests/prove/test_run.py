@@ -13,7 +13,7 @@ from prove.plan import CLEAN, COMPOUND, plan
 from prove.run import Asked, judged, prove
 
 STAND_IN = Path(__file__).parent / "stand_in.py"
-CASES, SEED = 6, 4  # one of each rig but the pile, none in pictures: quick
+CASES, SEED = 6, 2  # drops and a slide, none in pictures: quick
 
 
 def asked(out: Path, mode: str = "none", **more) -> Asked:
@@ -114,3 +114,16 @@ def test_a_solver_that_breaks_down_is_scored_as_missing(tmp_path):
     assert "I broke down" in (tmp_path / "solutions" / "case-0001" / "said.txt").read_text()
     assert "have none" in (tmp_path / "report.html").read_text()
     assert len((tmp_path / "cases.csv").read_text().splitlines()) == 3
+
+
+def test_a_solver_that_is_sure_of_nothing_fails_in_the_whole_proof(tmp_path):
+    solver = f"{sys.executable} {STAND_IN} sure {{bench}} {{out}}"
+    assert prove_command(tmp_path, CASES, SEED, workers=1, limit_s=10, solver=solver, quiet=True) == 0
+    content = json.loads((tmp_path / "prove.json").read_text())
+    (found,) = content["reliability"]
+    assert (found["n"], found["right"], found["holds"]) == (CASES, CASES // 2, False)
+    rows = {r["score"]: r for r in content["scores"] if r["rig"] == "all"}
+    assert rows["log score, clean"]["value"] == pytest.approx(np.log(0.995))
+    assert rows["log score, something missing"]["value"] == pytest.approx(np.log(1e-6))
+    assert rows["right, of verdicts said with 0.97–1"]["met"] is False and rows["no p_verdict"]["k"] == 0
+    assert "fig-reliability" in (tmp_path / "report.html").read_text()

@@ -20,8 +20,9 @@ def drag(snr=20.0) -> Concealed:
     return Concealed("drag", 0.02, "1", snr)
 
 
-def said(verdict, *names, rig="drop", **more) -> dict:
-    return {"schema": 1, "rigs": {rig: {"alarm": verdict != "none", "verdict": verdict, "names": list(names), **more}}}
+def said(verdict, *more_names, names=(), rig="drop", **more) -> dict:
+    names = [*names, *more_names]
+    return {"schema": 1, "rigs": {rig: {"alarm": verdict != "none", "verdict": verdict, "names": names, **more}}}
 
 
 def interval(name, low, high) -> dict:
@@ -100,22 +101,30 @@ def scores(answer) -> dict:
 
 
 def perfect(k: Key) -> dict:
+    names = sorted(e.name for e in k.effects) if k.kind != "outside" else ["(unlisted) flight"]
+    unseen = k.kind != "clean" and k.snr < 3.5
+    p = {"p_verdict": 0.6 if unseen else 0.995, "explanations": [{"effects": names, "probability": 0.4 if unseen else 0.995}]}
+    return said(**perfect_words(k), **p)
+
+
+def perfect_words(k: Key) -> dict:
     held = {"held_out": {"rmse_ratio": 0.5, "removed_fraction": 0.99}}
     where = {"sectors": [{"name": "flight", "explained": 0.95, "p": 1e-6}]}
     if k.kind == "clean" or k.snr < 3.5:
-        return said("none")
+        return {"verdict": "none"}
     if k.kind == "confounded":
-        return said("class", "scale-error", "clock-error")
+        return {"verdict": "class", "names": ("scale-error", "clock-error")}
     if k.kind == "outside":
-        return said("unknown", **where)
-    return said("name", *(e.name for e in k.effects), **held, **where, **interval("drag", 0.01, 0.03))
+        return {"verdict": "unknown", **where}
+    return {"verdict": "name", "names": tuple(e.name for e in k.effects), **held, **where, **interval("drag", 0.01, 0.03)}
 
 
 def test_a_good_solver_meets_its_targets():
     rows = scores(perfect)
     unmet = {name for name, row in rows.items() if row.met is False}
-    # of the pair only drag is given an interval, and of drag every interval covers: both are told
-    assert unmet <= {"95 % intervals cover"}
+    # of the pair only drag is given an interval, and of drag every interval covers: both are told; what has an SNR of 2 or 3 is
+    # said to be nothing with 0.6, which nobody can keep who never hears of it
+    assert unmet <= {"95 % intervals cover", "right, of verdicts said with 0.5–0.75"}
     assert 3.0 < rows["detection: SNR at 50 % power"].value < 5.0
 
 

@@ -1,0 +1,88 @@
+"""What recordings state as [conditions]: numbers and words that do nothing, and the one that a contact parameter follows."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prove.cases.truth import Bench
+
+NUMBERS = {  # name with its unit → least, most, digits
+    "moisture_pct": (8.0, 20.0, 1), "pressure_mbar": (980.0, 1030.0, 0), "humidity_pct": (30.0, 70.0, 0),
+    "temperature_c": (16.0, 30.0, 1), "age_d": (1.0, 60.0, 0), "stored_h": (1.0, 48.0, 0),
+}  # fmt: skip
+WORDS = {"plate": ("A", "B", "C"), "operator": ("JM", "TK", "RB"), "lot": ("north", "south", "mixed")}
+SHARE, SECOND, CONSTANT, IN_ORDER, PARTLY = 0.45, 0.3, 0.15, 0.1, 0.15  # of benches that state one, a second; of idle ones
+TRIES = 40
+
+
+@dataclass(frozen=True)
+class Condition:
+    """told: of each recording, None where it is not stated. follows (n,): −1 … 1; per: so much of its unit is 1 there, None of
+    words."""
+
+    name: str
+    told: tuple[float | str | None, ...]
+    follows: tuple[float, ...]
+    per: float | None
+
+    @property
+    def unit(self) -> str | None:
+        return None if self.per is None else f"1/{self.name.rsplit('_', 1)[1]}"
+
+
+def draw_conditions(design: np.ndarray, matters: bool, clean: bool, rng: np.random.Generator) -> tuple[Condition, ...]:
+    """What a bench states. design (n, k): what else changes from recording to recording. What matters stands first, and nothing
+    that is stated goes with the design where there is something to be told from it."""
+    names = [str(name) for name in rng.permutation([*NUMBERS, *WORDS])][: 1 + (rng.random() < SECOND)]
+    if not matters and rng.random() > SHARE:
+        return ()
+    out: list[Condition] = []
+    for name in names:
+        beside = np.column_stack([design, *(c.follows for c in out)])
+        drawn = [_drawn(name, len(design), rng) for _ in range(1 if clean else TRIES)]
+        best = min(drawn, key=lambda one: _likeness(one.follows, beside))
+        out.append(best if matters and not out else _idle(best, clean, rng))
+    return tuple(out)
+
+
+def _drawn(name: str, count: int, rng: np.random.Generator) -> Condition:
+    """A condition that is set anew for each recording, or alternates between two or three levels."""
+    kinds = int(rng.integers(2, 4)) if name in WORDS or rng.random() < 0.6 else count
+    level = rng.permutation(np.arange(count) % kinds)
+    place = np.sort(np.r_[-1.0, 1.0, rng.uniform(-0.9, 0.9, kinds - 2)])
+    if name in WORDS:
+        place = rng.permutation(place)
+        return Condition(name, tuple(WORDS[name][k] for k in level), tuple(place[level].tolist()), None)
+    low, high, digits = NUMBERS[name]
+    half = rng.uniform(0.2, 0.5) * (high - low)
+    middle = rng.uniform(low + half, high - half)
+    told = np.round(middle + half * place[level], digits)
+    return Condition(name, tuple(told.tolist()), tuple(((told - middle) / half).tolist()), float(half))
+
+
+def _idle(one: Condition, clean: bool, rng: np.random.Generator) -> Condition:
+    """As benches state what does nothing: the same all along, in order, or in some recordings only."""
+    told, kind = one.told, rng.random()
+    if kind < CONSTANT:
+        told = (told[0],) * len(told)
+    elif kind < CONSTANT + IN_ORDER and clean:
+        told = tuple(np.sort(np.array(told)).tolist())
+    elif kind < CONSTANT + IN_ORDER + PARTLY:
+        told = tuple(None if rng.random() < 0.4 else value for value in told)
+    return replace(one, told=told)
+
+
+def _likeness(follows: tuple[float, ...], beside: np.ndarray) -> float:
+    """The largest correlation with a column."""
+    a, b = np.asarray(follows) - np.mean(follows), beside - beside.mean(axis=0)
+    size = np.linalg.norm(a) * np.linalg.norm(b, axis=0)
+    return float(np.max(np.abs(a @ b) / np.where(size > 0, size, np.inf), initial=0.0))
+
+
+def stating(bench: Bench, conditions: tuple[Condition, ...]) -> Bench:
+    """The bench with [conditions] in its recordings."""
+    made = []
+    for i, recording in enumerate(bench.recordings):
+        told = {c.name: c.told[i] for c in conditions if c.told[i] is not None}
+        made.append(replace(recording, toml=recording.toml | {"conditions": told}) if told else recording)
+    return Bench(bench.toml, tuple(made))

@@ -1,0 +1,120 @@
+"""What a bench states of itself, and what it leaves out; what people read an angle to."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prove.cases.truth import Bench, Made, Wish, spread
+
+SHARES = {  # of benches that leave a key out; "seed.sizes": all three, "track.…": a column
+    "camera.distance_mm": 0.5, "camera.mm_per_px_sd": 0.25, "camera.plumb_deg": 0.15, "camera.plumb_sd_deg": 0.25,
+    "camera.exposure_s": 0.5, "seed.sizes": 0.12, "seed.mass_g": 0.12, "air": 0.3, "session": 0.3, "drop.height_mm": 0.25,
+    "slide.travel_mm": 0.3, "slide.start_mm": 0.6, "slide.start_deg": 0.4, "slide.tilt_rate_deg_s": 0.3,
+    "roll.direction": 0.3, "pile.gate_speed_mm_s": 0.25, "track.sd_mm": 0.3, "track.tilt_deg": 0.2,
+    "reading.resolution_deg": 0.6,
+}  # fmt: skip
+PLUMB, SEED, ANGLE = ("camera.plumb_deg", "camera.plumb_sd_deg"), ("seed.sizes", "seed.mass_g"), ("track.tilt_deg",)
+RATE = ("slide.tilt_rate_deg_s",)
+NEEDED = {  # without which an effect is not itself, or not to be told from its twins
+    "drag": ("air",), "magnus": SEED, "draught": PLUMB, "camera-roll": PLUMB, "base-tilt": PLUMB, "plate-tilt": PLUMB,
+    "field": PLUMB, "scale-error": ("camera.mm_per_px_sd",), "clock-error": ("camera.mm_per_px_sd",), "shape-conversion": SEED,
+    "adhesion": (*SEED, *ANGLE), "clock-offset": ANGLE, "stepped-tilt": ANGLE, "follows": ANGLE, "order-drift": ANGLE,
+    "stribeck": ANGLE, "worn-track": ANGLE, "reading-delay": RATE, "shape-barrier": SEED, "slope": ("roll.direction",),
+    "gate-speed": ("pile.gate_speed_mm_s",),
+}  # fmt: skip
+APART = ("session", "roll.direction", "pile.gate_speed_mm_s")
+UNSTATED_SCALE, UNSTATED_PLUMB_DEG, UNSTATED_PLUMB_SD_DEG = 0.01, 1.0, 0.5  # to what benches know them that do not say
+DISTANCE_M, TAPE = (0.3, 20.0), 0.01  # camera to motion; how well that is measured, where it is
+GRIDS_DEG, GRID_SHARES = (0.1, 0.2, 0.25, 0.5, 1.0), (0.3, 0.1, 0.1, 0.4, 0.1)
+WAYS = {"nearest": (0.5, 0.7), "cut": (0.0, 0.15), "upward": (1.0, 0.15)}  # added before it is cut; share of readers
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How somebody reads an angle: to which grid [deg], and whether to the nearest line, the one below or the one above."""
+
+    grid_deg: float
+    way: str
+
+    def of(self, angle_deg: np.ndarray) -> np.ndarray:
+        lines = np.floor(angle_deg / self.grid_deg + WAYS[self.way][0])
+        return (lines * self.grid_deg).round(4)
+
+    def mean_sd_deg(self, sd_deg: float, count: int) -> float:
+        """sd of the mean of `count` readings of angles that scatter by sd_deg: what a grid leaves of a scatter much smaller than
+        itself does not average out, a sine of amplitude (g/π) exp(−2π² sd²/g²) over a line's distance."""
+        stays = self.grid_deg / np.pi * np.exp(-2 * (np.pi * sd_deg / self.grid_deg) ** 2)
+        return float(np.sqrt((sd_deg**2 + self.grid_deg**2 / 12) / count + stays**2 / 2))
+
+
+def draw_reading(rng: np.random.Generator) -> Reading:
+    return Reading(float(rng.choice(GRIDS_DEG, p=GRID_SHARES)), str(rng.choice(list(WAYS), p=[p for _, p in WAYS.values()])))
+
+
+def left_out(effects: tuple[str, ...], rng: np.random.Generator) -> frozenset[str]:
+    """Keys that a bench with these effects does not state, each by itself."""
+    needed = {key for name in effects for key in NEEDED.get(name, ())}
+    absent = {key for key, share in SHARES.items() if rng.random() < share and key not in needed}
+    if "camera.plumb_deg" in absent:
+        absent.add("camera.plumb_sd_deg")
+    if "track.tilt_deg" in absent:
+        absent.discard("slide.tilt_rate_deg_s")  # one of the two tells how the plate turns
+    return frozenset(absent)
+
+
+def draw_scale_sd(wish: Wish, rng: np.random.Generator) -> float:
+    """sd of mm per pixel, relative; who does not say it knows it less well."""
+    return spread(1e-3, UNSTATED_SCALE, rng) if "camera.mm_per_px_sd" in wish.absent else spread(3e-4, 2e-3, rng)
+
+
+def draw_distance_mm(rng: np.random.Generator) -> float:
+    return 1e3 * spread(*DISTANCE_M, rng)
+
+
+def told_distance_mm(distance_mm: float, rng: np.random.Generator) -> float:
+    return float(f"{distance_mm * (1 + TAPE * rng.standard_normal()):.3g}")
+
+
+def camera_keys(mm_per_px: float, scale_sd: float, plumb_deg: float = 0.0, plumb_sd_deg: float = 0.05, **more: object) -> dict:
+    """[camera]; scale_sd is relative."""
+    scale = {"mm_per_px": mm_per_px, "mm_per_px_sd": float(f"{scale_sd * mm_per_px:.3g}")}
+    return scale | {"plumb_deg": plumb_deg, "plumb_sd_deg": plumb_sd_deg} | more
+
+
+def known_scale(wish: Wish, scale_sd: float) -> float:
+    return wish.known("camera.mm_per_px_sd", scale_sd, UNSTATED_SCALE)
+
+
+def known_plumb_deg(wish: Wish, plumb_sd_deg: float) -> float:
+    stated = wish.known("camera.plumb_sd_deg", plumb_sd_deg, UNSTATED_PLUMB_SD_DEG)
+    return wish.known("camera.plumb_deg", stated, UNSTATED_PLUMB_DEG)
+
+
+def strip(bench: Bench, absent: frozenset[str]) -> Bench:
+    """The bench without what it does not state; what tells recordings apart is stated."""
+    told = {key: {_value(made.toml, key) for made in bench.recordings} for key in APART}
+    absent = absent - {key for key, values in told.items() if len(values) > 1}
+    return Bench(_without(bench.toml, absent), tuple(_bare(made, absent) for made in bench.recordings))
+
+
+def _value(toml: dict, key: str) -> str:
+    section, _, name = key.partition(".")
+    return str(toml[section].get(name) if name and section in toml else toml.get(key))
+
+
+def _bare(made: Made, absent: frozenset[str]) -> Made:
+    track = made.track
+    if track is not None:
+        track = track.drop(columns=[c for c in track.columns if f"track.{c}" in absent])
+    return replace(made, toml=_without(made.toml, absent), track=track)
+
+
+def _without(toml: dict, absent: frozenset[str]) -> dict:
+    sizes = ("seed.length_mm", "seed.width_mm", "seed.thickness_mm") if "seed.sizes" in absent else ()
+    gone, out = {*absent, *sizes}, {}
+    for key, value in toml.items():
+        if isinstance(value, dict):
+            value = {k: v for k, v in value.items() if f"{key}.{k}" not in gone}
+        if key not in gone and value != {}:
+            out[key] = value
+    return out

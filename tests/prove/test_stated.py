@@ -1,0 +1,141 @@
+"""What benches leave out, how people read, plates that climb in stairs, cameras near and far."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from prove.cases import drop, drop_bench, drop_snr, slide
+from prove.cases import ground_motion as ground
+from prove.cases.camera import Camera, seen
+from prove.cases.stated import DISTANCE_M, GRIDS_DEG, NEEDED, SHARES, Reading, draw_distance_mm, draw_reading, left_out
+from prove.cases.truth import Wish
+from prove.effects import EFFECTS, OUTSIDE
+from prove.make import make
+from prove.plan import Spec
+
+RNG = np.random.default_rng
+
+
+def test_every_key_is_left_out_now_and_then_and_what_an_effect_needs_never():
+    rng = RNG(1)
+    drawn = [left_out((), rng) for _ in range(600)]
+    for key, share in SHARES.items():
+        told = sum(key in absent for absent in drawn) / len(drawn)
+        assert abs(told - share) < 0.1 + 0.1 * (key == "camera.plumb_sd_deg"), key  # it goes with plumb
+    for name, keys in NEEDED.items():
+        assert name == "follows" or any(name in listed[rig] for listed in (EFFECTS, OUTSIDE) for rig in listed)
+        assert not any(set(keys) & left_out((name,), rng) for _ in range(50))
+    assert not any({"track.tilt_deg", "slide.tilt_rate_deg_s"} <= absent for absent in drawn)
+
+
+def test_a_bench_states_what_it_is_said_to_state():
+    stated = set()
+    for index in range(1, 13):
+        bench, key = make(Spec(index, "drop", "clean", (), (), None, False), 5)
+        tomls = [bench.toml, *(made.toml for made in bench.recordings)]
+        found = {
+            f"{section}.{name}" for toml in tomls for section, keys in toml.items() if isinstance(keys, dict) for name in keys
+        }
+        assert not found & set(key.absent)
+        assert ("sd_mm" in bench.recordings[0].track) == ("track.sd_mm" not in key.absent)
+        assert ("camera.distance_mm" in found) == ("camera.distance_mm" not in key.absent)
+        stated |= found
+    assert {"camera.distance_mm", "camera.plumb_deg", "seed.mass_g", "drop.height_mm"} <= stated
+
+
+def test_what_tells_recordings_apart_is_stated():
+    for index in range(1, 9):
+        bench, _ = make(Spec(index, "roll", "single", ("slope",), (10.0,), True, False), 5)
+        assert {made.toml["roll"]["direction"] for made in bench.recordings} == {"+x", "-x"}
+
+
+@pytest.mark.parametrize(("key", "effect", "size"), [
+    ("camera.plumb_deg", "camera-roll", 0.5), ("camera.mm_per_px_sd", "scale-error", 0.01), ("seed.sizes", "updraught", 1.0),
+])  # fmt: skip
+def test_what_is_not_stated_hides_effects(key, effect, size):
+    scene = drop.draw(Wish((effect,)), RNG(7))
+    bare = replace(scene, wish=replace(scene.wish, absent=frozenset({key})))
+    told, untold = (drop_snr.visibility(s, {effect: size}, effect).snr for s in (scene, bare))
+    assert untold < 0.99 * told
+
+
+@pytest.mark.parametrize("grid", GRIDS_DEG)
+def test_readings_lie_on_their_grid_by_their_way(grid):
+    angle = RNG(2).uniform(15, 30, 2000)
+    read = {way: Reading(grid, way).of(angle) for way in ("nearest", "cut", "upward")}
+    for values in read.values():
+        np.testing.assert_allclose(values / grid, np.round(values / grid), atol=1e-3)
+    bias = {way: np.mean(values - angle) / grid for way, values in read.items()}
+    assert bias == pytest.approx({"nearest": 0.0, "cut": -0.5, "upward": 0.5}, abs=0.03)
+
+
+@pytest.mark.parametrize(("grid", "scatter"), [(0.1, 0.15), (0.5, 0.15), (1.0, 0.15), (0.5, 0.02)])
+def test_the_mean_of_readings_is_known_as_told(grid, scatter):
+    rng, reading = RNG(3), Reading(grid, "nearest")
+    true = rng.uniform(20, 25, 4000)
+    means = reading.of(true[:, None] + scatter * rng.standard_normal((4000, 12))).mean(axis=1)
+    assert np.std(means - true) == pytest.approx(reading.mean_sd_deg(scatter, 12), rel=0.15)
+
+
+def test_people_read_in_all_these_ways():
+    drawn = [draw_reading(RNG(k)) for k in range(300)]
+    assert {r.grid_deg for r in drawn} == set(GRIDS_DEG) and len({r.way for r in drawn}) == 3
+
+
+def filmed(seed: int, **more) -> slide.Scene:
+    scene = slide.draw(Wish(("stepped-tilt",)), RNG(seed))
+    return replace(scene, column_grid_deg=0.0, tilt_off_deg=0.0, **more)
+
+
+def test_a_plate_that_climbs_in_stairs_moves_the_block_in_stairs():
+    """It lets go while a stair is climbed, and no column on a grid makes it do so."""
+    scene = filmed(4)
+    run, stair = replace(scene.runs[0], rate_deg_s=1.0), 0.8
+    t, x, _ = slide.travel(scene, run, {"stepped-tilt": stair})
+    part = (run.start_deg + t[np.argmax(x > 0)]) / stair % 1
+    assert part > 1 - ground.JOG - 0.05 or part < 0.05
+    coarse = replace(scene, column_grid_deg=0.5)
+    assert np.array_equal(slide.travel(coarse, run, {})[1], slide.travel(scene, run, {})[1])
+    tilt = slide._column(scene, run, {"stepped-tilt": stair}, t, RNG(0))
+    standing = np.abs(tilt / stair - np.round(tilt / stair)) * stair < 0.03
+    assert np.mean(standing) == pytest.approx(1 - ground.JOG, abs=0.1)
+    assert np.mean(np.abs(slide._column(scene, run, {}, t, RNG(0)) / stair % 1 - 0.5) > 0.46) < 0.15
+
+
+def test_a_recorded_tilt_on_a_grid_is_a_smooth_plate():
+    scene = replace(filmed(4), column_grid_deg=0.5)
+    t = slide.times(scene, scene.runs[0])
+    column = slide._column(scene, scene.runs[0], {}, t, RNG(0))
+    np.testing.assert_allclose(column / 0.5, np.round(column / 0.5), atol=1e-6)
+    assert np.abs(column - scene.runs[0].start_deg - scene.runs[0].rate_deg_s * t).max() < 0.3
+
+
+def test_cameras_stand_from_a_foot_to_the_end_of_the_room():
+    rng = RNG(5)
+    distance = np.array([draw_distance_mm(rng) for _ in range(500)]) / 1e3
+    assert DISTANCE_M[0] < distance.min() < 0.4 and 15 < distance.max() < DISTANCE_M[1]
+    assert np.median(distance) == pytest.approx(np.sqrt(0.3 * 20), rel=0.25)
+
+
+def test_what_comes_nearer_looks_larger_and_the_data_do_not_ask_whether_the_distance_is_stated():
+    near = Camera((0.0, 0.0), 100.0, distance_mm=500.0)
+    x, _ = seen(near, np.array([40.0]), np.array([0.0]), np.zeros(1), np.array([-20.0]))
+    assert x[0] == pytest.approx(40 / (1 - 20 / 500))
+    scene = drop.draw(Wish(), RNG(9))
+    scene = replace(scene, cameras=tuple(c.with_(distance_mm=400.0) for c in scene.cameras))
+    far = replace(scene, cameras=tuple(c.with_(distance_mm=np.inf) for c in scene.cameras))
+    moved = [
+        np.abs(a.track.x_mm - b.track.x_mm).max() for a, b in zip(*(drop_bench.bench(s, {}).recordings for s in (scene, far)))
+    ]
+    assert np.median(moved) > 3 * scene.noise.sd
+
+
+def test_a_near_camera_hides_a_force_that_a_far_one_shows():
+    """A seed that may come nearer by itself is a nuisance, the more the nearer the camera."""
+    scene = drop.draw(Wish(("updraught",)), RNG(11))
+    snr = []
+    for distance in (400.0, 2e4):
+        moved = replace(scene, cameras=tuple(c.with_(distance_mm=distance) for c in scene.cameras))
+        snr.append(drop_snr.visibility(moved, {"updraught": 3.0}, "updraught").snr)
+    assert snr[0] < 0.95 * snr[1]
