@@ -81,7 +81,7 @@ def _write(file: Path, text: str) -> None:
 
 def _modelled(asked: Asked, found, say):
     """The twin again, with what was found; what cannot be run again is said, and costs nothing else."""
-    from calibrate.diagnose.model import run_again
+    from calibrate.diagnose.rerun import run_again
 
     shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
     return run_again(found, asked.out / "twin", pictures=not asked.quick, say=say)

@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchtwin import app
+from vision.recording import find_recordings
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "samples"
@@ -133,14 +134,57 @@ def test_the_readme_quotes_what_the_diagnosis_says():
 def test_a_key_is_not_read_by_accident_and_is_revealed_when_asked(capsys):
     from concealed import KEY, main
 
-    for name, effect in (("concealed-drop", "drag"), ("concealed-roll", "slope"), ("soybean-bench", "slope")):
+    damp = ("damp-slides", "follows")
+    for name, effect in (("concealed-drop", "drag"), ("concealed-roll", "slope"), ("soybean-bench", "slope"), damp):
         texts = [p.read_bytes() for p in (SAMPLES / name).rglob("*") if p.is_file()]
         assert not any(effect.encode() in text for text in texts)
-        assert sum(p.stat().st_size for p in (SAMPLES / name).rglob("*") if p.is_file()) < 1_000_000
+        most = 300_000 if name == "damp-slides" else 1_000_000
+        assert sum(p.stat().st_size for p in (SAMPLES / name).rglob("*") if p.is_file()) < most
         assert main(["reveal", str(SAMPLES / name)]) == 0
         assert effect in capsys.readouterr().out
         assert (SAMPLES / name / KEY).is_file()
     assert main(["reveal", "nowhere"]) == 2
+
+
+def test_the_damp_slides_are_what_their_script_makes(tmp_path, monkeypatch):
+    """Two of the films, to the last digit but one, the readings and the key."""
+    import damp_slides
+
+    monkeypatch.setattr(damp_slides, "FILMED_PCT", damp_slides.FILMED_PCT[:2])
+    damp_slides.make(tmp_path / "bench")
+    stored = SAMPLES / "damp-slides"
+    for name in ("bench.toml", "key.b64", "film-01/recording.toml", "film-02/recording.toml", "read-03/recording.toml",
+                 "read-01/readings.csv", "read-03/readings.csv"):  # fmt: skip
+        assert (tmp_path / "bench" / name).read_text() == (stored / name).read_text()
+    for name in ("film-01", "film-02"):
+        made, there = (pd.read_csv(folder / name / "track.csv") for folder in (tmp_path / "bench", stored))
+        np.testing.assert_allclose(made, there, atol=2e-3)
+
+
+def test_the_damp_slides_state_what_a_new_bench_states_and_hold_their_law(tmp_path):
+    """Measured: friction falls by the concealed slope within 3 sds, films and readings alike, and scatters as it was made to; the
+    readings lie on half degrees; no moisture goes with the order; neither the camera's distance nor a resolution is stated."""
+    from concealed import reveal
+
+    out = tmp_path / "out"
+    assert CliRunner().invoke(app, ["measure", str(SAMPLES / "damp-slides"), "--out", str(out)]).exit_code == 0
+    table = pd.read_csv(out / "measurements.csv")
+    friction = table[table.quantity == "static_friction"].set_index("recording")
+    recordings = {r.id: r for r in find_recordings(SAMPLES / "damp-slides")}
+    moisture = np.array([recordings[name].conditions["moisture_pct"] for name in friction.index])
+    assert set(friction.quality) == {"good"} and 8 <= moisture.min() < 8.5 and 15.5 < moisture.max() <= 16
+    assert all(r.camera.distance_mm is None and r.reading.resolution_deg is None for r in recordings.values())
+    key, film = reveal(SAMPLES / "damp-slides"), friction.index.str.startswith("film").astype(bool)
+    assert abs(np.corrcoef(np.arange(film.sum()), moisture[film])[0, 1]) < 0.2
+    (slope, level), cov = np.polyfit(moisture[film] - 12, friction.value[film], 1, cov=True)
+    truth = key["parameters"]
+    assert abs(slope - key["parameter"]) < 3 * np.sqrt(cov[0, 0]) < 0.002
+    left = friction.value - level - slope * (moisture - 12)
+    assert 0.5 * truth["its sd from run to run"] < left[film].std(ddof=2) < 1.6 * truth["its sd from run to run"]
+    assert (left[~film].abs() < 3 * np.hypot(friction.sd[~film], np.sqrt(cov[1, 1]))).all()
+    for file in sorted((SAMPLES / "damp-slides").glob("read-*/readings.csv")):
+        angles = pd.read_csv(file).slide_angle_deg
+        assert len(angles) == 6 and (angles % 0.5 == 0).all() and angles.nunique() > 1
 
 
 def test_the_prove_commands_of_readme_run(tmp_path):

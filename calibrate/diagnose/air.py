@@ -22,13 +22,15 @@ G_M_S2 = 9.80665
 class Air:
     """share: drag over weight at 2 m/s that the recording's own statements give (0: air is left out); sd: how well it is known,
     same unit; room: the same in the stated air or, where the recording leaves air out, in room air; reynolds_per_speed: Re at
-    1 m/s there; lift: ρ A r/2m [-] of the Magnus law a = C (ρ A r/2m) ω × v, there."""
+    1 m/s there; lift: ρ A r/2m [-] of the Magnus law a = C (ρ A r/2m) ω × v, there; buoyancy: density of the stated air over the
+    seed's, 0 where it is left out."""
 
     share: float
     sd: float
     room: float
     reynolds_per_speed: float
     lift: float
+    buoyancy: float = 0.0
 
 
 def drag_coefficient(reynolds):
@@ -59,7 +61,9 @@ def air_of(description: dict) -> Air:
     room = force / (mass * G_M_S2)
     if not stated:
         return Air(0.0, 0.0, room, reynolds, lift)
-    return Air(room, SHAPE_SD * room, room, reynolds, lift) if known else Air(UNKNOWN, UNKNOWN, room, reynolds, lift)
+    buoyancy = density * math.pi / 6 * diameter**3 / mass
+    known_sd = SHAPE_SD * room if known else UNKNOWN
+    return Air(room if known else UNKNOWN, known_sd, room, reynolds, lift, buoyancy)
 
 
 def speed_through_air(velocity: np.ndarray, aside_square: np.ndarray) -> np.ndarray:
@@ -77,3 +81,10 @@ def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0
     reference = drag_coefficient(reynolds_per_speed * REFERENCE_SPEED_M_S) * REFERENCE_SPEED_M_S**2
     bent = np.maximum(speed / REFERENCE_SPEED_M_S, 1e-6) ** slope if slope else 1.0
     return drag_coefficient(reynolds_per_speed * speed) * speed / reference * bent
+
+
+def drag_over_mass(motion, share) -> np.ndarray:
+    """a = −share g s(|v|) v [m/s²], share (one, or (f, 1, 1)): drag over weight at 2 m/s, s of `drag_shape` [s/m]; motion: see
+    effects.drop.hooks.Motion."""
+    speed = speed_through_air(motion.velocity, motion.aside_square)
+    return -share * motion.g * drag_shape(speed, motion.reynolds[..., None], motion.slope) * motion.velocity

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.diagnose.model import Again, Compared
+from calibrate.diagnose.rerun import Again, Compared
 from calibrate.twin.along import Path1D, Ran, Recording, above, filmed, gone, shown
 from calibrate.twin.parameters import Parameters
 
@@ -36,9 +36,13 @@ def compared(again: Again, twins: list[Twin], folder: Path, pictures: bool, say:
         rows.append(Compared(twin.name, "way along the path", "mm", before, after, "track"))
         ways.append(ran)
     best = max(range(len(twins)), key=lambda k: rows[k].before - rows[k].after)
+    caption = (
+        f"{twins[best].name} at the same moments: as recorded (drawn from its track), the old twin, the new twin with "
+        f"{' and '.join(again.effects)}, and what differs, brightened"
+    )
     again = replace(again, compared=tuple(rows), figure=_figure(twins[best], *ways[best]))
     try:
-        again = replace(again, picture=_picture(twins[best], *ways[best]), caption=_caption(again, twins[best].name))
+        again = replace(again, picture=_picture(twins[best], *ways[best]), caption=caption)
         if pictures:
             again = replace(again, compared=(*again.compared, _followed(twins[best], best, again.rig, folder, say)))
     except (RuntimeError, ValueError) as error:  # no renderer, or a film that cannot be followed
@@ -75,13 +79,6 @@ def _figure(twin: Twin, old: Path1D, new: Path1D) -> dict:
         if np.isfinite(own := path.reached(twin.from_mm)):
             points[name] = (time, path.at(own + time))
     return {"x": f"time since {twin.from_mm:.3g} mm (s), {twin.name}", "y": "way along the path (mm)", "points": points}
-
-
-def _caption(again: Again, name: str) -> str:
-    return (
-        f"{name} at the same moments: as recorded (drawn from its track), the old twin, the new twin with "
-        f"{' and '.join(again.effects)}, and what differs, brightened"
-    )
 
 
 def _picture(twin: Twin, old: Ran, new: Ran) -> bytes:

@@ -4,6 +4,7 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ class Rig:
 class Diagnosis:
     """findings by rig; recordings: what was used, by rig; refused: rigs without a finding, and why; trouble: recordings that
     could not be used, (name, rig, why); notes: what a reader must know; took_s; seed of the random numbers; twins: what the
-    twin shows when it is run again, by rig (`model.Again`)."""
+    twin shows when it is run again, by rig (`rerun.Again`)."""
 
     folder: Path
     findings: dict[str, Finding]
@@ -71,7 +72,8 @@ def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), s
         else:
             refused[rig] = found
     took = time.monotonic() - begun
-    return Diagnosis(Path(folder), findings, used, refused, tuple(dict.fromkeys(trouble)), _notes(findings), took, seed)
+    notes = tuple(f"{n}: one recording only: nothing could be held out" for n, f in findings.items() if len(f.recordings) == 1)
+    return Diagnosis(Path(folder), findings, used, refused, tuple(dict.fromkeys(trouble)), notes, took, seed)
 
 
 def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say):
@@ -98,50 +100,24 @@ def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Gen
         return f"a fault of benchtwin, please report it: {error!r} in {where}", [], []
 
 
-def _notes(findings: dict[str, Finding]) -> tuple[str, ...]:
-    out = []
-    for rig, finding in findings.items():
-        if len(finding.recordings) == 1:
-            out.append(f"{rig}: one recording only: nothing could be held out, so no effect is named for certain")
-    return tuple(out)
-
-
 def _count(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def _drop() -> Rig:
-    from calibrate.diagnose.drop.diagnose import diagnose_drop
-    from calibrate.twin.tracks import read_drops
+def _rig(rig: str, module: str, reads: str) -> Callable[[], Rig]:
+    """A function that imports what a rig needs when a folder holds such recordings."""
 
-    return Rig(read_drops, diagnose_drop)
+    def made() -> Rig:
+        diagnose = getattr(import_module(f"calibrate.diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")
+        return Rig(getattr(import_module(f"calibrate.twin.{module}"), reads), diagnose)
 
-
-def _slide() -> Rig:
-    from calibrate.diagnose.slide.diagnose import diagnose_slide
-    from calibrate.twin.slides import read_slides
-
-    return Rig(read_slides, diagnose_slide)
+    return made
 
 
-def _roll() -> Rig:
-    from calibrate.diagnose.roll.diagnose import diagnose_roll
-    from calibrate.twin.roll_tracks import read_rolls
-
-    return Rig(read_rolls, diagnose_roll)
-
-
-def _pile() -> Rig:
-    from calibrate.diagnose.pile.diagnose import diagnose_pile
-    from calibrate.twin.piles import read_piles
-
-    return Rig(read_piles, diagnose_pile)
-
-
-# One line a rig: a function that imports what it needs when the folder holds such recordings.
+# One line a rig: module of calibrate.twin and the function in it that reads its recordings.
 RIGS: dict[str, Callable[[], Rig]] = {
-    "drop": _drop,
-    "slide": _slide,
-    "roll": _roll,
-    "pile": _pile,
+    "drop": _rig("drop", "tracks", "read_drops"),
+    "slide": _rig("slide", "slides", "read_slides"),
+    "roll": _rig("roll", "roll_tracks", "read_rolls"),
+    "pile": _rig("pile", "piles", "read_piles"),
 }

@@ -2,18 +2,27 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from calibrate.diagnose.decide import ALPHA, Candidate, Verdict
-from calibrate.diagnose.linear import ridge, stacked
-from calibrate.diagnose.locate import Location, Sector, Window
-from calibrate.diagnose.problem import Fit, fit
-from calibrate.diagnose.scores import HeldOut, held_out
+from calibrate.diagnose.engine.alarm import ALARM_P, p_global, p_of
+from calibrate.diagnose.engine.held_out import HeldOut, held_out, left_out_values
+from calibrate.diagnose.engine.locate import Window, Windows, strongest_window
+from calibrate.diagnose.engine.posterior import Alternative, Explanation, Posterior, explain
+from calibrate.diagnose.engine.problem import Fit
+from calibrate.diagnose.engine.verdict import MATTERS_SDS, Moved, Told, Verdict, moved_of, sector_shares, told_of, verdict_of
 
-NORMAL_95 = 1.959964
-WEAK = 5.0  # times its sd, a prior moves what is known to a fifth of it by 0.2 %
+MOST_EXPLANATIONS = 20
+
+
+@dataclass(frozen=True)
+class Sector:
+    """explained: share of what is missing (NaN where nothing is); p: that noise alone makes as great a mismatch there."""
+
+    name: str
+    explained: float
+    p: float
 
 
 @dataclass(frozen=True)
@@ -45,8 +54,8 @@ class Curve:
 class Finding:
     """What one rig's recordings told; fields as in diagnosis.json, and what its report shows beside them.
 
-    left_out: each effect of the model (a class: its best member) as the other recordings have it, one value a recording;
-    beside it, as name.other, its further parameters.
+    left_out: each effect of the model (a class: of its likeliest explanation) as the other recordings have it, one value a
+    recording; beside it, as name.other, its further parameters.
     """
 
     rig: str
@@ -64,14 +73,18 @@ class Finding:
     law: str | None
     held_out: HeldOut | None
     next_record: str | None
-    candidates: tuple[Candidate, ...] = ()
+    p_verdict: float = 1.0
+    matters: bool = False
+    explanations: tuple[tuple[tuple[str, ...], float], ...] = ()
+    effects: dict[str, Told] = field(default_factory=dict)
+    contact: dict[str, Moved] = field(default_factory=dict)
     curves: tuple[Curve, ...] = ()
     notes: tuple[str, ...] = field(default=())
     left_out: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def modelled(self) -> tuple[str, ...]:
-        """The effects of the model: what was named, of a class its best member."""
+        """The effects of the model: what was named, of a class the likeliest."""
         return tuple(n for n in self.left_out if "." not in n)
 
     def to_json(self) -> dict:
@@ -84,11 +97,25 @@ class Finding:
             "window": window,
             "verdict": self.verdict,
             "names": list(self.names),
+            "p_verdict": _plain(self.p_verdict),
+            "matters": self.matters,
             "ln_bayes_baseline": _plain(self.ln_bayes_baseline),
             "ln_bayes_runner_up": _plain(self.ln_bayes_runner_up),
             "parameters": {
                 name: {"unit": p.unit, "value": _plain(p.value), "low95": _plain(p.low95), "high95": _plain(p.high95)}
                 for name, p in self.parameters.items()
+            },
+            "explanations": [{"effects": list(names), "probability": _plain(p)} for names, p in self.explanations],
+            "effects": {
+                name: {"probability": _plain(t.probability), "unit": t.unit, **_interval(t.size)}
+                for name, t in self.effects.items()
+            },
+            "contact_parameters": {
+                name: {
+                    "unit": "1", "nothing_missing": _interval(m.nothing_missing), "explained": _interval(m.explained),
+                    "shift_sds": _plain(m.shift_sds),
+                }
+                for name, m in self.contact.items()
             },
             "law": self.law,
             "held_out": {
@@ -98,86 +125,102 @@ class Finding:
             "next_record": self.next_record,
             "recordings": list(self.recordings),
             "notes": list(self.notes),
-        }
+        }  # fmt: skip
 
 
 def _plain(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def finding_of(
-    base: Fit,
-    where: Location,
-    found: Verdict,
-    *,
-    law: str | None = None,
-    curves: tuple[Curve, ...] = (),
-    notes: tuple[str, ...] = (),
-    draw: Callable[[Fit, Fit], tuple[Curve, ...]] | None = None,
-) -> Finding:
-    """A verdict with parameters and held-out figures of the model that it names (a class: of its best member).
+def _interval(size) -> dict:
+    return {"value": _plain(size.value), "low95": _plain(size.low95), "high95": _plain(size.high95)}
 
-    draw(baseline with what was named at nil, model) → further curves; without a model both are the baseline.
-    """
-    best = next((c for c in found.candidates if set(c.names) <= set(found.names)), None) if found.names else None
-    chosen = next((c for c in found.candidates if c.names == tuple(sorted(found.names))), best) if found.names else None
-    names = chosen.names if chosen else ()
-    model = fit(base.problem, free=names, start=base) if names else None
-    if draw:
-        curves = (*curves, *draw(without(base, names), model or base))
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a rig hands over: alternatives of its baseline; windows(fit): together they are what nobody listed; curves(base,
+    model) for the report; contact: value(explanation) → mean and sd of each contact parameter; law(fit) → in words, of what is
+    unlisted; advice(names) → what to record next, of a class; reach(base, model): greatest change of what is seen, over what
+    is tolerated."""
+
+    rig: str
+    alternatives: tuple[Alternative, ...]
+    windows: Callable[[Fit], Windows]
+    curves: Callable[[Fit, Fit], tuple[Curve, ...]]
+    contact: dict[str, Callable[[Explanation], tuple[float, float]]] = field(default_factory=dict)
+    law: Callable[[Fit], str | None] = lambda fit: None
+    advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
+    notes: tuple[str, ...] = ()
+
+
+def answer(asked: Question, rng: np.random.Generator) -> Finding:
+    """The finding of one rig."""
+    posterior = explain(asked.alternatives, asked.windows)
+    base, p = posterior.base, p_global(posterior, rng)
+    verdict = verdict_of(posterior, p)
+    chosen = _chosen(posterior, verdict)
+    window, collapse = strongest_window(
+        base.reduced, base.fit.baseline_sd, base.windows, base.columns, base.table.level_sd, rng
+    )
+    presence = {n: q for n, q in posterior.presence().items() if _listed(posterior, n)}
+    told = {n: told_of(posterior, n) for n, q in presence.items() if q > 0.01}
+    contact = {n: moved_of(posterior, value) for n, value in asked.contact.items()}
+    found = verdict.verdict != "none"
+    nothing, ranked = posterior.probability(()), posterior.by_set()
+    best = next((q for names, q in ranked if names), 0.0)
+    runner_up = next((q for names, q in ranked if names and set(names) != set(chosen.names)), 0.0)
+    parameters = {n: Parameter(told[n].unit, *vars(told[n].size).values()) for n in verdict.names if n in told and told[n].unit}
     return Finding(
-        base.problem.rig, base.problem.recordings, found.p_global < ALPHA, found.p_global, where.sectors,
-        where.window, where.collapse, found.verdict, found.names, chosen.ln_bayes if chosen else float("nan"),
-        found.ln_bayes_runner_up, parameters_of(model, names) if model and found.verdict == "name" else {}, law,
-        held_out(model, base, names) if model else None, found.next_record, found.candidates, curves, notes,
-        left_out_values(model, names) if model else {},
+        asked.rig, base.fit.problem.recordings, found, p, _sectors(posterior, found, rng), window, collapse, verdict.verdict,
+        verdict.names, _ln_odds(best, nothing) if found else math.nan, _ln_odds(posterior.probability(chosen.names), runner_up)
+        if found else math.nan, parameters if verdict.verdict == "name" else {},
+        asked.law(chosen.fit) if verdict.verdict == "unknown" else None,
+        held_out(chosen, base) if found else None,
+        asked.advice(verdict.names) if verdict.verdict != "name" else None, verdict.probability,
+        found and _matters(contact, verdict.names), tuple(ranked[:MOST_EXPLANATIONS]), told, contact,
+        asked.curves(base.fit, chosen.fit), (*asked.notes, *_notes(posterior, verdict, p, nothing)),
+        left_out_values(chosen) if found else {},
     )  # fmt: skip
 
 
-def credited(where: Location, base: Fit, found: Verdict) -> Location:
-    """With the share that a definite name has of the excess, where its own fit takes more than its sector's columns about the
-    baseline: a law that is not linear, or that lets a recording's own numbers move, explains more at its place than about nil."""
-    own = {base.problem.effects[n].sector for n in found.names}
-    if found.verdict != "name" or len(own) != 1 or not where.excess > 0:
-        return where
-    fall = base.chi2 - fit(base.problem, free=found.names, start=base).chi2
-    taken = sum(len(base.problem.columns_of(n)) for n in found.names)
-    share = float(np.clip((fall - 2 * taken) / where.excess, 0, 1))
-    sectors = [replace(s, explained=max(s.explained, share)) if s.name in own else s for s in where.sectors]
-    return replace(where, sectors=tuple(sorted(sectors, key=lambda s: (-np.nan_to_num(s.explained), s.name not in own, s.p))))
+def _listed(posterior: Posterior, name: str) -> bool:
+    return any(name in e.listed for e in posterior.explanations)
 
 
-def left_out_values(model: Fit, names: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
-    """Each effect as the other recordings have it, one value a recording; of a single recording its own. Further parameters
-    of an effect stand beside it, under their own names."""
-    every = model.reduced
-    out: dict[str, list[float]] = {n: [] for name in names for n in model.problem.columns_of(name)}
-    for r in range(len(every)):
-        others = every[:r] + every[r + 1 :] or every
-        values = ridge(*stacked(others), model.prior_sd)[0]
-        for n in out:
-            out[n].append(float(values[model.names.index(n)]))
-    return {n: tuple(values) for n, values in out.items()}
+def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
+    """The explanation that the verdict is about: of a class the likeliest of it; of nothing the baseline."""
+    if verdict.verdict == "none":
+        return posterior.base
+    if verdict.verdict == "name":
+        same = [e for e in posterior.explanations if set(e.names) == set(verdict.names)]
+        if same:
+            return same[0]
+    strange = verdict.verdict == "unknown"
+    return next(e for e in posterior.explanations if e.names and bool(e.unlisted) == strange)
 
 
-def without(base: Fit, effects: tuple[str, ...]) -> Fit:
-    """The baseline with `effects` at nil, which it may hold only loosely."""
-    known = {n: sd for n, sd in base.problem.known_sd.items() if n not in effects}
-    return base if len(known) == len(base.problem.known_sd) else fit(replace(base.problem, known_sd=known), start=base)
+def _ln_odds(p: float, q: float) -> float:
+    return math.log(max(p, 1e-300)) - math.log(max(q, 1e-300))
 
 
-def parameters_of(model: Fit, names: tuple[str, ...]) -> dict[str, Parameter]:
-    """Value and 95 % interval of each effect; the noise's own doubt widens it, and what a good bench leaves open of the same
-    (a plumb line's 0.05°), for that is no effect. A prior tells what is likely to be there, not how much of it was seen: here it
-    counts for little; that of a further parameter (a frequency, a scale) is knowledge of the law."""
-    wider = math.exp(model.problem.level_sd**2 / 2)
-    prior_sd = np.where(np.isin(model.names, names), WEAK, 1.0) * model.prior_sd
-    values, covariance, _ = ridge(*stacked(model.reduced), prior_sd)
-    out = {}
-    for n in names:
-        i = model.names.index(n)
-        open_anyway = model.problem.known_sd.get(n, 0.0)
-        value, half = float(values[i]), NORMAL_95 * math.hypot(wider * math.sqrt(covariance[i, i]), open_anyway)
-        shown = model.problem.effects[n].reported or float
-        out[n] = Parameter(model.problem.effects[n].unit, shown(value), shown(value - half), shown(value + half))
-    return out
+def _matters(contact: dict[str, Moved], names: tuple[str, ...]) -> bool:
+    """Whether a contact parameter moves by half its sd, or follows a condition; true where the rig has none to look at."""
+    return not contact or any("-follows-" in n for n in names) or any(abs(m.shift_sds) >= MATTERS_SDS for m in contact.values())
+
+
+def _sectors(posterior: Posterior, found: bool, rng: np.random.Generator) -> tuple[Sector, ...]:
+    base, shares = posterior.base, sector_shares(posterior)
+    names = dict.fromkeys(c.sector for c in base.table.components.values())
+    out = [Sector(n, shares.get(n, 0.0) if found else math.nan, p_of(base, rng, n)) for n in names]
+    return tuple(sorted(out, key=lambda s: (-np.nan_to_num(s.explained), s.p)))
+
+
+def _notes(posterior: Posterior, verdict: Verdict, p: float, nothing: float) -> tuple[str, ...]:
+    """Of the likeliest alternative; and where alarm and posterior disagree."""
+    notes = [posterior.alternatives[posterior.best.alternative].note] if posterior.alternatives[posterior.best.alternative].note else []
+    if verdict.verdict == "none" and p < ALARM_P:
+        notes.append(f"noise alone makes as great a mismatch with p = {p:.1g}, but nothing listed or unlisted explains it well")
+    if verdict.verdict == "none" and p >= ALARM_P and nothing < 0.5:
+        likely = " and ".join(next(names for names, _ in posterior.by_set() if names))
+        notes.append(f"{likely} is more likely than not ({1 - nothing:.0%}), but noise alone makes as much with p = {p:.2g}")
+    return tuple(notes)

@@ -11,12 +11,12 @@ import pandas as pd
 from calibrate.diagnose import words
 from calibrate.diagnose.bench import Diagnosis
 from calibrate.diagnose.finding import Finding
-from calibrate.report.numbers import cells
-from calibrate.report.residuals import before_and_after, points, recorded
+from calibrate.report.numbers import cells, with_interval
+from calibrate.report.residuals import AXES, before_and_after, points, recorded
 from calibrate.twin.versions import versions
 
 TAGS = {"none": "nothing missing", "name": "found", "class": "not told apart", "unknown": "unknown"}
-MOST_CANDIDATES = 12
+MOST_EXPLANATIONS, MOST_EFFECTS = 10, 12
 
 
 def write_report(found: Diagnosis, out: Path) -> Path:
@@ -61,13 +61,25 @@ def _cells(table: pd.DataFrame) -> dict:
 
 def _rig(rig: str, f: Finding, again) -> dict:
     """One section."""
+    quiet = f.alarm and not f.matters
     return {
-        "key": rig, "finding": f, "verdict": words.verdict_in_words(f), "tag": TAGS[f.verdict], "where": _where(f),
-        "sure": _sure(f),
-        "parameters": _parameters(f), "sectors": _sectors(f), "evidence": _evidence(f), "held_out": _held_out(f),
-        "quantities": quantities(f), "model": _model(f), "again": again, "rows": pd.DataFrame(again.rows) if again else None,
+        "key": rig, "finding": f, "verdict": words.verdict_in_words(f), "tag": "moves nothing" if quiet else TAGS[f.verdict],
+        "quiet": quiet, "where": _where(f), "sure": _sure(f), "explanations": _explanations(f), "effects": _effects(f),
+        "contact": _contact(f), "sectors": _sectors(f), "held_out": _held_out(f), "quantities": quantities(f), "model": _model(f),
+        "again": again, "rows": _rows(again) if again else None,
         "picture": base64.b64encode(again.picture).decode() if again and again.picture else "",
     }  # fmt: skip
+
+
+def _rows(again) -> pd.DataFrame:
+    """The twins beside each recording."""
+    return pd.DataFrame([
+        {
+            "recording": c.recording, "what": c.quantity, "old twin off by": c.before, "new twin off by": c.after,
+            "unit": "" if c.unit == "1" else c.unit, "measured on": c.by,
+        }
+        for c in again.compared
+    ])  # fmt: skip
 
 
 def _where(f: Finding) -> str:
@@ -75,35 +87,64 @@ def _where(f: Finding) -> str:
     if f.verdict == "none":
         return ""
     best = next((s for s in f.sectors if math.isfinite(s.explained) and s.explained > 0), None)
-    out = words.place(f) + (f", which explains {100 * best.explained:.0f} % of the mismatch ({_p(best.p)})" if best else "")
-    if window := words.window_in_words(f):
+    out = words.place(f) + (f", which explains {100 * best.explained:.0f} % of the mismatch ({words.chance(best.p)})" if best else "")
+    if window := _window(f):
         out += f"; most at {window}"
     if f.collapse:
-        out += f"; what is missing follows {words.AXES.get(f.collapse, (f.collapse, ''))[0]} best"
+        out += f"; what is missing follows {AXES.get(f.collapse, (f.collapse, ''))[0]} best"
     return out
+
+
+def _window(f: Finding) -> str:
+    """ "speed 1.2 to 2.4 m/s", "" without a window."""
+    if f.window is None:
+        return ""
+    axis, unit = AXES.get(f.window.axis, (f.window.axis, ""))
+    if f.window.axis == "n_bounce":
+        numbers = range(math.ceil(f.window.low), math.floor(f.window.high) + 1)
+        return f"flight {', '.join(str(n + 1) for n in numbers)}" if numbers else ""
+    return f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}".replace("-", "−").rstrip()
 
 
 def _sure(f: Finding) -> str:
-    """Evidence in words."""
-    if f.verdict == "none":
-        return f"a mismatch as great arises by chance with {_p(f.p_global)}; an alarm needs p < 0.005"
-    out = f"a mismatch as great arises by chance with {_p(f.p_global)}"
-    if math.isfinite(f.ln_bayes_baseline):
-        out += f"; ln Bayes factor {f.ln_bayes_baseline:.1f} over the baseline (5 is needed)"
-    if math.isfinite(f.ln_bayes_runner_up):
-        out += f", {f.ln_bayes_runner_up:.1f} over the next best explanation (3 is needed)"
-    return out
+    """Probability and p value in words."""
+    of = {"none": "that nothing is missing", "name": "of exactly this", "class": "of one of these", "unknown": "of something unlisted"}
+    out = f"{words.percent(f.p_verdict)} {of[f.verdict]}; noise alone makes as great a mismatch with {words.chance(f.p_global)}"
+    return out + ("; an alarm needs p < 0.005" if f.verdict == "none" else "")
 
 
-def _p(p: float) -> str:
-    return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
-
-
-def _parameters(f: Finding) -> pd.DataFrame | None:
+def _explanations(f: Finding) -> pd.DataFrame | None:
+    """The most probable first."""
     rows = [
-        {"effect": n, "value ± 95 %": words.plus_minus(p), "low": p.low95, "high": p.high95, "unit": p.unit}
-        for n, p in f.parameters.items()
+        {"what is missing": " + ".join(names) or "nothing", "probability": words.percent(p)}
+        for names, p in f.explanations[:MOST_EXPLANATIONS]
     ]
+    return pd.DataFrame(rows) if rows else None
+
+
+def _effects(f: Finding) -> pd.DataFrame | None:
+    """Effects with their probability, and their size where they are there."""
+    rows = [
+        {
+            "effect": n, "in words": words.missing(n, f.rig), "probability": words.percent(t.probability),
+            "size, if there (95 %)": with_interval(*vars(t.size).values()) if math.isfinite(t.size.value) else "–",
+            "unit": "" if t.unit == "1" else t.unit,
+        }
+        for n, t in sorted(f.effects.items(), key=lambda entry: -entry[1].probability)[:MOST_EFFECTS]
+    ]  # fmt: skip
+    return pd.DataFrame(rows) if rows else None
+
+
+def _contact(f: Finding) -> pd.DataFrame | None:
+    """Contact parameters with nothing missing and averaged over all explanations."""
+    rows = [
+        {
+            "parameter": name.replace("_", " "), "with nothing missing": with_interval(*vars(m.nothing_missing).values()),
+            "averaged over all explanations": with_interval(*vars(m.explained).values()),
+            "moved by": f"{words.brief(abs(m.shift_sds))} of its sds",
+        }
+        for name, m in f.contact.items()
+    ]  # fmt: skip
     return pd.DataFrame(rows) if rows else None
 
 
@@ -111,19 +152,6 @@ def _sectors(f: Finding) -> pd.DataFrame:
     rows = [{"sector": s.name, "explains": f"{100 * s.explained:.0f} %" if math.isfinite(s.explained) else "–", "p": s.p}
             for s in f.sectors]  # fmt: skip
     return pd.DataFrame(rows)
-
-
-def _evidence(f: Finding) -> pd.DataFrame | None:
-    """Candidates, best first."""
-    rows = []
-    for c in f.candidates[:MOST_CANDIDATES]:
-        values = ", ".join(f"{v:.3g} ± {1.96 * sd:.2g}" for v, sd in zip(c.value, c.sd, strict=True))
-        gain = f"{c.gain:.3g} ± {c.gain_se:.2g}" if math.isfinite(c.gain) else "–"
-        rows.append({
-            "explanation": " + ".join(c.names), "value ± 95 %": values, "ln Bayes": c.ln_bayes, "gain a recording": gain,
-            "same sign": f"{100 * c.same_sign:.0f} %", "p of the rest": c.left_p, "against it": "; ".join(c.flaws) or "nothing",
-        })  # fmt: skip
-    return pd.DataFrame(rows) if rows else None
 
 
 def _held_out(f: Finding) -> str:

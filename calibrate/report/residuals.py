@@ -3,9 +3,13 @@
 import numpy as np
 
 from calibrate.diagnose.finding import Curve
-from calibrate.diagnose.words import AXES
 from calibrate.report import draw
 
+AXES = {
+    "t_s": ("time", "s"), "z_mm": ("height", "mm"), "v_m_s": ("speed", "m/s"), "x_mm": ("place", "mm"),
+    "x_share": ("share of the flank from its crest", ""),
+    "n_bounce": ("bounce number", ""), "tilt_deg": ("tilt", "°"), "travel_mm": ("travel", "mm"), "phase_deg": ("phase", "°"),
+}  # fmt: skip
 BINS = 150  # points a curve: noise averages out, a page stays small
 TWINS = {
     "recorded": {"color": "#1b1f24", "size": 9, "symbol": "circle-open"},
@@ -40,7 +44,7 @@ def recorded(curves: list[Curve]) -> dict:
 
 
 def points(figure: dict) -> dict:
-    """Recorded, old and new twin as points over one axis (`calibrate.diagnose.model.Again.figure`)."""
+    """Recorded, old and new twin as points over one axis (`calibrate.diagnose.rerun.Again.figure`)."""
     data = []
     for name, (x, y) in figure["points"].items():
         drawn = draw.line(x, y, draw.GREY, name) | {"mode": "markers"}

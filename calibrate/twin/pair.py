@@ -70,7 +70,9 @@ def curve(recording: Recording, *, relative: bool = False, timed: bool = False) 
         return _outline(_one(read_piles(recording.path), recording), relative)
     if recording.rig == "roll":
         roll = _one(read_rolls(recording.path), recording)
-        return Curve("time (s)", "way (mm)", roll.time_s, roll.x_mm - np.median(roll.x_mm[:5]))
+        if not len(roll.x_mm):
+            raise MeasurementError(f"{recording.path}: a run-out that was read off shows no curve")
+        return Curve("time (s)", "way (mm)", roll.time_s, roll.x_mm - np.median(roll.x_mm[: max(1, min(5, len(roll.x_mm) // 6))]))
     if recording.rig == "slide":
         slide = _one(read_slides(recording.path), recording)
         travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.twin.tracks import entries_of
+from calibrate.twin.tracks import entries_of, sections_of
 from vision.evidence.photo import read_photo
 from vision.measurement import MeasurementError
 from vision.pile.repose import PileOptions, Repose, measure_repose
@@ -90,7 +90,7 @@ def pile_of(found: Repose, recording: Recording) -> SeenPile:
 
 def describe(recording: Recording) -> dict:
     """Sections of recording.toml as plain values; plumb_sd_deg is always there."""
-    sections = {name: getattr(recording, name).model_dump(exclude_none=True) for name in SECTIONS}
+    sections = sections_of(recording, *SECTIONS)
     sections["camera"] |= {"plumb_sd_deg": recording.camera.plumb_sd}
     return sections
 

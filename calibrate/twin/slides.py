@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.twin.tracks import entries_of, track_of
+from calibrate.twin.tracks import entries_of, sections_of, track_of
 from vision.evidence.tables import read_readings
 from vision.measurement import MeasurementError
 from vision.motion.strays import single_spikes
@@ -83,7 +83,7 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
 
 def describe(recording: Recording) -> dict:
     """Sections of recording.toml as plain values; scale_sd (relative) is always there."""
-    sections = {name: getattr(recording, name).model_dump(exclude_none=True) for name in ("seed", "camera", "air", "slide")}
+    sections = sections_of(recording, "seed", "camera", "air", "slide")
     sections["camera"] |= {"scale_sd": recording.camera.scale_sd, "plumb_sd_deg": recording.camera.plumb_sd}
     return sections
 

@@ -11,7 +11,7 @@ from vision.measurement import MeasurementError
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import release_seen
 from vision.motion.rebound import measure_rebound
-from vision.motion.track import Track, track_from_table
+from vision.motion.track import Track, track_from_gates, track_from_table
 from vision.recording import Recording
 
 SCALE_OF_GRAVITY_SD = 0.1  # of a scale that only the fall itself gives: gravity is then no judge of it any more
@@ -113,6 +113,8 @@ def track_of(recording: Recording) -> Track:
     if recording.evidence == "track.csv":
         read = read_track(recording.files[0])
         return track_from_table(read.rows, recording.camera, read.notes)
+    if recording.evidence == "gates.csv":
+        return track_from_gates(recording)
     table = observe(recording).track
     if table is None:
         raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
@@ -159,9 +161,15 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
 
 def describe(recording: Recording) -> dict:
     """Sections of recording.toml as plain values; scale_sd (relative) and plumb_sd_deg are always there."""
-    sections = {name: getattr(recording, name).model_dump(exclude_none=True) for name in ("seed", "camera", "air", "drop")}
+    sections = sections_of(recording, "seed", "camera", "air", "drop")
     sections["camera"] |= {"scale_sd": recording.camera.scale_sd, "plumb_sd_deg": recording.camera.plumb_sd}
     return sections
+
+
+def sections_of(recording: Recording, *names: str) -> dict:
+    """Those sections of recording.toml, with [reading] and [conditions], as plain values: {section: {key: value}}."""
+    sections = {name: getattr(recording, name).model_dump(exclude_none=True) for name in (*names, "reading")}
+    return sections | {"conditions": dict(recording.conditions)}
 
 
 def _nothing(recording: str, session: str, description: dict, trouble: str) -> SeenTrack:

@@ -1,69 +1,40 @@
-"""What a candidate is: a law with one reported parameter, its physical prior, where it acts and what it is taken for."""
+"""What a listed effect is: a law with a reported parameter, its prior, where it acts, its words, and what of the twin stands for it.
 
-from collections.abc import Callable
+A rig calls the hooks of whatever effects it finds in its folder: an effect's file is all that knows its name.
+"""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-import numpy as np
-
 
 @dataclass(frozen=True)
-class Motion:
-    """Seeds in flight at many moments: velocity (f, n, 2) [m/s] along x (right) and z (up); aside_square (f, 1) [m²/s²]: of the
-    speed along the line of sight, which no picture shows (an estimate may be below nil); rolled (f, 1) [rad/m]: spin over speed
-    that way, as across; spin (f, 1) [rad/s] anticlockwise in the picture; reynolds, lift, room (f, 1): see air.Air; g
-    [m/s²]; slope: see air.drag_shape."""
+class Counterpart:
+    """What of the twin stands for an effect. what: in words, {value} in its unit; change(values of the effect's parameters by
+    name) → settings of the twin: force laws by name ("laws"), of the rig ("rig"), of the camera ("camera")."""
 
-    velocity: np.ndarray
-    aside_square: np.ndarray
-    rolled: np.ndarray
-    spin: np.ndarray
-    reynolds: np.ndarray
-    lift: np.ndarray
-    room: np.ndarray
-    g: float
-    slope: float
-
-
-@dataclass(frozen=True)
-class View:
-    """What the camera looks at: middle (2,) of the view and reach [m] (from there to its top); angle (n,) of the seed [rad], 0
-    where unknown; phase (n, 2): place in pixels times 2π, on a smooth curve, 0 where the scale is not stated; pixel [m]; ruler:
-    how high above the middle the scale is as stated, in reaches; fall [m]: how far beside the middle seeds fall, where upright is
-    as stated."""
-
-    middle: np.ndarray
-    reach: float
-    angle: np.ndarray
-    phase: np.ndarray
-    pixel: float
-    ruler: float = 0.0
-    fall: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class Hits:
-    """Impacts (n,): closing speed of the point of contact along the plate's normal [m/s], how many impacts this seed has had with
-    this one (1: the first); by how much a tilt of 1 rad turns Δv_x over Δv_n (1: no friction), and takes from e of the upright
-    speeds, before and after over the closing one (2, n)."""
-
-    speed: np.ndarray
-    count: np.ndarray
-    lever: np.ndarray
-    drift: np.ndarray
+    what: str
+    change: Callable[[dict[str, float]], dict] | None = None
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One candidate, or one nuisance that is always there.
+    """One effect, or a further parameter of one.
 
-    name, unit, meaning: as in effects.json; sector: flight | measurement | impact; prior_sd: of the physical prior about 0, in
-    the unit; low, high: physical range; twins: names it is taken for; separating: the recording that
-    would tell them apart; source of law and range.
-    One law, or the last two: acceleration(Motion, value) → (f, n, 2) [m/s²] added in flight; picture(places (n, 2) [m], View,
-    value) → places as the camera shows them; clock(value) → true over stated frame rate; restitution(Hits, e (n,), value) → e of
-    a central impact in place of `e`; kick(Hits, value) → added to Δv_x/Δv_n. reported: from the fitted value to the reported one
-    (rising), where they differ; low, high, prior_sd are the fitted one's.
-    needs: what must have been seen ("spin"), "" for nothing.
+    name, sector; unit, meaning: of the reported parameter; prior_sd about 0, low, high: physical range, all of the fitted
+    parameter; source of law and range; says: (what is missing, what its number is) in a reader's words; separating: the
+    recording that would tell it from others; reported: from the fitted value to the reported one (rising), where they differ.
+    group: the effect that this is a further parameter of; sized: whether its prior scales with the effect's size (a shape's does
+    not: it is knowledge of the law); bent: the law is not linear about nil, so that it is fitted whatever its slope there;
+    follows: the stated condition that a contact parameter follows; unlisted: it says when, not why.
+    counterpart: None where nothing in the twin stands for it, untwinned: why not.
+    Hooks, of which an effect gives those that its law needs (each rig's model says how it calls them):
+    acceleration(Motion, value), picture(places, View, value), clock(value), restitution(Hits, e, value), kick(Hits, value): drops;
+    act(Laws, run, value), tilt(coefficients, value), read(angle, Read, value), rest(value): slides; act(way, value, context),
+    resist(speed, value, seed, all values): rolls; summary(Explanation) → reported value and its sd, where they are not those of the
+    first parameter;
+    needs(session) → whether these recordings can show it.
     """
 
     name: str
@@ -74,13 +45,34 @@ class Effect:
     low: float
     high: float
     source: str
-    twins: tuple[str, ...] = ()
+    says: tuple[str, str] = ("", "")
     separating: str = ""
-    needs: str = ""
-    acceleration: Callable[[Motion, float], np.ndarray] | None = None
-    picture: Callable[[np.ndarray, View, float], np.ndarray] | None = None
-    clock: Callable[[float], float] | None = None
+    reported: Callable[[float], float] | None = None
+    group: str = ""
+    sized: bool = True
+    bent: bool = False
+    follows: str = ""
+    unlisted: bool = False
+    counterpart: Counterpart | None = None
+    untwinned: str = ""
+    acceleration: Callable | None = None
+    picture: Callable | None = None
+    clock: Callable | None = None
     restitution: Callable | None = None
     kick: Callable | None = None
-    reported: Callable[[float], float] | None = None
-    group: str = ""  # the effect that this is a further parameter of
+    act: Callable | None = None
+    tilt: Callable | None = None
+    read: Callable | None = None
+    rest: Callable | None = None
+    resist: Callable | None = None
+    summary: Callable | None = None
+    needs: Callable | None = None
+
+
+def discovered(package: str, path: Iterable[str]) -> dict[str, Effect]:
+    """EFFECTS of every file of a folder, by name, in the order of files."""
+    found: dict[str, Effect] = {}
+    for module in sorted(pkgutil.iter_modules(path), key=lambda m: m.name):
+        for effect in getattr(importlib.import_module(f"{package}.{module.name}"), "EFFECTS", ()):
+            found[effect.name] = effect
+    return found

@@ -175,6 +175,6 @@ def readings(angles_of, rates, counts, repeats: int, rng, *, masses: bool = True
 
 def found(bench: Bench, seed: int, count: int = 3):
     """The finding on `count` slides of this bench."""
-    from calibrate.diagnose.slide.diagnose import diagnose_slide
+    from calibrate.diagnose.rigs.slide.diagnose import diagnose_slide
 
     return diagnose_slide(slides(bench, count, np.random.default_rng(seed)), np.random.default_rng(0))

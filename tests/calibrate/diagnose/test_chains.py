@@ -19,7 +19,7 @@ from calibrate.twin.restitution import viscoelastic
 from calibrate.twin.run import run
 
 SEED = {"length_mm": 7.4, "width_mm": 7.1, "thickness_mm": 7.0, "density_kg_m3": 1250.0}
-CAMERA = {"fps": 200.0, "mm_per_px": 0.25, "mm_per_px_sd": 0.0002, "plumb_deg": 0.0, "plumb_sd_deg": 0.05}
+CAMERA = {"fps": 200.0, "mm_per_px": 0.25, "mm_per_px_sd": 0.0002, "plumb_deg": 0.0, "plumb_sd_deg": 0.05, "distance_mm": 2e4}
 
 
 def record(
@@ -33,6 +33,7 @@ def record(
     known: tuple[str, ...],
     count: int = 1,
     noise: float = 0.04,
+    conditions: dict | None = None,
 ):
     """One run of the DEM as a track whose tracker errs by `noise` mm, slowly; of `about` the recording states `known` only."""
     told = {"seed": SEED | {"count": count}, rig: about, "camera": CAMERA | {"fps": fps}}
@@ -45,6 +46,7 @@ def record(
     folder.mkdir(parents=True)
     pd.DataFrame(columns).round(5).to_csv(folder / "track.csv", index=False)
     stated = {"rig": rig, "seed": told["seed"], "camera": told["camera"], rig: {k: v for k, v in about.items() if k in known}}
+    stated |= {"conditions": conditions} if conditions else {}
     (folder / "recording.toml").write_text(tomli_w.dumps(stated), encoding="utf8")
 
 
@@ -67,9 +69,7 @@ def test_friction_that_falls_once_it_slides(tmp_path):
     for k, rate in enumerate((1.0, 2.0, 4.0, 2.0)):
         own = Parameters(static_friction=0.34 + 0.003 * rng.normal(), laws={"friction_kinetic": {"drop": 0.03}})
         about = {"tilt_rate_deg_s": rate, "start_deg": 15.0}
-        record(
-            tmp_path / "bench" / f"slide-{k}", "slide", about, own, rng, fps=200.0, known=("tilt_rate_deg_s",), count=4, noise=0.1
-        )
+        record(tmp_path / "bench" / f"slide-{k}", "slide", about, own, rng, fps=200.0, known=("tilt_rate_deg_s",), count=4, noise=0.1)
     slide, said = diagnosed(tmp_path, "slide")
     assert slide["alarm"] and set(slide["names"]) <= {"kinetic-friction", "stribeck"} and slide["names"], said
     assert slide["verdict"] in ("name", "class")
@@ -77,6 +77,22 @@ def test_friction_that_falls_once_it_slides(tmp_path):
         if "." not in name:
             assert value["low95"] < 0.032 and value["high95"] > 0.028, said
     assert slide["twin"]["rmse_after"] < 0.2 * slide["twin"]["rmse_before"], said
+
+
+@pytest.mark.slow
+def test_friction_that_follows_the_moisture(tmp_path):
+    rng = np.random.default_rng(13)
+    for k, moisture in enumerate((9.0, 15.0, 11.0, 13.0, 10.0, 14.0)):
+        own = Parameters(static_friction=0.40 - 0.008 * (moisture - 12.0) + 0.002 * rng.normal())
+        about, at = {"tilt_rate_deg_s": 2.0, "start_deg": 17.0}, tmp_path / "bench" / f"slide-{k}"
+        told = {"known": ("tilt_rate_deg_s",), "count": 4, "noise": 0.1, "conditions": {"moisture_pct": moisture}}
+        record(at, "slide", about, own, rng, fps=200.0, **told)
+    slide, said = diagnosed(tmp_path, "slide")
+    assert slide["verdict"] == "name" and slide["names"] == ["static_friction-follows-moisture_pct"], said
+    slope = slide["effects"]["static_friction-follows-moisture_pct"]
+    assert slope["low95"] < -0.0076 and slope["high95"] > -0.0084, said
+    assert "static friction falls by 0.00" in said and "per % moisture (moisture_pct), in all 6 slides" in said
+    assert slide["twin"]["quantity"] == "angle of onset" and slide["twin"]["rmse_after"] < 0.3 * slide["twin"]["rmse_before"], said
 
 
 @pytest.mark.slow

@@ -6,25 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from falling import PIXEL_MM, Bench, G, tracks
-from scipy import stats
 
-from calibrate.diagnose.air import drag_shape, speed_through_air
-from calibrate.diagnose.decide import ALPHA
-from calibrate.diagnose.drop.diagnose import diagnose_drop
-from calibrate.diagnose.drop.flight import POINTS, accelerations, positions_at_nodes
-from calibrate.diagnose.drop.model import FELT, LAWS, STARTS, build, predict, push_slopes, pushed
-from calibrate.diagnose.drop.nuisances import LENS, OFF_CENTRE
-from calibrate.diagnose.drop.problem import baseline_sd, problem_of
-from calibrate.diagnose.drop.reduction import STEP, row_slopes, side_slopes
-from calibrate.diagnose.drop.session import assemble
-from calibrate.diagnose.drop.windows import windows_of
-from calibrate.diagnose.effects.drop import perspective
-from calibrate.diagnose.finding import credited, without
-from calibrate.diagnose.locate import locate
-from calibrate.diagnose.name import alarm, candidate, name
-from calibrate.diagnose.noise import maximum_draws
-from calibrate.diagnose.problem import fit
-from calibrate.diagnose.scores import explained, score
+from calibrate.diagnose.air import speed_through_air
+from calibrate.diagnose.engine.alarm import ALARM_P
+from calibrate.diagnose.engine.problem import fit
+from calibrate.diagnose.rigs.drop.diagnose import diagnose_drop
+from calibrate.diagnose.rigs.drop.flight import POINTS, accelerations, positions_at_nodes
+from calibrate.diagnose.rigs.drop.model import FELT, LAWS, STARTS, build, forces, predict, push_slopes, pushed
+from calibrate.diagnose.rigs.drop.nuisances import OFF_CENTRE, PRIORS
+from calibrate.diagnose.rigs.drop.problem import known_sd, problem_of
+from calibrate.diagnose.rigs.drop.reduction import STEP, row_slopes, side_slopes
+from calibrate.diagnose.rigs.drop.session import assemble
 from calibrate.twin.tracks import one_scale
 
 LIGHT = Bench(fps=500.0)
@@ -34,11 +26,65 @@ def fitted(bench, seed, count=3, heights=None):
     return fit(problem_of(build(assemble(tracks(bench, count, np.random.default_rng(seed), heights=heights)))))
 
 
-def verdict(bench, seed, count=3, heights=None):
-    base, rng = fitted(bench, seed, count, heights), np.random.default_rng(0)
-    where = locate(base, windows_of(base), rng)
-    found = name(base, where, rng)
-    return credited(where, base, found), found
+def found(bench, seed, count=3, heights=None):
+    return diagnose_drop(tracks(bench, count, np.random.default_rng(seed), heights=heights), np.random.default_rng(0))
+
+
+def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
+    told = found(LIGHT, 1)
+    assert told.verdict == "none" and told.names == () and not told.alarm
+    assert told.explanations[0][0] == () and told.p_verdict > 0.5
+    # correlated noise estimated from 2,000 rows: σ² to 3 %, so χ² per degree of freedom to 10 %
+    base = fitted(LIGHT, 1)
+    assert base.chi2 / base.freedom == pytest.approx(1, abs=0.12)
+
+
+@pytest.mark.parametrize("stated_mm", [2000.0, None])
+def test_seeds_that_come_nearer_to_the_camera_look_larger_and_that_is_no_news(stated_mm):
+    """2 m away, 0.3 m/s towards it: the picture grows by 3 % in a bounce, whether or not anybody says where the camera stood."""
+    told = found(replace(LIGHT, away=2.0, tip_deg=30.0, bounces=1, stated_away_mm=stated_mm), 3)
+    assert told.verdict == "none" and not told.alarm
+
+
+def test_a_seed_in_air_weighs_less_by_what_it_displaces_and_drags_half_as_much_along():
+    """0.14 % of g for a soybean, twice the sd of a good scale."""
+    model = build(assemble(tracks(replace(LIGHT, bounces=1), 1, np.random.default_rng(1))))
+    light = model.session.air[0].buoyancy
+    assert light == pytest.approx(1.2 / 1250, rel=0.2)
+    still = forces(model, dict.fromkeys(model.names, 0.0), np.zeros(len(model.session.middle)))(np.zeros((len(model.session.middle), 1, 2)))
+    assert still[..., 1] == pytest.approx(-G * (1 - light) / (1 + light / 2), rel=2e-5)  # drag at 1 cm/s
+
+
+def test_two_effects_are_both_named_and_what_stood_for_both_is_not():
+    """A draught explains a rolled camera and drag together fairly well."""
+    told = found(replace(LIGHT, stated_air=0.0, roll_deg=1.0, noise_mm=0.15), 1)
+    assert told.verdict in ("name", "class") and set(told.names) == {"drag", "camera-roll"}
+    assert min(told.effects[n].probability for n in told.names) > 0.7
+
+
+def test_scale_and_clock_are_a_class_when_no_height_is_stated():
+    """Exact twins once nothing but t² tells them apart: never a definite name."""
+    seen = tracks(replace(LIGHT, scale=0.02), 3, np.random.default_rng(1))
+    blind = [replace(t, description=t.description | {"drop": {}}) for t in seen]
+    told = diagnose_drop(blind, np.random.default_rng(0))
+    assert told.verdict == "class" and {"scale-error", "clock-error"} <= set(told.names)
+    assert told.next_record
+
+
+def test_where_seeds_flew_far_to_one_side_the_lens_may_look_at_the_fall():
+    session = assemble(tracks(LIGHT, 3, np.random.default_rng(1)))
+    for aside in (0.0, 2.0):
+        there = replace(session, view=replace(session.view, fall=-aside * session.view.reach))
+        assert known_sd(there)["lens.x"] == pytest.approx(PRIORS["lens"][0] * np.hypot(OFF_CENTRE, aside / np.sqrt(3)))
+
+
+def test_what_the_stated_uncertainty_covers_is_no_news():
+    """A roll of 1.5 of its own sd and a C_d 15 % off are the bench's usual state."""
+    assert found(replace(LIGHT, roll_deg=0.075, shape_drag=1.15), 4).p_global > ALARM_P
+
+
+
+
 
 
 def test_flight_with_quadratic_drag_has_its_closed_form():
@@ -57,43 +103,12 @@ def test_flight_with_quadratic_drag_has_its_closed_form():
     assert speeds[0, -1, 1] == pytest.approx(-terminal * np.tanh(2 * G * half / terminal), abs=1e-7)
 
 
-def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
-    base = fitted(LIGHT, 1)
-    where = locate(base, windows_of(base), np.random.default_rng(0))
-    found = name(base, where, np.random.default_rng(0))
-    assert found.verdict == "none" and found.names == ()
-    # correlated noise estimated from 2,000 rows: σ² to 3 %, so χ² per degree of freedom to 10 %
-    assert base.chi2 / base.freedom == pytest.approx(1, abs=0.12)
 
 
-@pytest.mark.parametrize("lock_px", [0.0, 0.04])
-def test_pixels_pull_by_where_the_seed_was_not_by_what_was_read(lock_px):
-    """Read with .2 px of noise, of seeds that take many frames to cross a pixel: both axes tell the same pull, or none."""
-    base = fitted(Bench(fps=2000.0, noise_mm=0.05, rho=0.5, lock_mm=lock_px * PIXEL_MM), 4)
-    for axis in "xz":
-        for wave, true in (("sin", lock_px), ("cos", 0.0)):
-            law = f"pixel-lock.{axis}.{wave}"
-            assert abs(base.by_name[law] - true) < 4 * base.sd(law), law
 
 
-def test_speed_that_no_picture_shows_is_felt_by_the_air_and_no_news():
-    """Tipped seeds are thrown to the camera, too, by up to 0.7 m/s; χ² of what flights show beside the baseline, by its chance.
-
-    As a control the same with a seed that is thrown across only."""
-    seen = tracks(Bench(fps=2000.0, noise_mm=0.02, rho=0.0, tip_deg=30.0), 4, np.random.default_rng(3))
-    model = build(assemble(seen))
-    flat = replace(model, aside_square=np.full_like(model.aside_square, 1e-4))
-    allowed, denied = (stats.chi2.sf(*explained(fit(problem_of(m)), (), smooth=True)) for m in (model, flat))
-    assert allowed > 0.05 and denied < ALPHA
 
 
-def test_seeds_that_come_nearer_to_a_camera_of_stated_distance_look_larger_and_that_is_no_news():
-    """2 m away, 0.3 m/s towards it: the picture grows by 3 % in a bounce. As a control nobody says where the camera stood."""
-    bench = replace(LIGHT, away=2.0, tip_deg=30.0, bounces=1)
-    made = [tracks(replace(bench, stated_away_mm=mm), 3, np.random.default_rng(3)) for mm in (2000.0, None)]
-    told, untold = (diagnose_drop(seen, np.random.default_rng(0)) for seen in made)
-    assert told.verdict == "none" and not told.alarm
-    assert untold.verdict == "unknown" and any("distance_mm" in note for note in untold.notes)
 
 
 def test_the_air_feels_an_unseen_speed_smoothly_where_its_square_is_found_below_nil():
@@ -120,11 +135,6 @@ def test_one_session_may_state_where_the_camera_stood_and_another_not():
     assert diagnose_drop(near + far, np.random.default_rng(0)).verdict == "none"
 
 
-def test_a_baseline_that_misses_much_stays_where_forces_have_a_size():
-    """A camera that is held to be upright though it is rolled by twenty sds; drag that falls as v^-1.5 would fit its turn."""
-    base = fitted(Bench(bounces=1, noise_mm=0.03, rho=0.5, roll_deg=1.0), 2)
-    held = without(base, ("camera-roll",))
-    assert np.isfinite(held.values).all() and held.chi2 < 1e6 and np.abs(held.values).max() < 10
 
 
 def test_each_recording_may_count_its_places_from_anywhere_among_the_pixels():
@@ -139,7 +149,7 @@ def test_each_recording_may_count_its_places_from_anywhere_among_the_pixels():
 @pytest.mark.parametrize("one", [True, False])
 def test_drops_whose_scale_only_their_falls_give_have_one_scale(one):
     """Each fall by itself gives it to half a percent; as a control, each its own."""
-    seen = tracks(LIGHT, 4, np.random.default_rng(3))
+    seen = tracks(replace(LIGHT, stated_away_mm=5e4), 4, np.random.default_rng(3))
     off = 0.005 * np.random.default_rng(4).normal(size=len(seen))
     alone = [_by_fall(t, 1 + share) for t, share in zip(seen, off, strict=True)]
     found = diagnose_drop(one_scale(alone) if one else alone, np.random.default_rng(0))
@@ -166,16 +176,19 @@ MORE = [
 ]
 
 
+
+
 @pytest.mark.parametrize(
     ("effect", "change", "true", "sector"), [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in MORE)]
 )
 def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, sector):
-    where, found = verdict(replace(LIGHT, **change), 1)
-    assert where.sectors[0].name == sector and where.sectors[0].explained > 0.5 and where.sectors[0].p < ALPHA
-    assert found.verdict == "name" and found.names == (effect,)
-    best = found.candidates[0]
+    told = found(replace(LIGHT, **change), 1)
+    assert told.sectors[0].name == sector and told.sectors[0].explained > 0.5
+    assert told.verdict == "name" and told.names == (effect,) and told.p_global < ALARM_P
+    assert told.effects[effect].probability > 0.95
     if true is not None:  # seven cases must all pass
-        assert abs(best.value[0] - true) < 4 * best.sd[0]
+        size = told.parameters[effect]
+        assert abs(size.value - true) < (size.high95 - size.low95)  # four sds
 
 
 @pytest.mark.parametrize(("away_m", "wobble_mm"), [(math.inf, 0.014), (1.0, 0.02)])
@@ -188,47 +201,14 @@ def test_a_wobble_of_a_twentieth_of_a_pixel_is_named(away_m, wobble_mm):
     assert found.parameters["silhouette-wobble"].value == pytest.approx(wobble_mm, abs=0.004)
 
 
-def test_a_ruler_beside_the_middle_is_no_wrong_scale():
-    """Where the scale changes with height, that read at the plate is off in the middle by 0.03/m × 155 mm, six of its sds."""
-    base = fitted(replace(LIGHT, keystone=0.03), 1)
-    seen = candidate(base, ("perspective",), np.random.default_rng(0))
-    both = candidate(base, ("perspective", "scale-error"), np.random.default_rng(0))
-    assert both.ln_bayes < seen.ln_bayes and abs(seen.value[0] - 0.03) < 2 * seen.sd[0]
 
 
-def test_where_seeds_flew_far_to_one_side_the_lens_may_look_at_the_fall():
-    session = assemble(tracks(LIGHT, 3, np.random.default_rng(1)))
-    for aside in (0.0, 2.0):
-        there = replace(session, view=replace(session.view, fall=-aside * session.view.reach))
-        assert baseline_sd(there)["lens.x"] == pytest.approx(LENS * np.hypot(OFF_CENTRE, aside / np.sqrt(3)))
 
 
-def test_where_a_tilted_plate_throws_seeds_upright_lines_lean_and_that_is_no_rolled_camera():
-    """They fall at one side of what is seen, and upright is as stated where they fall; as a control a camera that is rolled."""
-    thrown = replace(LIGHT, keystone=0.04, tilt_deg=5.0, axes=(3.5e-3,) * 3)
-    for roll in (0.0, 0.5):
-        base = fitted(replace(thrown, roll_deg=roll), 1)
-        assert abs(base.problem.model.session.view.fall) > 0.02
-        both = candidate(base, ("camera-roll", "perspective"), np.random.default_rng(0))
-        assert abs(both.value[0] - roll) < 0.1  # 2 sds of a plumb line
-        alone = candidate(base, ("perspective",), np.random.default_rng(0))
-        assert (both.ln_bayes > alone.ln_bayes + 5) == (roll > 0)
 
 
-def test_two_effects_are_both_named_and_what_stood_for_both_is_not():
-    """A draught explains a rolled camera and drag together fairly well, so that it is what is found first."""
-    _, found = verdict(replace(LIGHT, stated_air=0.0, roll_deg=1.0, noise_mm=0.15), 1)
-    assert found.verdict == "name" and set(found.names) == {"drag", "camera-roll"}
 
 
-def test_scale_and_clock_are_a_class_when_no_height_is_stated():
-    """Exact twins once nothing but t² tells them apart: never a definite name."""
-    seen = tracks(replace(LIGHT, scale=0.02), 3, np.random.default_rng(1))
-    blind = [replace(t, description=t.description | {"drop": {}}) for t in seen]
-    base, rng = fit(problem_of(build(assemble(blind)))), np.random.default_rng(0)
-    found = name(base, locate(base, windows_of(base), rng), rng)
-    assert found.verdict == "class" and {"scale-error", "clock-error"} <= set(found.names)
-    assert found.next_record
 
 
 def test_a_fall_is_as_high_by_whatever_clock_it_was_filmed():
@@ -251,7 +231,7 @@ def test_forces_depend_on_nothing_for_which_they_are_not_asked_again():
         assert np.array_equal(pushed(model, moved, values), before) == (p not in FELT)
     for law in model.names:
         same = np.array_equal(pushed(model, starts, values | {law: 0.02}), before)
-        assert same if LAWS[law].picture else not same or law == perspective.RULER
+        assert same if LAWS[law].picture else not same
 
 
 def test_derivatives_are_those_of_what_a_camera_reads():
@@ -276,38 +256,13 @@ def test_derivatives_are_those_of_what_a_camera_reads():
         assert seen == pytest.approx(rows[p].T, rel=2e-3, abs=2e-3 * np.abs(seen).max()), p
 
 
-def test_a_fit_goes_on_where_the_baseline_is_far_off():
-    """A scale four of its sds off and a wind of 1.2 m/s, in a narrow valley: after five steps χ² is 210 above where it ends."""
-    bench = Bench(fps=1000.0, wind=1.2, scale=0.04, noise_mm=0.03, rho=0.0, e=0.65, bounces=4, angle=False)
-    problem = problem_of(build(assemble(tracks(bench, 4, np.random.default_rng(2), heights=[0.1, 0.31]))))
-    problem = replace(problem, known_sd=problem.known_sd | {"scale-error": 0.01})
-    assert fit(problem).chi2 == pytest.approx(fit(replace(problem, turns=40)).chi2, abs=80.0)
-
-
-def test_where_forces_leave_no_say_to_a_start_is_no_place_for_a_fit():
-    """A drag of a million weights comes out as a worse fit than the baseline, or as none; none falls faster than 1/v."""
-    assert drag_shape(0.01, 400.0, -17.0) == drag_shape(0.01, 400.0, -1.0) < 1e4
-    base = fitted(LIGHT, 1)
-    wild = np.where([n == "drag" for n in base.names], 1e6, base.values)
-    with np.errstate(all="ignore"):
-        reduced, _ = base.problem.reduce(base.starts, wild)
-        misfit = [((r.b - r.a @ wild) ** 2).sum() for r in reduced]
-    assert not any(m < 2 * base.chi2 / len(misfit) for m in misfit)
 
 
 
-def test_what_the_stated_uncertainty_covers_is_no_news():
-    """A roll of 1.5 of its own sd and a C_d 15 % off are the bench's usual state."""
-    base = fitted(replace(LIGHT, roll_deg=0.075, shape_drag=1.15), 4)
-    assert alarm(base, locate(base, windows_of(base), np.random.default_rng(0)), np.random.default_rng(0))[0] > ALPHA
 
 
-def scores_of(bench, seed):
-    """(p of the maximum score, z of every candidate) of two drops."""
-    base = fitted(bench, seed, count=2)
-    found, rng = score(base), np.random.default_rng(seed)
-    draws = maximum_draws(found.covariance, rng, level_sd=base.problem.level_sd)
-    return (1 + (draws >= np.abs(found.z).max()).sum()) / (1 + len(draws)), dict(zip(found.names, found.z, strict=True))
+
+
 
 
 def usual(seed, **change):
@@ -318,30 +273,10 @@ def usual(seed, **change):
     return replace(LIGHT, rho=rho, white=float(rng.choice([0.0, 0.3])), **(state | change))
 
 
-@pytest.mark.slow
-def test_false_alarms_on_clean_drops():
-    p = np.array([scores_of(usual(seed), seed)[0] for seed in range(200)])
-    print(f"p < .005: {(p < ALPHA).mean():.3f}, p < .05: {(p < 0.05).mean():.3f}")
-    assert (p < ALPHA).sum() <= 5  # 1 expected; more than 5 has a chance of 6e-4
-    assert (p < 0.05).sum() <= 22  # 10 expected
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("share", "least"), [(0.0, 0.0), (4.5, 0.4), (7.0, 0.9)])
-def test_power_to_detect_drag(share, least):
-    """`share`: signal to noise, in sd of the drag's own score, by weighing the air."""
-    sizes = [abs(scores_of(usual(seed, stated_air=0.0), seed)[1]["drag"]) for seed in range(4)]
-    air = 1.2 * share / float(np.mean(sizes))
-    hits = [scores_of(usual(seed, stated_air=0.0, air=air), seed)[0] < ALPHA for seed in range(100, 124)]
-    print(f"SNR {share}: {np.mean(hits):.2f}")
-    assert np.mean(hits) >= least
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("change", [{"tilt_deg": 1.5}, {"e": lambda speed, count: 0.7 - 0.08 * speed}])
-def test_what_happens_in_impacts_is_not_taken_for_flight_or_picture(change):
-    for seed in (1, 2):
-        assert verdict(replace(LIGHT, **change), seed)[1].verdict == "none"
 
 
 def test_a_force_on_nobodys_list_is_no_camera_and_a_clock_that_drifts_is_no_force():
@@ -353,3 +288,10 @@ def test_a_force_on_nobodys_list_is_no_camera_and_a_clock_that_drifts_is_no_forc
         found = diagnose_drop(seen, np.random.default_rng(0))
         assert found.alarm and found.verdict == "unknown" and found.sectors[0].name == sector and found.law
         assert 0.25 < found.held_out.removed_fraction < 1.2  # one term stands for what bends with the height, or the time
+
+
+@pytest.mark.slow
+def test_false_alarms_on_clean_drops():
+    told = [found(usual(seed), seed, count=2) for seed in range(100)]
+    assert sum(f.alarm for f in told) <= 3  # 0.5 expected; more than 3 has a chance of 2e-3
+    assert not any(f.verdict == "name" for f in told)

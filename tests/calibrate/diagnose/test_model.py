@@ -2,38 +2,82 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import falling
 import numpy as np
 import pytest
 
 from calibrate.diagnose.air import air_of
-from calibrate.diagnose.drop.again import Flights
-from calibrate.diagnose.drop.strikes import CHANGES
-from calibrate.diagnose.effects.drop import EFFECTS
-from calibrate.diagnose.effects.drop.impact import IMPACT_EFFECTS
-from calibrate.diagnose.model import AGAIN, COUNTERPARTS, NONE_AT_ALL
-from calibrate.diagnose.roll.again import laws_of as rolling_laws
-from calibrate.diagnose.slide.again import laws_of as friction_laws
+from calibrate.diagnose.effects import drop, pile, roll, slide
+from calibrate.diagnose.engine.conditions import Contact, conditions_of
+from calibrate.diagnose.finding import Finding
+from calibrate.diagnose.rerun import AGAIN, beside_mean, settings, why_not
+from calibrate.diagnose.rigs.drop.again import flights_of, laws_of
+from calibrate.diagnose.rigs.drop.strikes import NUMBERS_OF_FALL
+from calibrate.diagnose.rigs.roll.again import laws_of as rolling_laws
 from calibrate.twin.flown import drag_factor, fly, strike
 from calibrate.twin.parameters import Parameters
 from sim.laws import LAWS
 
+OF_RIG = {"drop": drop.EFFECTS, "slide": slide.EFFECTS, "roll": roll.EFFECTS, "pile": pile.EFFECTS}
 TOLD = {"seed": falling.STATED, "air": {"density_kg_m3": 0.0}}
 DRAG = LAWS["drag"].function
 
 
-def test_every_effect_of_the_drop_has_a_counterpart_or_a_reason_why_not():
-    reported = {n for n, e in (EFFECTS | IMPACT_EFFECTS).items() if not e.group and "." not in n}
-    assert reported <= set(COUNTERPARTS["drop"]) | set(NONE_AT_ALL)
-    assert set(CHANGES) <= set(COUNTERPARTS["drop"])
-    assert {rig for rig, own in COUNTERPARTS.items() if own} == set(AGAIN)
-    for name in COUNTERPARTS["slide"]:
-        (law, numbers), = friction_laws({name: 0.05}).items()  # fmt: skip
-        LAWS[law].use(**numbers)
-    for name in set(COUNTERPARTS["roll"]) - {"slope"}:  # that is the rig's
-        (law, numbers), = rolling_laws(TOLD, {name: 0.05}).items()  # fmt: skip
-        LAWS[law].use(**numbers)
+@pytest.mark.parametrize("rig", OF_RIG)
+def test_every_effect_has_a_counterpart_or_a_reason_why_not(rig):
+    assert set(AGAIN) == set(OF_RIG)
+    for name, effect in OF_RIG[rig].items():
+        if effect.group or "." in name:
+            continue
+        assert bool(effect.counterpart) != bool(effect.untwinned), name
+        assert why_not(rig, name) == effect.untwinned
+        if effect.counterpart:
+            assert effect.counterpart.what.format(value="0.1")
+
+
+@pytest.mark.parametrize("rig", ["drop", "slide"])
+def test_what_stands_for_an_effect_is_a_law_of_the_twin_with_its_number(rig):
+    for name, effect in OF_RIG[rig].items():
+        if effect.counterpart is None:
+            continue
+        change = settings(rig, {name: 0.05})
+        by_picture = effect.picture or effect.clock  # such a law is the camera's own
+        assert bool(change) != bool(by_picture), name
+        for law, numbers in change.get("laws", {}).items():
+            LAWS[law].use(**(NUMBERS_OF_FALL[law](numbers["fall"], 0.5, 1.0) if "fall" in numbers else numbers))
+        for law, numbers in laws_of(TOLD, air_of(TOLD), change.get("air", {}), 2.0).items():
+            LAWS[law].use(**numbers)
+
+
+def test_the_twin_gets_reported_values_and_several_effects_at_once():
+    assert settings("drop", {"film-adhesion": 0.01})["laws"]["restitution_film"]["film_speed"] == pytest.approx(0.1)
+    both = settings("drop", {"drag": 0.02, "draught": 0.3, "plate-tilt": 1.0, "perspective.ruler": 0.1})
+    assert both == {"air": {"share": 0.02, "at_m_s": 2.0, "wind_x": 0.3}, "rig": {"tilt_deg": 1.0}}
+
+
+def test_a_parameter_that_follows_a_condition_is_each_recordings_own():
+    """Slope of −0.01 per % in numbers; of words each level's own."""
+    contact = Contact("restitution", "e", 0.1, 1.0, "impact", "restitution")
+    moisture, plates = [9.0, 11.0, 13.0, 15.0], ["steel", "glass", "glass", "steel"]
+    tracks = [falling_track(f"drop-{k}", {"moisture_pct": m, "plate": p}) for k, (m, p) in enumerate(zip(moisture, plates, strict=True))]
+    spread = conditions_of([t.description for t in tracks], [""] * 4)[0][0].spread
+    slope = {"restitution-follows-moisture_pct": (-0.01 * spread,) * 4}
+    more = beside_mean(contact, found(slope, tracks), tracks)
+    assert list(more.values()) == pytest.approx([0.03, 0.01, -0.01, -0.03])
+    levels = {"restitution-follows-plate": (0.02,) * 4, "restitution-follows-plate.glass": (-0.02,) * 4}
+    assert list(beside_mean(contact, found(levels, tracks), tracks).values()) == pytest.approx([0.02, -0.02, -0.02, 0.02])
+    assert why_not("drop", "restitution-follows-plate") == "" and "one rolling friction" in why_not("roll", "rolling_friction-follows-x")
+
+
+def falling_track(name: str, conditions: dict):
+    return SimpleNamespace(recording=name, session="", description={"conditions": conditions})
+
+
+def found(left_out: dict, tracks: list) -> Finding:
+    names = tuple(t.recording for t in tracks)
+    return Finding("drop", names, True, 0.0, (), None, "", "name", tuple(left_out), 9.0, 9.0, {}, None, None, None, left_out=left_out)
 
 
 def test_drag_in_the_units_of_the_diagnosis():
@@ -86,8 +130,8 @@ def test_a_twins_bounce_has_its_restitution_and_its_plates_tilt():
 )
 def test_the_twin_that_flies_with_the_effect_agrees_to_the_noise(effect, change):
     tracks = falling.tracks(falling.Bench(bounces=1, noise_mm=0.03, rho=0.5, **change), 2, np.random.default_rng(3))
-    flights = Flights(tracks, (effect,))
-    rows = list(flights.compared(flights.read(flights.before), flights.read(flights.after)))
+    (flights,) = flights_of(tracks, (effect,))
+    rows = list(flights.compared(flights.read(without=(effect,)), flights.read()))
     assert [r.recording for r in rows] == ["drop-00", "drop-01"]
     for row in rows:
         assert row.after < 0.036 < row.before  # the noise is 0.03 mm, the twin's own share of it small

@@ -1,9 +1,23 @@
 """The noise of a track is found again; judged by it clean tracks raise no alarm, judged as white noise nearly all do."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from calibrate.diagnose.noise import Stretch, estimate, frame_lag, maximum_threshold, spikes, tail_weight, whiten
+from calibrate.diagnose.engine.noise import (
+    Noise,
+    Stretch,
+    averaged,
+    estimate,
+    frame_lag,
+    maximum_draws,
+    spikes,
+    tail_weight,
+    told_by,
+    whiten,
+)
 
 G, FPS, SD = 9.80665, 5200.0, 5e-5
 FALLS = (0.310, 0.100, 0.035, 0.012)  # a fall and three rebounds [m]
@@ -158,7 +172,28 @@ def test_heavy_tails_and_outliers_are_seen():
 
 def test_threshold_of_a_maximum_is_that_of_independent_scores_and_less_for_equal_ones():
     rng = np.random.default_rng(4)
-    many = maximum_threshold(np.eye(7), 0.05, rng, draws=100_000)
+    def threshold(covariance, **more):
+        return float(np.quantile(maximum_draws(covariance, rng, draws=100_000, **more), 0.95))
+
+    many = threshold(np.eye(7))
     assert many == pytest.approx(2.69, abs=0.02)  # Φ⁻¹ of (1 − .05)^(1/7), two-sided
-    assert maximum_threshold(np.ones((7, 7)), 0.05, rng, draws=100_000) == pytest.approx(1.96, abs=0.02)
-    assert maximum_threshold(np.eye(7), 0.05, rng, level_sd=0.2) > many
+    assert threshold(np.ones((7, 7))) == pytest.approx(1.96, abs=0.02)
+    assert threshold(np.eye(7), level_sd=0.2) > many
+
+
+def test_noise_of_means_over_blocks_is_that_of_the_averaged_noise():
+    """White + OU noise, drawn and averaged: variance at lag nil and covariance at lag one of the model that is told."""
+    rng, n, block = np.random.default_rng(5), 400_000, 6
+    rho, white = 0.9, 0.4
+    slow = lfilter([math.sqrt(1 - rho**2)], [1, -rho], rng.standard_normal(n))
+    means = (math.sqrt(1 - white) * slow + math.sqrt(white) * rng.standard_normal(n))[: n // block * block].reshape(-1, block).mean(1)
+    told = averaged(Noise(rho, white, 0.1), block)
+    lag = float(np.mean(means[1:] * means[:-1]) / np.mean(means**2))
+    spectrum = np.abs(np.fft.rfft(means[: len(means) // 128 * 128].reshape(-1, 128) / means.std(), axis=1)) ** 2 / 128
+    assert told.low_frequency == pytest.approx(float(spectrum[:, 0].mean()), rel=0.1)  # where missing physics lives
+    assert (1 - told.white) * told.rho == pytest.approx(lag, abs=0.05)
+
+
+def test_smooth_directions_tell_the_noises_power_as_well():
+    """To a half and by 32 directions, of which each tells ln of it to √2: √(2/(8 + 32))."""
+    assert told_by(0.5, 32) == pytest.approx(math.sqrt(2 / 40)) and told_by(0.5, 0) == pytest.approx(0.5)

@@ -8,10 +8,9 @@ import pytest
 from heaping import Heap, repeats
 
 from calibrate.diagnose.effects.pile import EFFECTS
-from calibrate.diagnose.model import COUNTERPARTS, NONE_AT_ALL
-from calibrate.diagnose.pile.again import FRICTIONS, Kind, _compared, _fitted, piles_again
-from calibrate.diagnose.pile.diagnose import diagnose_pile
-from calibrate.diagnose.pile.slices import AT, LEVELS, Knobs, Shape, setting, shape_of
+from calibrate.diagnose.rigs.pile.again import FRICTIONS, Kind, _compared, _fitted, piles_again
+from calibrate.diagnose.rigs.pile.diagnose import diagnose_pile
+from calibrate.diagnose.rigs.pile.slices import AT, Knobs, Shape, setting, shape_of
 from calibrate.twin.parameters import Parameters, bench
 from calibrate.twin.piles import read_piles
 from calibrate.twin.run import simulate
@@ -23,8 +22,8 @@ TOLD = {
 
 
 def test_every_effect_of_the_pile_has_a_counterpart_or_a_reason_why_not():
-    assert {n for n in EFFECTS if "." not in n} <= set(COUNTERPARTS["pile"]) | set(NONE_AT_ALL)
-    assert set(LEVELS) == set(COUNTERPARTS["pile"])
+    assert all(e.counterpart or e.untwinned for e in EFFECTS.values() if not e.group)
+    assert all(bool(e.act.strengths) == bool(e.act.twin) == bool(e.counterpart) for e in EFFECTS.values())
 
 
 def test_cohesion_of_strength_one_pulls_with_a_seeds_weight_and_grows_as_its_size():
@@ -71,7 +70,7 @@ def test_friction_and_strength_are_found_on_the_other_half_of_the_recordings():
     def shape(friction: float, strength: float) -> Shape:
         return Shape(target.surface + (strength - 0.25) * 0.4 * crest, target.angle_deg + 20 * (friction - 0.4))
 
-    strengths = tuple(shape(FRICTIONS[0], s) for s in (0.0, *LEVELS["cohesion"]))
+    strengths = tuple(shape(FRICTIONS[0], s) for s in (0.0, *EFFECTS["cohesion"].act.strengths))
     kind = Kind(tuple(heaps), tuple(shape(f, 0.0) for f in FRICTIONS), strengths)
     new = _fitted([kind], 0, "cohesion", True)
     assert new.strength == pytest.approx(0.25, abs=0.03) and new.friction == pytest.approx(0.4, abs=0.03)

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calibrate.diagnose.descent import Cheap
 from calibrate.diagnose.effects.effect import Effect
-from calibrate.diagnose.linear import Reduced
-from calibrate.diagnose.problem import Problem, fit
-from calibrate.diagnose.scores import ln_evidence
+from calibrate.diagnose.engine.descent import Cheap
+from calibrate.diagnose.engine.linear import Reduced
+from calibrate.diagnose.engine.problem import Problem, fit
 
 
 def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:
@@ -73,7 +72,10 @@ def test_a_strong_effect_is_neither_drawn_to_nil_nor_forbidden_by_the_tail_of_it
     assert strong.by_name[shows] == pytest.approx(2.4, abs=0.8 * strong.sd(shows))
     shrunk = 100.0 / (100.0 + 0.3**-2)  # of the normal prior
     assert weak.by_name[shows] == pytest.approx(0.3 * shrunk)
-    tail = ln_evidence(strong.reduced, strong.prior_sd) + 0.5 * np.log1p(100.0 * 0.3**2)
+    a, b = strong.reduced[0].a * strong.prior_sd, strong.reduced[0].b
+    information = a.T @ a + np.eye(2)
+    least = float(b @ b - b @ a @ np.linalg.solve(information, a.T @ b))
+    tail = -0.5 * (least + np.linalg.slogdet(information)[1]) + 0.5 * np.log1p(100.0 * 0.3**2)
     assert tail == pytest.approx(-np.log(2.0) - 8.0, abs=1.0)
 
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from sliding import LIGHT, slides
 
-from calibrate.diagnose.slide.diagnose import diagnose_slide, fitted
-from calibrate.diagnose.slide.model import ACTING, Model, candidates
-from calibrate.diagnose.slide.problem import prepare
-from calibrate.diagnose.slide.session import assemble
+from calibrate.diagnose.engine.problem import fit
+from calibrate.diagnose.rigs.slide.diagnose import alternatives, diagnose_slide
+from calibrate.diagnose.rigs.slide.model import ACTING
+from calibrate.diagnose.rigs.slide.problem import prepare
+from calibrate.diagnose.rigs.slide.session import assemble
 
 SHARP = replace(LIGHT, fps=240.0, rates=(1.0,), noise_mm=0.008, rho=0.0, white=1.0, mm_per_px=0.2, travel_mm=40.0)
 
 
 def fit_of(seen):
-    prepared = prepare(assemble(seen))
-    return fitted(prepared, Model(prepared.session, 0.0, candidates(prepared.session)))
+    return fit(alternatives(prepare(assemble(seen)), (), None)[0].problem)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

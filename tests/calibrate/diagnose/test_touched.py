@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from falling import Bench, tracks
 
-from calibrate.diagnose.drop.diagnose import diagnose_drop
-from calibrate.diagnose.drop.sessions import sittings_of
+from calibrate.diagnose.rigs.drop.diagnose import diagnose_drop
+from calibrate.diagnose.rigs.drop.joint import sittings_of
 
 LONG = Bench(fps=2000.0, noise_mm=0.04, rho=0.0)
 

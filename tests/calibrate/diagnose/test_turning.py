@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calibrate.diagnose.drop.turning import smoothed, trusted, turning
+from calibrate.diagnose.rigs.drop.turning import smoothed, trusted, turning
 
 FRAMES = 120
 

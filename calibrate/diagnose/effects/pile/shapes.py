@@ -4,14 +4,14 @@ u: share of the flank's way, 0 at the crest, 1 where its line meets the plate; c
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from calibrate.diagnose.effects.effect import Effect
 
 CREST_WIDTH, TOE_WIDTH = 0.2, 0.15
-BENDS, BEND_WIDTH, BEND_SD = (0.05, 0.2, 0.35), 0.08, 0.04
+BENDS, BEND_WIDTH, BEND_SD = (0.0, 0.1, 0.2, 0.3, 0.4), 0.08, 0.04  # how far a crest may depart from `crest`: nobody knows a law that well
 
 
 def crest(u: np.ndarray) -> np.ndarray:
@@ -29,48 +29,28 @@ def middle(u: np.ndarray) -> np.ndarray:
     return np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0, 1)) ** 2, 0.0)
 
 
-def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[tuple[Effect, ...], dict[str, "Law"]]:
-    """Further parameters by which the crest's shape may differ from `crest`: nobody knows the law that well."""
-    effects, laws = [], {}
-    for at in BENDS:
-        name = f"{effect}.bend-{at:g}"
-        effects.append(
-            Effect(name, "crest", "1", f"crest's own shape at {at:.0%} of the way", BEND_SD, -1.0, 1.0, source, group=effect)
-        )
-        laws[name] = Law(surface=_bump(at), weight=weight)
-    return tuple(effects), laws
-
-
-def in_seeds(effect: str, sector: str, prior_sd: float, source: str, surface: Callable[[np.ndarray], np.ndarray]):
-    """A further parameter: as much of the same as is fixed in seeds, not in shares of the heap (none where sizes do not differ).
-
-    Small heaps depart from large ones in any way that is some seeds large: by that alone nothing is cohesion.
-    """
-    name = f"{effect}.size"
-    more = Effect(name, sector, "1", "the same, in seeds", prior_sd, -1.0, 1.0, source, group=effect)
-    return {name: more}, {name: Law(surface=surface, weight=as_stated(seed_mm=1.0, rig_mm=-1.0))}
-
-
-def _bump(at: float) -> Callable[[np.ndarray], np.ndarray]:
-    return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
-
-
 @dataclass(frozen=True)
 class Law:
-    """What one unit of a parameter does to a photo, times `weight`.
+    """What one unit of a parameter does to a photo (rigs.pile.flanks.Photo), times `weight`.
 
     surface(u) → (n,) added to the surface; angle_deg: added to every flank's angle; turn_deg, plate_deg: by how much flanks and
-    plate turn clockwise, by what the photo's angles count from (flanks.Photo.reference); creep_deg: how much flatter a heap
-    becomes from its first to its last photo. weight(photos) → (R,): how strongly it acts in each photo, 1 on average; all the
-    same where nothing stated differs.
+    plate turn clockwise, the flanks' by what the photo's angles count from (Photo.reference); turn_after_deg: where it happened
+    after the heap was poured; creep_deg: how much flatter a heap becomes from its first to its last photo. weight(photos) → (R,):
+    how strongly it acts in each, 1 on average. known_deg(photos): sd of it on a good bench. twin(seed, pile, stated pile, strength)
+    → (seed, pile, laws) of the DEM's heap, as [seed] and [pile] of a recording; strengths: at which heaps are run to learn what
+    it does.
     """
 
     surface: Callable[[np.ndarray], np.ndarray] | None = None
     angle_deg: float = 0.0
-    turn_deg: dict[str, float] | None = None
+    turn_deg: dict[str, float] = field(default_factory=dict)
+    turn_after_deg: dict[str, float] = field(default_factory=dict)
     plate_deg: float = 0.0
     creep_deg: float = 0.0
     weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))
+    known_deg: Callable[[tuple], float] | None = None
+    twin: Callable[[dict, dict, dict, float], tuple[dict, dict, dict]] | None = None
+    strengths: tuple[float, ...] = ()
 
 
 def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
@@ -85,3 +65,23 @@ def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
         return raised / raised.mean()
 
     return weight
+
+
+def further(effect: str, source: str, **of: tuple[str, str, str, float, Law]) -> tuple[Effect, ...]:
+    """Further parameters of an effect, each (sector, unit, meaning, prior sd, law)."""
+    return tuple(
+        Effect(f"{effect}.{name}", sector, unit, meaning, sd, -np.inf, np.inf, source, group=effect, act=law)
+        for name, (sector, unit, meaning, sd, law) in of.items()
+    )
+
+
+def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[Effect, ...]:
+    """The crest's own shape at BENDS of the way."""
+
+    def bump(at: float) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
+
+    said = "crest's own shape at {:.0%} of the way"
+    return further(effect, source, **{
+        f"bend-{at:g}": ("crest", "1", said.format(at), BEND_SD, Law(surface=bump(at), weight=weight)) for at in BENDS
+    })  # fmt: skip

@@ -2,7 +2,7 @@
 
 import math
 
-from calibrate.diagnose.effects.effect import Effect
+from calibrate.diagnose.effects.effect import Counterpart, Effect
 
 
 def drive(value: float, sign: float) -> float:
@@ -10,8 +10,13 @@ def drive(value: float, sign: float) -> float:
     return -sign * math.sin(math.radians(value))
 
 
-EFFECT = Effect(
-    name="slope", sector="run-out", unit="deg", meaning="slope, rising along +x", prior_sd=0.5, low=-5.0, high=5.0,
-    source="component of the weight; one direction alone cannot tell it from rolling friction",
-    separating="the same plate run the other way",
+EFFECTS = (
+    Effect(
+        name="slope", sector="run-out", unit="deg", meaning="slope, rising along +x", prior_sd=0.5, low=-5.0, high=5.0,
+        source="component of the weight; one direction alone cannot tell it from rolling friction",
+        says=("the plate is not level", "° rising along +x"), separating="the same plate run the other way",
+        needs=lambda runs, seed: len({run.sign for run in runs}) > 1,
+        act=lambda way, value, context: way | {"level": way["level"] + drive(value, context.run.sign)},
+        counterpart=Counterpart("the level plate rises by {value}° along +x"),
+    ),
 )  # fmt: skip

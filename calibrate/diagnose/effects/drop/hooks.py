@@ -1,0 +1,90 @@
+"""What the laws of drops are asked with: seeds in flight, what the camera looks at, impacts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Seeds in flight at many moments: velocity (f, n, 2) [m/s] along x (right) and z (up); aside_square (f, 1) [m²/s²]: of the
+    speed along the line of sight, which no picture shows (an estimate may be below nil); rolled (f, 1) [rad/m]: spin over speed
+    that way, as across; spin (f, 1) [rad/s] anticlockwise in the picture; reynolds, lift, room (f, 1): see air.Air; g
+    [m/s²]; slope: see air.drag_shape."""
+
+    velocity: np.ndarray
+    aside_square: np.ndarray
+    rolled: np.ndarray
+    spin: np.ndarray
+    reynolds: np.ndarray
+    lift: np.ndarray
+    room: np.ndarray
+    g: float
+    slope: float
+
+
+@dataclass(frozen=True)
+class View:
+    """What the camera looks at: middle (2,) of the view and reach [m] (from there to its top); angle (n,) of the seed [rad], 0
+    where unknown; phase (n, 2): place in pixels times 2π, on a smooth curve, 0 where the scale is not stated; pixel [m]; fall [m]:
+    how far beside the middle seeds fall, where upright is as stated."""
+
+    middle: np.ndarray
+    reach: float
+    angle: np.ndarray
+    phase: np.ndarray
+    pixel: float
+    fall: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Impacts (n,): closing speed of the point of contact along the plate's normal [m/s], how many impacts this seed has had with
+    this one (1: the first); by how much a tilt of 1 rad turns Δv_x over Δv_n (1: no friction), and takes from e of the upright
+    speeds, before and after over the closing one (2, n)."""
+
+    speed: np.ndarray
+    count: np.ndarray
+    lever: np.ndarray
+    drift: np.ndarray
+
+
+def turned(places: np.ndarray, view: View, value: float) -> np.ndarray:
+    """Places (n, 2) in axes along the stated plumb line when the true one is `value` [deg] further clockwise."""
+    c, s = np.cos(np.radians(value)), np.sin(np.radians(value))
+    x, z = (places - view.middle).T
+    return view.middle + np.column_stack([x * c + z * s, z * c - x * s])
+
+
+def scaled(places: np.ndarray, view: View, value: float) -> np.ndarray:
+    """What is read with the stated scale: true place over 1 + `value`, about the middle of the view."""
+    return view.middle + (places - view.middle) / (1 + value)
+
+
+def keystone(places: np.ndarray, view: View, value: float) -> np.ndarray:
+    """Off the middle, true place over 1 + `value` (z − z_middle): mm per px grows by `value` [1/m] per metre.
+
+    Lines that are upright lean in such a picture, but for the one along which seeds fall: there a plumb line hangs.
+    """
+    about = view.middle + np.array([view.fall, 0.0])
+    return about + (places - about) / (1 + value * (places[:, 1:] - view.middle[1]))
+
+
+def wobbled(phase: int):
+    """Adds `value` [mm] (cos 2θ, sin 2θ), θ the seed's angle in the picture; phase 1: (−sin 2θ, cos 2θ)."""
+
+    def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
+        c, s = np.cos(2 * view.angle), np.sin(2 * view.angle)
+        return places + 1e-3 * value * np.column_stack([-s, c] if phase else [c, s])
+
+    return picture
+
+
+def tilted_kick(hits: Hits, tilt_deg) -> np.ndarray:
+    """Δv_x/Δv_n = α lever, α = `tilt_deg` positive where the plate falls towards +x; without friction Δv_x = (1 + e) v α."""
+    return np.radians(tilt_deg) * hits.lever
+
+
+def tilted_restitution(hits: Hits, e: np.ndarray, tilt_deg) -> np.ndarray:
+    """e − tan α (v_x' + e v_x)/v: what runs down the plate strikes it more gently than it falls, and leaves it less steeply."""
+    return e - np.tan(np.radians(tilt_deg)) * (hits.drift[1] + e * hits.drift[0])

@@ -1,0 +1,70 @@
+"""The alarm: could noise alone make the greatest score, of all that is listed and of all that is not?
+
+A component's column c has the score z = cᵀPb/√(cᵀPc), P the projection that marginalises the nuisances; normal where nothing is
+missing. The maximum over all columns is compared with a parametric bootstrap of it (their correlation, and the doubt about the
+noise's power, in it); what is unlisted by the fall of χ² of its few terms. Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50.
+"""
+
+import numpy as np
+from scipy import stats
+
+from calibrate.diagnose.engine.evidence import Kind, Table
+from calibrate.diagnose.engine.noise import maximum_draws
+from calibrate.diagnose.engine.posterior import Explanation, Posterior
+
+ALARM_P = 0.005  # below: noise alone is not believed to make the mismatch
+UNSEEN = 1e-10  # relative power of a column that the nuisances hide
+
+
+def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
+    """Averaged over the alternatives, by their weight with nothing missing."""
+    weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
+    plain = float(weight / weight.sum() @ [p_of(base, rng) for base in posterior.bases])
+    named = [_p_named(posterior, k) for k, a in enumerate(posterior.alternatives) if a.named]
+    return float(min([1.0, (1 + len(named)) * min([plain, *named])]))
+
+
+def _p_named(posterior: Posterior, number: int) -> float:
+    """Of an effect that is an alternative baseline: its own, or that of the fall of χ² beside the best plain one, for its size and for
+    each recording's phase."""
+    own = posterior.alternatives[number]
+    held = [e for e in posterior.explanations if e.alternative == number and set(e.names) == set(own.named)]
+    if own.p is not None or not held:
+        return own.p if own.p is not None else 1.0
+    fall = 2 * (held[0].table.ln_evidence(own.named)[1] - max(b.table.ln_evidence(())[1] for b in posterior.bases))
+    return float(stats.chi2.sf(max(fall, 0.0), 1 + len(held[0].reduced)))
+
+
+def p_of(base: Explanation, rng: np.random.Generator, sector: str | None = None) -> float:
+    """Of one baseline, in one sector or in all; Bonferroni over what is listed and what is not."""
+    table = base.table
+    asked = {n: c for n, c in table.components.items() if sector in (None, c.sector)}
+    listed = [n for n, c in asked.items() if c.kind is not Kind.UNLISTED]
+    groups = [n for n, c in asked.items() if c.kind is Kind.UNLISTED]
+    told = [p for p in (_p_listed(table, listed, rng), _p_unlisted(table, groups, rng)) if p is not None]
+    return float(min(1.0, len(told) * min(told))) if told else 1.0
+
+
+def _p_listed(table: Table, names: list[str], rng: np.random.Generator) -> float | None:
+    information, right = table.information[table.usual], table.right[table.usual]
+    power = np.diag(information)
+    at = np.concatenate([table.spot[n] for n in names] or [np.zeros(0, dtype=int)])
+    at = at[power[at] > UNSEEN]
+    if not len(at):
+        return None
+    size = np.sqrt(power[at])
+    draws = maximum_draws(information[np.ix_(at, at)] / np.outer(size, size), rng, level_sd=table.level_sd)
+    return float((1 + (draws >= np.abs(right[at] / size).max()).sum()) / (1 + len(draws)))
+
+
+def _p_unlisted(table: Table, names: list[str], rng: np.random.Generator) -> float | None:
+    """The least over groups of terms, times their number."""
+    doubt = np.exp(table.level_sd * rng.standard_normal(2000))
+    found = []
+    for n in names:
+        at = table.spot[n]
+        values, vectors = np.linalg.eigh(table.information[table.usual][np.ix_(at, at)])
+        kept = values > 1e-6 * max(values.max(initial=0.0), UNSEEN)
+        fall = float(((vectors[:, kept].T @ table.right[table.usual][at]) ** 2 / values[kept]).sum())
+        found.append(float(stats.chi2.sf(fall / doubt, max(int(kept.sum()), 1)).mean()))
+    return min(1.0, len(found) * min(found)) if found else None

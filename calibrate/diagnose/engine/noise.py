@@ -1,0 +1,244 @@
+"""Noise of a track, estimated from the recording itself: white + correlated (OU at the frame rate), whitening, thresholds.
+
+    n_t = o_t + w_t,   var o = (1 − white) σ²,   var w = white σ²,   cov(o_t, o_s) = (1 − white) σ² ρ^|t−s|
+
+t, s frame numbers, so that lost frames need no filling in. ρ and the white share are those that make the restricted likelihood
+(REML; Patterson & Thompson 1971, Biometrika 58, 545) largest about a flexible curve: physics that a baseline leaves out must not
+be taken for correlated noise. What the curve takes up cannot be seen, so a correlation longer than an eighth of a flight, or than
+a third of a rest, is not considered, and of two descriptions that the data do not tell apart the one with less noise at low
+frequency holds. Whitening is by the innovations of the Kalman filter of this model (exact, gaps included).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy import stats
+from scipy.optimize import minimize
+
+CELLS = 8  # correlation lengths that a usual stretch must hold for its correlation to be told from the curve's own freedom
+CELLS_AT_REST = 3  # likewise beside a constant: nothing moves there that could be taken for noise
+COARSE = [(0.0, 0.0), *((rho, white) for rho in (0.3, 0.6, 0.8, 0.9, 0.95, 0.98) for white in (0.0, 0.4, 0.8))]
+LEAST_ROWS = 40  # of a stretch that is to tell about correlation
+FARTHEST = 6.0  # logits: beyond, a share is as good as none
+PRIOR_SD = 1.8  # of either logit
+WIDEST_STEP = 0.4  # of either logit, where the likelihood's curvature is taken
+LOCK_PX = 0.03  # sd of either wave of pixel lock: trackers err by some hundredths of a pixel (slide/pixels.py has the source)
+AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
+SPIKE_SD = 6.0  # innovations beyond are outliers: 2e-9 by chance
+
+
+@dataclass(frozen=True)
+class Noise:
+    """rho: of the correlated part, frame to frame; white: share of the variance that is white; log_level_sd: sd of the logarithm
+    of the noise power at low frequency, where missing physics lives (0.1: known to 10 %)."""
+
+    rho: float
+    white: float
+    log_level_sd: float
+
+    @property
+    def low_frequency(self) -> float:
+        """Noise power at zero frequency over σ²: white + (1 − white)(1 + ρ)/(1 − ρ)."""
+        return self.white + (1 - self.white) * (1 + self.rho) / (1 - self.rho)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One uninterrupted flight seen along one axis: what is left of `data` (n,) beside `design` (n, p) is noise."""
+
+    design: np.ndarray
+    data: np.ndarray
+    lag: np.ndarray  # (n,) frames since the row before, inf for the first
+
+
+def averaged(noise: Noise, block: int) -> Noise:
+    """Noise of means over so many frames: its correlated part has ρⁿ, and var o (ρ^(1 − n)) ((1 − ρⁿ)/(1 − ρ))²/n² at lag nil; what a
+    mean's variance has beyond is white."""
+    if block == 1 or noise.rho <= 0:
+        return Noise(0.0, 0.0, noise.log_level_sd) if block > 1 else noise
+    rho, share = noise.rho, 1 - noise.white
+    lags = np.arange(1, block)
+    whole = share * (block + 2 * float(((block - lags) * rho**lags).sum())) / block**2 + noise.white / block
+    slow = share * rho ** (1 - block) * ((1 - rho**block) / (1 - rho)) ** 2 / block**2
+    if slow <= whole:
+        return Noise(rho**block, 1 - slow / whole, noise.log_level_sd)
+    power = 1 + 2 * slow / whole * rho**block / (1 - rho**block)  # means within a correlation: one that is as strong at nil frequency
+    return Noise((power - 1) / (power + 1), 0.0, noise.log_level_sd)
+
+
+def told_by(level_sd: float, directions: int) -> float:
+    """sd of ln of the noise's power at low frequency, known to `level_sd` from the noise itself, once so many smooth directions of the
+    rows, which no explanation needs, have told it as well: each is a square of one degree of freedom."""
+    return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + directions)))
+
+
+def frame_lag(frame: np.ndarray) -> np.ndarray:
+    """Frames since the row before (n,); inf for the first row."""
+    return np.concatenate([[np.inf], np.maximum(np.diff(frame), 1e-9)]).astype(float)
+
+
+def whiten(rows: np.ndarray, lag: np.ndarray, rho: float, white: float) -> tuple[np.ndarray, np.ndarray]:
+    """Rows (n, s, p) of s series with noise of variance 1 turned into rows with independent noise of variance 1.
+
+    lag (n, s): frames since the row before, inf where a stretch begins. Returns rows and ln of the innovation variance (n, s).
+    """
+    carried = np.where(np.isfinite(lag), rho ** np.where(np.isfinite(lag), lag, 0.0), 0.0)
+    return _innovations(np.ascontiguousarray(rows, float), carried, float(white))
+
+
+@njit(cache=True)
+def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[np.ndarray, np.ndarray]:
+    """Kalman filter of OU + white noise of unit variance: innovations over their sd, ln of their variance."""
+    n, series, columns = rows.shape
+    out, log_variance = np.empty_like(rows), np.empty((n, series))
+    for j in range(series):
+        state, left = np.zeros(columns), 0.0
+        for i in range(n):
+            c = carried[i, j]
+            before = c * c * left + (1 - white) * (1 - c * c)
+            variance = before + white
+            gain = before / variance
+            left = before * (1 - gain)
+            log_variance[i, j] = np.log(variance)
+            scale = 1 / np.sqrt(variance)
+            for k in range(columns):
+                innovation = rows[i, j, k] - c * state[k]
+                state[k] = c * state[k] + gain * innovation
+                out[i, j, k] = scale * innovation
+    return out, log_variance
+
+
+def estimate(stretches: list[Stretch]) -> Noise:
+    """ρ and white share common to all stretches, by REML, each stretch with a σ of its own.
+
+    Stretches of fewer than LEAST_ROWS rows say nothing; without any the noise is taken for white.
+    """
+    usable = [s for s in stretches if len(s.data) >= max(LEAST_ROWS, 3 * s.design.shape[1])]
+    if not usable:
+        return Noise(0.0, 0.0, 1.0)
+    packed = _pack(usable)
+    highest = max(1 - 1 / _longest(usable), 0.5)
+
+    def loss(rho: float, white: float) -> float:
+        return _loss(packed, rho, white)[0] + np.log(Noise(rho, white, 0.0).low_frequency)
+
+    grid = [theta for theta in COARSE if theta[0] < highest]
+    start = min(grid, key=lambda theta: loss(*theta))
+    begin = _free(*(start if start[0] else (0.2, 0.2)), highest)
+    found = minimize(
+        lambda u: loss(*_natural(u, highest)), begin, method="Nelder-Mead",
+        options={"xatol": 0.03, "fatol": 0.02, "maxfev": 40, "initial_simplex": begin + 0.7 * np.array([[0, 0], [1, 0], [0, 1]])},
+    )  # fmt: skip
+    rho, white = _natural(found.x, highest)
+    if loss(0.0, 0.0) <= found.fun:
+        spare = sum(len(s.data) - s.design.shape[1] for s in usable)
+        return Noise(0.0, 0.0, float(np.sqrt(2 / spare)))
+    return Noise(rho, white, _log_level_sd(packed, found.x, highest))
+
+
+def _longest(stretches: list[Stretch]) -> float:
+    """Rows of the longest correlation that these can tell."""
+    at_rest = [s for s in stretches if s.design.shape[1] == 1]
+    return max(_usual_length(stretches) / CELLS, _usual_length(at_rest) / CELLS_AT_REST if at_rest else 0.0)
+
+
+def _usual_length(stretches: list[Stretch]) -> float:
+    """Rows of the stretch that holds the middle one of all rows: the many short hops at the end of a drop tell least."""
+    lengths = np.sort([len(s.data) for s in stretches])
+    return float(lengths[np.searchsorted(np.cumsum(lengths), lengths.sum() / 2)])
+
+
+def _natural(u: np.ndarray, highest: float) -> tuple[float, float]:
+    rho, white = 1 / (1 + np.exp(-np.clip(u, -12, 12)))
+    return float(rho * highest), float(white)
+
+
+def _free(rho: float, white: float, highest: float) -> np.ndarray:
+    p = np.clip([rho / highest, white], 0.02, 0.98)
+    return np.log(p / (1 - p))
+
+
+def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows (n, s, p + 1) filled up with zeros, lags (n, s), number of true rows (s,)."""
+    n, p = max(len(s.data) for s in stretches), max(s.design.shape[1] for s in stretches)
+    rows, lag = np.zeros((n, len(stretches), p + 1)), np.full((n, len(stretches)), np.inf)
+    for j, s in enumerate(stretches):
+        m = len(s.data)
+        rows[:m, j, : s.design.shape[1]], rows[:m, j, p], lag[:m, j] = s.design, s.data, s.lag
+    return rows, lag, np.array([len(s.data) for s in stretches])
+
+
+def _loss(packed, rho: float, white: float) -> tuple[float, float]:
+    """−2 ln of the restricted likelihood, σ of each stretch profiled out, and the mean of ln σ²."""
+    rows, lag, count = packed
+    clean, log_variance = whiten(rows, lag, rho, white)
+    there = np.arange(len(rows))[:, None] < count
+    p = rows.shape[2] - 1
+    columns = np.moveaxis(clean, 1, 0)
+    gram = np.swapaxes(columns, 1, 2) @ columns
+    design = gram[:, :p, :p]
+    scale = np.sqrt(np.maximum(np.einsum("sii->si", design), 1e-300))
+    scale[scale < 1e-100] = 1.0
+    design = design / scale[:, :, None] / scale[:, None, :]
+    values, vectors = np.linalg.eigh(design)
+    kept = values > 1e-10
+    seen = np.einsum("sij,si->sj", vectors, gram[:, :p, p] / scale) ** 2 / np.where(kept, values, np.inf)
+    freedom = count - kept.sum(1)
+    left = np.maximum(gram[:, p, p] - seen.sum(1), 1e-14 * gram[:, p, p] + 1e-300)
+    determinant = (np.log(np.where(kept, values, 1.0)).sum(1) + 2 * np.log(scale).sum(1)).sum()
+    loss = (freedom * np.log(left)).sum() + (log_variance * there).sum() + determinant
+    return float(loss), float(np.average(np.log(left / freedom), weights=freedom))
+
+
+def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
+    """sd of ln of the low-frequency power, from the curvature of the likelihood in (logit ρ, logit white); 0.7 where it has none.
+
+    A flat valley (correlation nearly as long as a flight, white share near its end) is as wide as the prior allows: ± 0.7. Each
+    logit is stepped by about its own sd: over a step of many the likelihood is no parabola.
+    """
+    centre = np.clip(at, -FARTHEST, FARTHEST)
+
+    def told(*shares: tuple[float, float]) -> np.ndarray:
+        """(n, 2): −ln likelihood and ln power, so many steps from the centre."""
+        found = [(_loss(packed, *_natural(centre + share * step, highest)), centre + share * step) for share in np.array(shares)]
+        return np.array([(f[0] / 2, f[1] + np.log(Noise(*_natural(u, highest), 0.0).low_frequency)) for f, u in found])
+
+    step = np.full(2, WIDEST_STEP)
+    here = told((0, 0))[0, 0]
+    for _ in range(2):
+        about = told(*AXES)
+        rise = (about[0][0] + about[1][0] - 2 * here) / 2, (about[2][0] + about[3][0] - 2 * here) / 2
+        step = np.minimum(step / np.sqrt(np.maximum(rise, 0.25)), WIDEST_STEP)
+    loss, level = told(*AXES, (1, 1), (-1, -1)).T
+    cross = (loss[4] + loss[5] + 2 * here - loss[:4].sum()) / 2
+    curve = np.array([[loss[0] + loss[1] - 2 * here, cross], [cross, loss[2] + loss[3] - 2 * here]])
+    slope = np.array([level[0] - level[1], level[2] - level[3]]) / 2
+    values, vectors = np.linalg.eigh(curve + np.diag((step / PRIOR_SD) ** 2))
+    if values[0] <= 0:
+        return 0.7
+    spread = (vectors.T @ slope) ** 2 / values
+    return float(min(np.sqrt(spread.sum() + 2 / packed[2].sum()), 0.7))
+
+
+def tail_weight(innovations: np.ndarray) -> float:
+    """Degrees of freedom of the Student t with the innovations' kurtosis (moments); inf where they are no heavier than normal.
+
+    excess = 6/(ν − 4); an excess below 3 standard errors √(24/n) is taken for none.
+    """
+    excess = float(stats.kurtosis(innovations, fisher=True))
+    return float("inf") if excess < 3 * np.sqrt(24 / len(innovations)) else 4 + 6 / excess
+
+
+def spikes(innovations: np.ndarray) -> np.ndarray:
+    """Which innovations (n,) lie SPIKE_SD robust standard deviations off: outliers, not noise."""
+    return np.abs(innovations) > SPIKE_SD * 1.4826 * np.median(np.abs(innovations)) + 1e-300
+
+
+def maximum_draws(covariance: np.ndarray, rng: np.random.Generator, *, level_sd: float = 0.0, draws: int = 20_000) -> np.ndarray:
+    """`draws` values of max |z| for normal scores z with this covariance (m, m); level_sd: sd of ln of the noise's power, by which
+    all scores of a draw are too large together."""
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    scores = rng.standard_normal((draws, len(values))) @ root.T
+    return np.abs(scores).max(axis=1) * np.exp(0.5 * level_sd * rng.standard_normal(draws))

@@ -1,0 +1,180 @@
+"""Scatter of bounces: variance components by REML, beside what was measured badly and beside a flexible law.
+
+A long seed's bounce exchanges translation and spin: its e and its kicks are wide random variables, wider the faster it turns
+beside its fall. The scatter is read from the impacts themselves. Patterson & Thompson (1971), Biometrika 58, 545.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import minimize
+from scipy.special import polygamma
+
+TAILS = 4.0  # degrees of freedom of bounces' Student scatter: most contacts stick, a few slide or touch twice
+TURNS = 8
+LEAST_WEIGHT = 1e-3
+LEAST_FREEDOM = 3
+MOST_LOSS = (TAILS + 3) / (TAILS + 1)  # of information by the weights, where the scatter is Student's t itself
+SCALE_LOSS = 3 / (TAILS + 3)  # of information on its scale then
+USUAL_ROWS = 2.0  # that what is known beforehand of a scatter is worth
+VAGUE = 0.1  # information on ln of a variance component without data
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """covariance (m, m) of the rows, measuring error included, widened as Student's t at 95 % because it is known from few rows;
+    log_level_sd: what its doubt has beyond, in the far tails; aicc: of the law about which it was read."""
+
+    covariance: np.ndarray
+    log_level_sd: float
+    aicc: float
+
+
+def scatter_of(
+    y: np.ndarray,
+    design: np.ndarray,
+    measured: np.ndarray,
+    components: list[np.ndarray],
+    floor: float,
+    asked: int = 0,
+    most: float = math.inf,
+    usual: tuple[float, ...] = (),
+) -> Scatter | None:
+    """Rows y (m,) about a free law `design` (m, p), whose columns from `asked` on are what anybody asks about; measured (m, m):
+    covariance of the measuring; components (m, m) each of unit size, the first at least `floor`² large, the second at most
+    `most`²; usual: sds expected of the components beforehand, each worth USUAL_ROWS rows, 0 where nothing is. None where too few
+    rows are left to tell a scatter."""
+    design = _independent(design)
+    if len(y) - design.shape[1] < LEAST_FREEDOM:
+        return None
+    starts = (np.ones(len(y)), _weights(_robust(y, design, floor) ** 2))
+    settled = [_settled(y, design, measured, components, (floor, most), usual, w) for w in starts]
+    likelihood, parts, square = max(settled, key=lambda found: found[0])
+    loss = _loss_of_weighting(square)
+    few = max(_freedom(measured, parts, design, asked) * (1 - SCALE_LOSS * (loss - 1) / (MOST_LOSS - 1)), 1.0)
+    wider = loss * (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
+    level_sd = 0.5 * float(np.sqrt(polygamma(1, few / 2)))
+    return Scatter(wider * (measured + sum(parts)), level_sd, _aicc(likelihood, len(y), design.shape[1] + 1))
+
+
+def _independent(design: np.ndarray) -> np.ndarray:
+    """Its columns but for those that are made of others before them."""
+    kept: list[int] = []
+    for k in range(design.shape[1]):
+        if len(design) and np.linalg.matrix_rank(design[:, [*kept, k]]) > len(kept):
+            kept.append(k)
+    return design[:, kept]
+
+
+def _aicc(likelihood: float, rows: int, numbers: int) -> float:
+    """Akaike's criterion of a law with so many numbers, corrected for few rows. Hurvich & Tsai (1989), Biometrika 76, 297."""
+    return -2 * likelihood + 2 * numbers * rows / max(rows - numbers - 1, 0.5)
+
+
+def _settled(y, design, measured, components, bounds: tuple[float, float], usual: tuple[float, ...], weight: np.ndarray):
+    """Weights and variances in turn, until they agree: ln of Student's likelihood, about, the components at their sizes, and
+    the squares of the rows' residuals over the scale of their scatter."""
+    at = None
+    for _ in range(TURNS):
+        rows = [components[0] / weight, components[1] / weight, *components[2:]]  # diagonal ones: they are what has outliers
+        parts, at = _fitted(y, design, measured, rows, bounds, usual, at)
+        whole = measured + sum(parts)
+        square = _standardised(y, design, whole) ** 2 / weight
+        before, weight = weight, _weights(square)
+        if np.abs(weight - before).max() < 0.05:
+            break
+    size = np.log(np.diag(whole) * before).sum()
+    return -0.5 * float(size + (TAILS + 1) * np.log1p(square / TAILS).sum()), parts, square
+
+
+def _robust(y: np.ndarray, design: np.ndarray, floor: float) -> np.ndarray:
+    """Residuals (m,) about the law of least absolute deviations, over their own spread."""
+    weight = np.ones(len(y))
+    for _ in range(20):
+        root = np.sqrt(weight)[:, None]
+        left = y - design @ np.linalg.lstsq(root * design, root[:, 0] * y, rcond=None)[0]
+        weight = 1 / np.maximum(np.abs(left), 0.1 * floor)
+    spread = 1.4826 * float(np.median(np.abs(left))) * math.sqrt(len(y) / max(len(y) - design.shape[1], 1))
+    return left / (spread + floor)
+
+
+def _weights(square: np.ndarray) -> np.ndarray:
+    """Of rows with these squared standardised residuals, under Student's t."""
+    return np.maximum((TAILS + 1) / (TAILS + square), LEAST_WEIGHT)
+
+
+def _loss_of_weighting(square: np.ndarray) -> float:
+    """By how much the variance of what is estimated with such weights is above what they say of themselves.
+
+    mean w · mean ψ² / (mean ψ')², ψ = w x (Huber 1964, Ann. Math. Stat. 35, 73): 1.4 for Student's t, 1.1 for normal scatter.
+    """
+    weight = _weights(square)
+    slope = float(((TAILS + 1) * (TAILS - square) / (TAILS + square) ** 2).mean())
+    loss = float(weight.mean() * (weight**2 * square).mean()) / max(slope, 0.3) ** 2
+    return float(np.clip(loss, 1.0, MOST_LOSS))
+
+
+def _freedom(measured: np.ndarray, parts: list[np.ndarray], design: np.ndarray, asked: int) -> float:
+    """Of the scatter as it bears upon the least certain column asked about, beside a constant: ν = 2/var ln(information).
+
+    From the variance components' restricted information ½ tr(P V_i P V_j). Satterthwaite (1946), Biometrics Bulletin 2, 110;
+    Kenward & Roger (1997), Biometrics 53, 983.
+    """
+    inverse = np.linalg.inv(measured + sum(parts))
+    free = [_beside(inverse, design) @ part for part in parts]
+    information = 0.5 * np.array([[float((a * b.T).sum()) for b in free] for a in free])
+    variance = np.linalg.inv(information + VAGUE * np.eye(len(parts)))
+    worst = 0.0
+    for k in range(min(asked, design.shape[1] - 1), design.shape[1]):
+        pull = (_beside(inverse, design[:, :1]) if k else inverse) @ design[:, k]
+        size = float(design[:, k] @ pull)
+        share = np.array([float(pull @ part @ pull) for part in parts]) / max(size, 1e-300)
+        worst = max(worst, float(share @ variance @ share))
+    return 2 / max(worst, 1e-9)
+
+
+def _beside(inverse: np.ndarray, design: np.ndarray) -> np.ndarray:
+    """V⁻¹ − V⁻¹ X (Xᵀ V⁻¹ X)⁺ Xᵀ V⁻¹."""
+    return inverse - inverse @ design @ np.linalg.pinv(design.T @ inverse @ design) @ design.T @ inverse
+
+
+def _fitted(y, design, known, components, bounds: tuple[float, float], expected: tuple[float, ...], at):
+    """The components at the largest restricted likelihood, and ln of their sizes, to begin with the next time."""
+    basis = np.linalg.qr(design)[0]
+    left = np.linalg.svd(np.eye(len(y)) - basis @ basis.T)[0][:, : len(y) - basis.shape[1]]
+    seen, fixed, parts = left.T @ y, left.T @ known @ left, [left.T @ v @ left for v in components]
+    floor, most = bounds
+    usual = float(np.mean(seen**2)) + floor**2
+
+    def sizes(u: np.ndarray) -> np.ndarray:
+        variance = usual * np.exp(np.clip(u, -14, 6))
+        variance[0] += floor**2
+        variance[1] = min(variance[1], most**2)
+        variance[2:] = np.minimum(variance[2:], variance[0])  # seeds differ by no more than bounces of one seed do
+        return variance
+
+    def loss(u: np.ndarray) -> float:
+        found = sizes(u)
+        whole = fixed + sum(s * v for s, v in zip(found, parts, strict=True))
+        try:
+            triangle = np.linalg.cholesky(whole + 1e-10 * np.trace(whole) / len(whole) * np.eye(len(whole)))
+        except np.linalg.LinAlgError:  # one row so far off that the others' scatter is lost beside it
+            return np.inf
+        chance = 2 * np.log(np.diag(triangle)).sum() + (np.linalg.solve(triangle, seen) ** 2).sum()
+        beforehand = sum(np.log(v) + sd**2 / v for v, sd in zip(found, expected, strict=False) if sd)
+        return float(chance + USUAL_ROWS * beforehand + 0.02 * (u**2).sum())
+
+    starts = [np.full(len(parts), -2.0), np.r_[-6.0, np.full(len(parts) - 1, -1.0)]] if at is None else [at]
+    ends = [minimize(loss, u, method="Nelder-Mead", options={"maxfev": 120, "fatol": 0.01}) for u in starts]
+    best = min(ends, key=lambda end: end.fun)
+    return [s * v for s, v in zip(sizes(best.x), components, strict=True)], best.x
+
+
+def _standardised(y: np.ndarray, design: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """|residual| beside the law over its sd (m,), a row's own pull upon the law being spread over all."""
+    inverse = np.linalg.inv(whole)
+    law = np.linalg.pinv(design.T @ inverse @ design) @ design.T @ inverse @ y
+    spare = max(len(y) - design.shape[1], 1)
+    return np.abs(y - design @ law) / np.sqrt(np.diag(whole) * spare / len(y))

@@ -1,0 +1,40 @@
+"""Is a seed much less round than stated? Its contacts lie further beside the centre than the stated axes reach."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from calibrate.diagnose.effects.drop.shape_conversion import REACH, ROUGH
+from calibrate.diagnose.rigs.drop.bounce import Bounces
+from calibrate.diagnose.rigs.drop.impacts import Impacts
+
+CAP = 4.0  # sd beyond which one impact counts for no more: a seed that rocks touches twice
+KICK_PER_ELONGATION, KICK_ROUGH = 0.7, 0.05  # sd of Δv_x/Δv_n where no spin is seen; 3-D ellipsoids have .55 of (a − c)/(a + c)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """p: of contacts as far beside the centre by chance; ln_bayes: over the stated shape; elongation as the contacts have it."""
+
+    p: float
+    ln_bayes: float
+    elongation: float
+
+
+def shape_of(impacts: Impacts, seen: Bounces, elongation: float) -> Shape:
+    """From b where the spin is seen, else from the scatter of the kicks; p = 1 with fewer than three impacts."""
+    radius, reach = impacts.seeds.radius[impacts.recording], impacts.seeds.reach[impacts.recording]
+    known = np.isfinite(seen.offset) & np.isfinite(radius)
+    if known.sum() >= 3:
+        part = (seen.offset / np.hypot(REACH * reach + ROUGH * radius, seen.offset_sd))[known]
+        part, freedom = part - np.median(part), int(known.sum()) - 1
+    else:
+        kicks = seen.kick[np.isfinite(seen.kick)]
+        if len(kicks) < 3 or not np.isfinite(radius).all():
+            return Shape(1.0, 0.0, elongation)
+        part, freedom = (kicks - np.median(kicks)) / (KICK_PER_ELONGATION * elongation + KICK_ROUGH), len(kicks) - 1
+    ratio = float((np.minimum(np.abs(part), CAP) ** 2).sum()) / freedom
+    gain = freedom / 2 * (ratio - 1 - math.log(max(ratio, 1e-9))) if ratio > 1 else 0.0
+    return Shape(float(stats.chi2.sf(freedom * ratio, freedom)), gain, elongation * math.sqrt(max(ratio, 1.0)))

@@ -1,0 +1,88 @@
+"""Noise of a session's rolls: what is left beside curves more flexible than any physics asked about, leg by leg."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from calibrate.diagnose.engine.linear import block_diagonal
+from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
+from calibrate.diagnose.rigs.roll.session import Run
+
+EXACT_M = 3e-6  # a simulated track may be exact; no camera is, and no path is straight to less than some micrometres
+DEGREE_DOWN, DEGREE_LEVEL = 3, 6
+SOON_S = (0.01, 0.025, 0.06, 0.15)  # behind the corner: slip bends the path within these
+LATE_S = (0.03, 0.08, 0.2)  # before the stop: a seed that climbs over itself slows and hurries most
+GUARD = 2  # averaged rows about the corner and the stop
+
+
+@dataclass(frozen=True)
+class RunNoise:
+    """noise: common to the session; sigma (R,) [m] of each run."""
+
+    noise: Noise
+    sigma: np.ndarray
+
+
+def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
+    """ρ and white share by REML over all runs; σ of each run from its innovations. turn (R,) [1/m]: argument of the ripple."""
+    stretches = [_stretches(run, turn[r]) for r, run in enumerate(runs)]
+    noise = estimate([s for own in stretches for s in own])
+    power, spare = np.zeros(len(runs)), np.zeros(len(runs))
+    for r, own in enumerate(stretches):
+        for s in own:
+            rows = np.column_stack([s.design, s.data])
+            white = whiten(rows[:, None, :], s.lag[:, None], noise.rho, noise.white)[0][:, 0]
+            left = white[:, -1] - white[:, :-1] @ np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=1e-9)[0]
+            power[r] += left @ left
+            spare[r] += len(left) - np.linalg.matrix_rank(white[:, :-1], tol=1e-9 * np.abs(white[:, :-1]).max())
+    pooled = np.sqrt(power.sum() / max(spare.sum(), 1))
+    sigma = np.where(spare >= 10, np.sqrt(power / np.maximum(spare, 1)), pooled)
+    return RunNoise(noise, np.maximum(sigma, EXACT_M))
+
+
+def _stretches(run: Run, turn: float) -> list[Stretch]:
+    """The run as one stretch, with a curve of its own in each leg; rows where one leg passes into the next are left out. Rest and
+    incline are short, but little of their noise is lost in their curves, and they are one with the level's."""
+    t, way = run.time_s, run.way
+    guard = GUARD * float(np.median(np.diff(t)))
+    used, curves, data = [], [], []
+    borders = (-np.inf, way.release, way.corner, way.stop, np.inf)
+    for low, high, design in zip(borders[:-1], borders[1:], (_still, _down, _level, _still), strict=True):
+        rows = np.flatnonzero((t > low + guard) & (t < high - guard))
+        if len(rows) < 8:
+            continue
+        columns = design(run, rows, turn)
+        if len(rows) >= 2 * columns.shape[1]:
+            used.append(rows)
+            curves.append(columns / np.maximum(np.abs(columns).max(0), 1e-300))
+            data.append(run.x[rows] - run.x[rows[0]])
+    if not used:
+        return []
+    frame = np.cumsum(np.append(0.0, run.lag[1:]))[np.concatenate(used)]
+    return [Stretch(block_diagonal(curves), np.concatenate(data), frame_lag(frame))]
+
+
+def _tau(run: Run, rows) -> np.ndarray:
+    t = run.time_s[rows]
+    return 2 * (t - t[0]) / (t[-1] - t[0]) - 1
+
+
+def _still(run: Run, rows, turn: float) -> np.ndarray:
+    return np.ones((len(rows), 1))
+
+
+def _down(run: Run, rows, turn: float) -> np.ndarray:
+    return legendre.legvander(_tau(run, rows), DEGREE_DOWN)
+
+
+def _level(run: Run, rows, turn: float) -> np.ndarray:
+    tau, t = _tau(run, rows), run.time_s[rows]
+    columns = [*legendre.legvander(tau, DEGREE_LEVEL).T]
+    columns += [np.maximum(run.way.corner + s - t, 0) ** 2 for s in SOON_S]
+    columns += [np.maximum(t - run.way.stop + s, 0) ** 2 for s in LATE_S]
+    if turn:
+        curve = np.column_stack(columns)  # a ripple of the places as read would hold their noise, and take it for a ripple
+        path = curve @ np.linalg.lstsq(curve, run.x[rows], rcond=1e-9)[0]
+        columns += [wave(turn * path) * tau**k for wave in (np.cos, np.sin) for k in range(3)]
+    return np.column_stack(columns)

@@ -1,0 +1,133 @@
+"""A block on a tilting plate: at rest until the pull along the plate exceeds its static friction, then
+
+    (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d (ẋ + s √ẋ)²,   θ a cubic in t, or stairs on it
+
+    μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v
+
+x down the plate, r₀ from the hinge below (nil where it is not stated), 2 θ̇ ẋ the Coriolis acceleration that lifts a block sliding
+on a plate that turns away from under it (c: its share), d and s air. The moment of onset (on a shaken plate: when the mean pull
+is up to the friction) is given and says what static friction was: the travel is then smooth, and
+nearly linear, in every other parameter. Runge–Kutta from that very moment, between the rows.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+G_M_S2 = 9.80665
+STEPS = 300  # at least, from rest to the end
+FARTHEST_M = 100.0  # a block that a fit drives on beyond this stays there: its numbers must not overflow
+SHARE, SCATTER = 0.85, 0.2  # of a/ω, the speed of a shaken block that slides on; its scatter between phases
+
+
+class Laws(NamedTuple):
+    """All that acts, SI. friction: kinetic; static_excess: friction lost at once; stribeck Δ, stribeck_speed v_s, exponent n;
+    viscous k; press F/m; inertia κ; turning c; from_hinge r₀; air d [1/m], slow_air s [√(m/s)]; stair: height [rad], 0 for a
+    plate raised without steps, climbed within `climb` [s] each; lag: how far up a stair it lets go; shake a [m/s²], omega [rad/s],
+    wave_chance [sd]: of a plate that vibrates."""
+
+    friction: float = 0.0
+    static_excess: float = 0.0
+    stribeck: float = 0.0
+    stribeck_speed: float = 0.05
+    exponent: float = 1.0
+    viscous: float = 0.0
+    press: float = 0.0
+    inertia: float = 0.0
+    turning: float = 1.0
+    from_hinge: float = 0.0
+    air: float = 0.0
+    slow_air: float = 0.0
+    stair: float = 0.0
+    lag: float = 0.0
+    shake: float = 0.0
+    omega: float = 188.5
+    wave_chance: float = 0.0
+    climb: float = 0.05
+
+
+def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
+    """Kinetic friction of a block that lets go at `onset`: pull over normal force there, less what friction loses in motion."""
+    angle, rate = tilt[0] + onset * (tilt[1] + onset * (tilt[2] + onset * tilt[3])), 0.0
+    if not laws.stair:
+        rate = tilt[1] + onset * (2 * tilt[2] + onset * 3 * tilt[3])
+    pull = G_M_S2 * math.sin(angle) - laws.turning * rate**2 * laws.from_hinge
+    return pull / (G_M_S2 * math.cos(angle) + laws.press) - laws.static_excess - laws.stribeck
+
+
+def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
+    """x (n,) [m] and v (n,) [m/s] at rising times. tilt (4,): coefficients of θ [rad] in t, lowest first."""
+    time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
+    return _travel(time, float(onset), tilt, np.array(laws))
+
+
+@njit(cache=True)
+def _tilt(t: float, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+    angle = tilt[0] + t * (tilt[1] + t * (tilt[2] + t * tilt[3]))
+    if p[12] > 0:
+        begun = tilt[0] + onset * (tilt[1] + onset * (tilt[2] + onset * tilt[3]))
+        since = t - onset + p[13] * p[17]
+        period = max(p[12] / max(tilt[1], 1e-9), p[17])
+        stairs = math.floor(since / period)
+        return begun + p[12] * (stairs + min(1.0, (since - stairs * period) / p[17]) - p[13]), 0.0
+    return angle, tilt[1] + t * (2 * tilt[2] + t * 3 * tilt[3])
+
+
+@njit(cache=True)
+def _acceleration(t: float, x: float, v: float, onset: float, tilt: np.ndarray, p: np.ndarray) -> float:
+    angle, rate = _tilt(t, onset, tilt, p)
+    friction = p[0] + p[5] * v
+    if p[2] != 0.0:
+        friction += p[2] * math.exp(-((abs(v) / p[3]) ** p[4]))
+    normal = G_M_S2 * math.cos(angle) + p[6] - 2 * p[8] * rate * v
+    force = G_M_S2 * math.sin(angle) - p[8] * rate**2 * (p[9] - x if p[9] > 0 else 0.0) - friction * normal
+    # C_d = 0.2924 (1 + 9.06/√Re)² of a sphere: Abraham 1970, Physics of Fluids 13, 2194
+    air = math.copysign(p[10] * (abs(v) + p[11] * math.sqrt(abs(v))) ** 2, v)
+    return (force - air) / max(1.0 + p[7], 0.05)
+
+
+@njit(cache=True)
+def _step(t: float, s: float, x: float, v: float, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+    """x and v one Runge–Kutta step of s later."""
+    a1 = _acceleration(t, x, v, onset, tilt, p)
+    a2 = _acceleration(t + s / 2, x + s / 2 * v, v + s / 2 * a1, onset, tilt, p)
+    a3 = _acceleration(t + s / 2, x + s / 2 * (v + s / 2 * a1), v + s / 2 * a2, onset, tilt, p)
+    a4 = _acceleration(t + s, x + s * (v + s / 2 * a2), v + s * a3, onset, tilt, p)
+    return x + s * v + s * s / 6 * (a1 + a2 + a3), v + s / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+
+
+@njit(cache=True)
+def _crept(p: np.ndarray, growth: float, until: float) -> tuple[float, float]:
+    """Way [m] and mean speed [m/s] of the slips of a shaken block `until` [s] ≤ 0 before the mean pull, growing by `growth`
+    [m/s³], is up to the friction: v = a/ω (1 − s)^2.5 with s = −growth until/a from 1 to 0 (within 0.02 a/ω of the slips' mean)."""
+    left = 1.0 + growth * until / p[14] if p[14] > 0.0 and growth > 0.0 else 0.0
+    if left <= 0.0:
+        return 0.0, 0.0
+    speed = p[14] / p[15] * left**2.5
+    return speed * left * p[14] / growth / 3.5, speed
+
+
+@njit(cache=True)
+def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps from row to row; a block in motion does not stick again, so that a fit may try too much friction."""
+    place, speed = np.zeros(len(time)), np.zeros(len(time))
+    longest = (time[-1] - time[0]) / STEPS
+    angle, rate = _tilt(onset, onset, tilt, p)
+    growth = G_M_S2 * rate * (math.cos(angle) + p[0] * math.sin(angle))
+    x, t = _crept(p, growth, 0.0)[0], onset
+    v = p[14] / p[15] * (SHARE + SCATTER * p[16])
+    for i in range(len(time)):
+        if time[i] <= onset:
+            place[i], speed[i] = _crept(p, growth, time[i] - onset)
+            continue
+        count = min(max(math.ceil((time[i] - t) / longest), 1), STEPS)  # a fit may try an onset long before the first row
+        s = (time[i] - t) / count
+        for k in range(count):
+            x, v = _step(t + k * s, s, x, v, onset, tilt, p)
+            if not abs(x) < FARTHEST_M:
+                x, v = math.copysign(FARTHEST_M, x), 0.0
+        t = time[i]
+        place[i], speed[i] = x, v
+    return place, speed

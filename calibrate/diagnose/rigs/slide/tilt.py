@@ -1,0 +1,106 @@
+"""The plate's angle in time: from the recorded column, or from the stated rate; and whether the column climbs in stairs."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+STATED_RATE_SD = 0.01  # of a rate that is only stated
+STATED_START_SD_DEG, UNSTATED_START_SD_DEG = 0.5, 30.0  # of the angle at the first moment, where no column tells: any
+SLIDES_SEEN = 3.0  # the angle is learnt from so many times the slide's duration, up to its end
+BEND_CHI2 = 16.0  # a quadratic and a cubic term must earn so much
+RESOLUTION_DEG = 0.105  # of a sensor: its grid is lost in the noise
+STAIR_SHARE, STAIR_CHI2 = 0.6, 60.0  # what stairs must leave of the variance about the ramp, and earn
+
+
+@dataclass(frozen=True, eq=False)
+class Tilt:
+    """coefficients (4,) of θ [rad] in t − origin, lowest first; level_sd [rad], rate_sd [rad/s]: what the column's noise
+    leaves open of them; rate_deg_s at the onset; sensor: whether an angle was recorded at all; grid_deg: height of the stairs
+    in which the column climbs, 0: none (is the plate raised in them, or its angle read on them?)."""
+
+    origin: float
+    coefficients: np.ndarray
+    level_sd: float
+    rate_sd: float
+    rate_deg_s: float
+    sensor: bool
+    grid_deg: float = 0.0
+
+
+def stated_tilt(told: dict, origin: float) -> Tilt:
+    """A steady rate from the first moment on; where it began is known roughly at best: a film may begin just before it slides."""
+    rate = float(told["tilt_rate_deg_s"])
+    start, known = float(told.get("start_deg", 0.0)), "start_deg" in told
+    coefficients = np.radians([start + rate * origin, rate, 0.0, 0.0])
+    sd = math.radians(STATED_START_SD_DEG if known else UNSTATED_START_SD_DEG)
+    return Tilt(origin, coefficients, sd, STATED_RATE_SD * math.radians(rate), rate, False)
+
+
+def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
+    """A cubic at most through the column's last stretch; ValueError where the plate does not tilt."""
+    used = np.isfinite(column)
+    near = used & (time >= end - SLIDES_SEEN * (end - origin))
+    rows = near if near.sum() >= 50 else used
+    s, y = time[rows] - origin, np.radians(column[rows])
+    coefficients, covariance, noise = _line(s, y, 1)
+    bent, wide, fine = _line(s, y, 3)
+    spread = _independent(s, y, bent)
+    gain = len(s) * math.log(max(noise, 1e-30) / max(fine, 1e-30)) / spread if len(s) > 20 else 0.0
+    stair = _stairs(np.degrees(np.polynomial.polynomial.polyval(s, coefficients)), np.degrees(y))
+    if gain > BEND_CHI2 and not stair:
+        coefficients, covariance = bent, wide
+    spread = _independent(s, y, coefficients)
+    level, rate = np.sqrt(np.diag(covariance)[:2] * spread)
+    full = np.zeros(4)
+    full[: len(coefficients)] = coefficients
+    if not full[1] > 3 * rate:
+        raise ValueError(f"the plate does not tilt: tilt_deg changes by {math.degrees(full[1]):.2g} °/s when the block lets go")
+    return Tilt(origin, full, max(float(level), 1e-7), max(float(rate), 1e-9), math.degrees(full[1]), True, stair)
+
+
+def _line(s: np.ndarray, y: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """Coefficients, their covariance for independent noise, and its variance."""
+    design = np.vander(s, degree + 1, increasing=True)
+    coefficients = np.linalg.lstsq(design, y, rcond=None)[0]
+    variance = float(((y - design @ coefficients) ** 2).sum()) / max(len(s) - degree - 1, 1)
+    return coefficients, variance * np.linalg.pinv(design.T @ design), variance
+
+
+def _independent(s: np.ndarray, y: np.ndarray, coefficients: np.ndarray) -> float:
+    """Rows to an independent one: (1 + ρ)/(1 − ρ) of what is left beside a polynomial."""
+    left = y - np.polynomial.polynomial.polyval(s, coefficients)
+    power = float((left**2).sum())
+    rho = float((left[1:] * left[:-1]).sum()) / power if power > 0 else 0.0
+    rho = min(max(rho, 0.0), 0.98)
+    return (1 + rho) / (1 - rho)
+
+
+def _stairs(ramp: np.ndarray, column: np.ndarray) -> float:
+    """Height [deg] of stairs that the column climbs, the ramp half a stair above its middle; 0: none.
+
+    A stair φ + h ⌊(ramp + h/2 − φ)/h⌋ leaves less than STAIR_SHARE of the variance about the ramp.
+    """
+    span, step = float(np.ptp(ramp)), float(np.median(np.abs(np.diff(ramp))))
+    about = float(((column - ramp) ** 2).mean())
+    lowest, highest = max(RESOLUTION_DEG, 3 * step), span / 2.5
+    if about <= 0 or highest <= lowest:
+        return 0.0
+
+    def left(height: float, phase: float) -> float:
+        stairs = phase + height * np.floor((ramp + height / 2 - phase) / height)
+        return float(((column - stairs) ** 2).mean())
+
+    grid = np.exp(np.arange(math.log(lowest), math.log(highest), 0.15 * lowest / span + 0.01))
+    best = min((left(h, f * h), h, f * h) for h in grid for f in np.arange(0, 1, 0.1))
+    for width in (0.01, 0.003, 0.001):
+        near = best
+        best = min(
+            (left(near[1] * (1 + a), near[2] + b * near[1]), near[1] * (1 + a), near[2] + b * near[1])
+            for a in np.linspace(-width, width, 9) for b in np.linspace(-3 * width, 3 * width, 9)
+        )  # fmt: skip
+    share = best[0] / about
+    if share > STAIR_SHARE or -len(ramp) * math.log(max(share, 1e-12)) < STAIR_CHI2:
+        return 0.0
+    number = np.round((column - best[2]) / best[1])
+    return float(np.polyfit(number, column, 1)[0])
