@@ -108,6 +108,7 @@ class Finding:
             "explanations": [{"effects": list(names), "probability": _plain(p)} for names, p in self.explanations],
             "effects": {
                 name: {"probability": _plain(t.probability), "unit": t.unit, **_interval(t.size)}
+                | ({"levels": {level: _interval(size) for level, size in t.levels.items()}} if t.levels else {})
                 for name, t in self.effects.items()
             },
             "contact_parameters": {

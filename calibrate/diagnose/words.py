@@ -102,10 +102,9 @@ def _following(name: str, parameter: str, condition: str, finding: Finding) -> s
     """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct), in all 10 slides (99.7 %)"; of words each level."""
     told, count = finding.effects.get(name), len(finding.recordings)
     over = f"in all {count} {MANY[finding.rig]} ({percent(_probability(name, finding))})"
-    levels = getattr(told, "levels", None)
-    if levels:
-        each = ", ".join(f"{level} {'+' if size.value > 0 else ''}{plus_minus(size)}" for level, size in levels.items())
-        return f"{parameter} follows {condition}, {over}; beside its mean: {each}"
+    if told and told.levels:
+        each = ", ".join(f"{level} {'+' if size.value > 0 else ''}{plus_minus(size)}" for level, size in told.levels.items())
+        return f"{parameter} follows {condition}, {over}; beside the mean of all: {each}"
     if told is None or told.unit == "1" or not math.isfinite(told.size.value):
         return f"{parameter} follows {condition}, {over}"
     what, _, unit = condition.rpartition("_")

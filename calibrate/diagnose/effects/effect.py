@@ -27,7 +27,8 @@ class Effect:
     recording that would tell it from others; reported: from the fitted value to the reported one (rising), where they differ.
     group: the effect that this is a further parameter of; sized: whether its prior scales with the effect's size (a shape's does
     not: it is knowledge of the law); bent: the law is not linear about nil, so that it is fitted whatever its slope there;
-    follows: the stated condition that a contact parameter follows; unlisted: it says when, not why.
+    follows: the stated condition that a contact parameter follows, level: of a condition in words the one that
+    this parameter is of; unlisted: it says when, not why.
     counterpart: None where nothing in the twin stands for it, untwinned: why not.
     Hooks, of which an effect gives those that its law needs (each rig's model says how it calls them):
     acceleration(Motion, value), picture(places, View, value), clock(value), restitution(Hits, e, value), kick(Hits, value): drops;
@@ -52,6 +53,7 @@ class Effect:
     sized: bool = True
     bent: bool = False
     follows: str = ""
+    level: str = ""
     unlisted: bool = False
     counterpart: Counterpart | None = None
     untwinned: str = ""

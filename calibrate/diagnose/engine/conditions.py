@@ -172,23 +172,11 @@ def _effects(contact: Contact, c: Condition) -> list[Effect]:
     }  # fmt: skip
     if not c.levels:
         return [Effect(name, unit=unit, meaning=f"slope of {contact.words} on {c.name}", reported=shown, **about)]
-    words = f"{contact.words} beside its mean, {c.name} = "
+    words = f"{contact.words} beside the mean of all levels, {c.name} = "
     return [
         Effect(
             name if k == 0 else f"{name}.{level}", unit="1", meaning=f"{words}{level}", group="" if k == 0 else name,
-            reported=lambda value: value * contact.scale, **about,
+            reported=lambda value: value * contact.scale, level=level, **about,
         )
         for k, level in enumerate(c.levels)
     ]  # fmt: skip
-
-
-def level_values(
-    contact: Contact, condition: Condition, estimate: Callable[[str], tuple[float, float]]
-) -> dict[str, tuple[float, float]]:
-    """(value beside the mean, sd) of each level, in the reported unit."""
-    name = effect_name(contact, condition)
-    out = {}
-    for k, level in enumerate(condition.levels):
-        value, sd = estimate(name if k == 0 else f"{name}.{level}")
-        out[level] = (value * contact.scale, sd * contact.scale)
-    return out

@@ -1,7 +1,8 @@
 """The verdict, read off the posterior: nothing, a name, a class, or unknown; and what it makes of every effect and parameter."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy import stats
@@ -26,11 +27,13 @@ class Interval:
 
 @dataclass(frozen=True)
 class Told:
-    """One effect: probability that it is there, its size where it is, averaged over explanations, in its reported unit."""
+    """One effect: probability that it is there, its size where it is, averaged over explanations, in its reported unit; levels: of
+    a condition in words the parameter at each, beside their mean."""
 
     probability: float
     unit: str
     size: Interval
+    levels: dict[str, Interval] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -110,10 +113,16 @@ def told_of(posterior: Posterior, name: str) -> Told:
         unit, value, sd = own.sizes.get(name, ("", np.nan, np.nan))
         return Told(present, unit, mixture([(1.0, value, sd)]) if np.isfinite(value) else Interval(np.nan, np.nan, np.nan))
     effect = holding[0].fit.problem.effects[name]
-    size = mixture([(e.probability, *estimate(e, name)) for e in holding if e.probability > 1e-4 * holding[0].probability])
-    shown = effect.reported or float
-    ends = sorted((shown(size.low95), shown(size.high95)))
-    return Told(present, effect.unit, Interval(shown(size.value), *ends))
+    weighty = [e for e in holding if e.probability > 1e-4 * holding[0].probability]
+
+    def averaged(of: Callable[[Explanation], tuple[float, float]]) -> Interval:
+        size, shown = mixture([(e.probability, *of(e)) for e in weighty]), effect.reported or float
+        return Interval(shown(size.value), *sorted((shown(size.low95), shown(size.high95))))
+
+    problem = holding[0].fit.problem
+    levels = [problem.effects[n].level for n in problem.columns_of(name)] if effect.level else []
+    each = {level: averaged(partial(at_level, name=name, number=k)) for k, level in enumerate(levels)}
+    return Told(present, effect.unit, averaged(partial(estimate, name=name)), each)
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:
@@ -122,10 +131,21 @@ def estimate(e: Explanation, name: str) -> tuple[float, float]:
     effect = e.fit.problem.effects[name]
     if effect.summary:
         return effect.summary(e)
+    return _combined(e, name, np.eye(len(e.table.spot[name]))[0])
+
+
+def at_level(e: Explanation, name: str, number: int) -> tuple[float, float]:
+    """Mean and sd of a parameter at one level of a condition in words, beside the mean of all levels."""
+    count = len(e.table.spot[name])
+    return _combined(e, name, np.eye(count)[number] - 1 / count)
+
+
+def _combined(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
+    """Mean and sd of a linear combination (k,) of an effect's columns."""
     mean, covariance = e.table.estimate(e.names, WEAK)
-    at = sum(len(e.table.spot[k]) for k in e.names[: e.names.index(name)])
-    wider = np.exp(e.table.level_sd**2 / 2) * np.sqrt(covariance[at, at])
-    return float(mean[at]), float(wider)
+    first = sum(len(e.table.spot[k]) for k in e.names[: e.names.index(name)])
+    own = slice(first, first + len(of))
+    return float(of @ mean[own]), float(np.exp(e.table.level_sd**2 / 2) * np.sqrt(of @ covariance[own, own] @ of))
 
 
 def moved_of(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> Moved:

@@ -83,10 +83,10 @@ def test_a_parameter_that_follows_a_condition_says_by_how_much():
     assert said(**of, effects={FOLLOWS: slope}) == line
     assert "rises by 0.0080 ± 0.0012 per %" in said(**of, effects={FOLLOWS: replace(slope, size=Interval(0.0080, 0.0068, 0.0092))})
     levels = {"steel": Interval(0.02, 0.018, 0.022), "glass": Interval(-0.02, -0.022, -0.018)}
-    plate = SimpleNamespace(probability=0.999, unit="1", size=levels["steel"], levels=levels)
+    plate = Told(0.999, "1", levels["steel"], levels)
     line = said(**of | {"names": ("static_friction-follows-plate",)}, effects={"static_friction-follows-plate": plate})
     each = "steel +0.0200 ± 0.0020, glass −0.0200 ± 0.0020"
-    assert line == f"static friction follows plate, in all 10 slides (99.9 %); beside its mean: {each}"
+    assert line == f"static friction follows plate, in all 10 slides (99.9 %); beside the mean of all: {each}"
 
 
 def test_the_terminal_says_next_to_nothing_of_what_does_not_matter():
