@@ -20,6 +20,7 @@ from vision.motion.track import Track, make_track
 PATIENCE = 6  # frames for which a thing may be lost before its piece ends
 AREA_ODD = 0.12  # silhouette this much off its neighbours' is merged with something, or partly hidden
 ANGLE_SD_DEG = 12.0  # an orientation known worse than this is none (a round silhouette)
+ROUND_OUTLINE = 0.01  # (a² − b²)/(a² + b²) of its axes: pixels and shading stretch a ball's by 0.003
 
 
 @dataclass
@@ -238,6 +239,7 @@ def _as_track(piece: _Piece, scene: Scene, times: list[float], total: int) -> Tr
     frame, t_s = np.array(piece.frames), np.array(piece.times)
     odd = _odd_area(area)
     angle, angle_sd = _orientation(shapes, frame, odd | cut)
+    seen = bool(np.isfinite(angle).any())
     notes = []
     lost = total - len(shapes)
     if lost:
@@ -249,8 +251,8 @@ def _as_track(piece: _Piece, scene: Scene, times: list[float], total: int) -> Tr
             f"{int((odd & ~cut).sum())} frames with the seed partly hidden or merged with something (marked as outliers)"
         )
     return make_track(
-        t_s, x, y, unit="px", frame=frame, sd=np.array([s.sd for s in shapes]), outlier=odd | cut, angle_deg=angle,
-        angle_sd_deg=angle_sd, notes=tuple(notes),
+        t_s, x, y, unit="px", frame=frame, sd=np.array([s.sd for s in shapes]), outlier=odd | cut,
+        angle_deg=angle if seen else None, angle_sd_deg=angle_sd if seen else None, notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -267,10 +269,13 @@ def _odd_area(area: np.ndarray) -> np.ndarray:
 
 
 def _orientation(shapes: list[Silhouette], frame: np.ndarray, odd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unwrapped orientation, anticlockwise; known only up to half turns, so each is taken nearest to the spin so far."""
+    """Unwrapped orientation, anticlockwise; known only up to half turns, so each is taken nearest to the spin so far. The outline of
+    a ball has none."""
     raw = np.array([0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in shapes])
     sd = np.array([s.angle_sd_deg for s in shapes])
-    seen = (sd < ANGLE_SD_DEG) & ~odd
+    stretch = np.array([np.hypot(s.xx - s.yy, 2 * s.xy) / (s.xx + s.yy) for s in shapes])
+    round_outline = np.median(stretch[~odd] if (~odd).any() else stretch) < ROUND_OUTLINE
+    seen = (sd < ANGLE_SD_DEG) & ~odd & ~round_outline
     angle = np.full(len(shapes), np.nan)
     spin = 0.0
     history: list[float] = []

@@ -19,9 +19,21 @@ UNSEEN = 1e-10  # relative power of a column that the nuisances hide
 def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
     """Averaged over the alternatives, by their weight with nothing missing."""
     weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
-    plain = float(weight / weight.sum() @ [p_of(base, rng) for base in posterior.bases])
+    told = [min(1.0, 2 * min(p_of(base, rng), _p_fitted(posterior, base, rng))) for base in posterior.bases]
+    plain = float(weight / weight.sum() @ told)
     named = [_p_named(posterior, k) for k, a in enumerate(posterior.alternatives) if a.named]
     return float(min([1.0, (1 + len(named)) * min([plain, *named])]))
+
+
+def _p_fitted(posterior: Posterior, base: Explanation, rng: np.random.Generator) -> float:
+    """Of single components fitted in full (a law need not be linear about nil), by their fall of χ²; Bonferroni over what is listed."""
+    table = base.table
+    found, doubt = [1.0], np.exp(table.level_sd * rng.standard_normal(2000))
+    for e in posterior.explanations:
+        if e.alternative == base.alternative and len(e.names) == 1 and e.names == e.listed and e.fit is not base.fit:
+            fall = max(base.fit.chi2 - e.fit.chi2, 0.0)
+            found.append(float(stats.chi2.sf(fall / doubt, len(table.spot[e.names[0]])).mean()))
+    return min(1.0, sum(c.kind is not Kind.UNLISTED for c in table.components.values()) * min(found))
 
 
 def _p_named(posterior: Posterior, number: int) -> float:

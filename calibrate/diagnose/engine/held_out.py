@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibrate.diagnose.engine.linear import Reduced, fall_of_chi2, ridge, stacked
+from calibrate.diagnose.engine.linear import Reduced, fall_of_chi2, projector, ridge, stacked
 from calibrate.diagnose.engine.posterior import WEAK, Explanation
 
 BY_CHANCE = 2.0  # sds by which noise alone misses what is left out
@@ -12,8 +12,8 @@ BY_CHANCE = 2.0  # sds by which noise alone misses what is left out
 
 @dataclass(frozen=True)
 class HeldOut:
-    """rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals; removed_fraction: (SSE_base − SSE_fit)/(SSE_base − SSE_noise), NaN
-    where the baseline misses no more than noise does by chance: there is nothing of which a share could be removed."""
+    """rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals; removed_fraction: of what the baseline misses beyond noise,
+    (SSE_base − SSE_fit)/(SSE_base − SSE_fit + left), left: what the explanation still misses beyond what noise does by chance."""
 
     rmse_ratio: float
     removed_fraction: float
@@ -28,8 +28,8 @@ def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
     sse_fit = sum(missed(mine, sd))
     sse_base = sum(missed(its, its_sd))
     noise, spread = _noise(mine, sd)
-    over = sse_base - noise
-    share = (sse_base - sse_fit) / over if over > BY_CHANCE * spread else float("nan")
+    gain, left = sse_base - sse_fit, max(sse_fit - noise - BY_CHANCE * spread, _unexplained(e, mine, sd), 0.0)
+    share = gain / (gain + left) if gain > 0 else 0.0
     return HeldOut(float(np.sqrt(sse_fit / sse_base)), float(share))
 
 
@@ -42,6 +42,14 @@ def with_components(e: Explanation) -> tuple[tuple[Reduced, ...], np.ndarray]:
         out.append(Reduced(np.hstack([r.a, *(p.columns[low:high] for p in parts)]), r.smooth, r.b))
     wide = [np.where(p.sized, WEAK if np.isfinite(p.sd).all() else 1.0, 1.0) * p.sd * _seen(p) for p in parts]
     return tuple(out), np.concatenate([e.fit.baseline_sd, *wide])
+
+
+def _unexplained(e: Explanation, reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> float:
+    """By how much χ² still falls where every component is freed beside the explanation, beyond what it does by chance."""
+    others = [c.columns for n, c in e.table.components.items() if n not in e.names]
+    a, b = stacked(reduced)
+    fall, freedom = fall_of_chi2(np.hstack(others), projector(a, prior_sd), b) if others else (0.0, 0)
+    return fall - freedom - BY_CHANCE * float(np.sqrt(2 * freedom))
 
 
 def _seen(part) -> float:

@@ -199,7 +199,9 @@ class _Search:
         """ln evidence of a set in the reduced space of a fit, and −½ χ² at its best."""
         key = (k, own, names)
         if key not in self.values:
-            found = self.tables[k][own].table.ln_evidence(names)
+            table = self.tables[k][own].table
+            known = all(n in table.components for n in names)  # windows are laid where a fit's motion passes
+            found = table.ln_evidence(names) if known else (np.nan, np.nan)
             self.values[key] = found if np.isfinite(found[0]) else (-1e9, -1e9)
         return self.values[key]
 

@@ -10,7 +10,8 @@ from scipy import stats
 from calibrate.diagnose.engine.alarm import ALARM_P
 from calibrate.diagnose.engine.posterior import WEAK, Explanation, Posterior
 
-HOLDS = 0.95  # of the weight, for a name or a class
+HOLDS = 0.95  # of the weight of what is missing, for a name or a class
+NAMED = 0.8  # of all, for a name with nothing unlisted beside it
 HALF = 0.5
 MATTERS_SDS = 0.5  # of a contact parameter
 QUANTILES = (0.025, 0.5, 0.975)
@@ -60,8 +61,9 @@ class Verdict:
 
 def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
     """none: no alarm, or nothing missing holds half of the weight. Of the explanations in which something is missing: unknown where
-    more than half of the weight needs something unlisted; the name of the likeliest set where it, alone or beside more,
-    holds HOLDS; else, as a class, that set where a part of it is certain, or the fewest names of which one at least holds HOLDS."""
+    more than half of the weight needs something unlisted; the name of the likeliest listed set where it, alone or beside more, holds
+    HOLDS of that weight, or NAMED of all with nothing unlisted beside it; else, as a class, that set where a part of it is certain,
+    or the fewest names of which one at least holds HOLDS of the weight of what is listed."""
     nothing = posterior.probability(())
     if p_global >= ALARM_P or nothing >= HALF:
         return Verdict("none", (), nothing)
@@ -72,21 +74,23 @@ def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
     ranked = sorted(presence, key=lambda n: (-presence[n], n))
     if strange > HALF:
         return Verdict("unknown", tuple(n for n in ranked if presence[n] >= HOLDS), strange)
-    best = max((names for names, _ in posterior.by_set() if names), key=posterior.probability)
-    held = sum(e.probability for e in found if set(best) <= set(e.listed)) / weight
+    best = max((e.names for e in found if not e.unlisted), key=posterior.probability)
+    holding = [e for e in found if set(best) <= set(e.listed)]
+    held = sum(e.probability for e in holding) / weight
+    plain = sum(e.probability for e in holding if not e.unlisted)
     alone = len(posterior.base.fit.problem.recordings) < 2  # nothing is held out: no name for certain
-    if held >= HOLDS and not alone:
-        return Verdict("name", tuple(n for n in ranked if n in best), posterior.probability(best))
+    if (held >= HOLDS or plain >= NAMED) and not alone:
+        return Verdict("name", tuple(n for n in ranked if n in best), sum(e.probability for e in holding))
     if any(presence[n] >= HOLDS for n in best):
         return Verdict("class", tuple(n for n in ranked if n in best), held)
     names, left = [], [e for e in found if e.listed]
-    reached = 0.0
-    while left and reached < HOLDS:
+    whole, reached = sum(e.probability for e in left), 0.0
+    while left and reached < HOLDS * whole:
         shares = {n: sum(e.probability for e in left if n in e.listed) for e in left for n in e.listed}
         names.append(max(sorted(shares), key=lambda n: shares[n]))
         left = [e for e in left if names[-1] not in e.listed]
-        reached = sum(e.probability for e in found if set(names) & set(e.listed)) / weight
-    return Verdict("class", tuple(names), reached)
+        reached = sum(e.probability for e in found if set(names) & set(e.listed))
+    return Verdict("class", tuple(names), reached / weight)
 
 
 def mixture(parts: list[tuple[float, float, float]]) -> Interval:

@@ -102,7 +102,7 @@ def march(out, fps, beta, mu, theta, length, r, added, viscous, slip, slip_s, ga
             resist = mu + viscous * abs(v) + drag * (v / 0.5) ** 2 * sphere(reynolds * abs(v)) / sphere(reynolds * 0.5)
             if not on:
                 resist += (patch if patch_from < past < patch_to else 0.0) + by_travel * max(past, 0.0) / 1e3
-            limit = G * resist * normal
+            limit = G * resist * normal if gain == 1.0 or not on else 0.0  # of a seed that slips it acts on the spin alone
             if v == 0.0 and abs(pull) <= limit:
                 stopped = not on
                 continue

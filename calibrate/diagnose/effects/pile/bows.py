@@ -8,7 +8,7 @@ from calibrate.diagnose.effects.effect import Counterpart, Effect
 from calibrate.diagnose.effects.pile.shapes import Law, as_stated, bends, crest, further, middle, toe
 
 _WIDTH = as_stated(width_mm=-1.0)
-_SEEDS = ("middle", "1", "a bow some seeds high", 0.06, Law(surface=middle, weight=as_stated(seed_mm=1.0, rig_mm=-1.0)))
+_SEEDS = ("middle", "1", "a bow some seeds high", 0.1, Law(surface=middle, weight=as_stated(seed_mm=1.0, rig_mm=-1.0)))
 _WALLS = "tan θ = tan θ₀ + μ_w h/W; Taberlet et al. 2003, Phys. Rev. Lett. 91, 264301"
 _GRAINS = "one sphere or a clump of three: a heap of 25° or 37°; no photo of a heap tells it from friction"
 
@@ -40,7 +40,7 @@ def _loose(name: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tup
 
 EFFECTS = (
     Effect(
-        name="wall-friction", sector="middle", unit="1", meaning="bow of the flank over the heap's height", prior_sd=0.06, low=-0.4,
+        name="wall-friction", sector="middle", unit="1", meaning="bow of the flank over the heap's height", prior_sd=0.1, low=-0.4,
         high=0.4, source=_WALLS, says=("friction of the side walls is missing", "of the heap's height as a bow"),
         separating="the same heap in a box twice as wide: what the side walls carry goes as 1/width",
         counterpart=Counterpart("the box has its own sides, with friction, in place of smooth ones"),
@@ -49,7 +49,7 @@ EFFECTS = (
     *_loose("wall-friction", _WALLS, _WIDTH),
     *further("wall-friction", _WALLS, angle=("middle", "deg", "steeper", 6.0, Law(angle_deg=1.0, weight=_WIDTH))),
     Effect(
-        name="particle-shape", sector="middle", unit="1", meaning="bow of the flank over the heap's height", prior_sd=0.06, low=-0.4,
+        name="particle-shape", sector="middle", unit="1", meaning="bow of the flank over the heap's height", prior_sd=0.1, low=-0.4,
         high=0.4, source=_GRAINS, says=("the seeds' shape is not as simulated", "of the heap's height as a bow"),
         separating="the seeds' own dimensions from a photo of spread seeds, and their friction from the slide: no heap can",
         counterpart=Counterpart("seeds are longer by {value} of their length, at the same volume"),

@@ -6,8 +6,9 @@ the blow adds μ sin β/(1 + I/(m r²)), and a rounded corner takes nothing: thi
 `corner-loss`, whose parameter is all that is lost.
 
 While slip lasts friction takes speed and gives spin; with slip speed u, angular momentum about the point of touch leaves a rolling seed
-slower by u (1 − 1/c), c = 1 + I/(m r²) (u/3.5 of a ball). On the incline a seed that gains slip in proportion to speed, u = s v, turns
-by (1 − s) v/r only, and so speeds up by c/(1 + (c − 1)(1 − s)) of rolling.
+slower by u (1 − 1/c), c = 1 + I/(m r²) (u/3.5 of a ball), and it ends after u (1 − 1/c)/(μ g). On the incline a seed that gains slip in
+proportion to speed, u = s v, turns by (1 − s) v/r only, and so speeds up by c/(1 + (c − 1)(1 − s)) of rolling, without the rolling
+friction, which acts on its spin.
 """
 
 import math
@@ -15,10 +16,12 @@ import math
 import numpy as np
 from scipy.special import ndtr
 
+from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.effects.effect import Effect
 
-DURATION_S = 0.025  # of slipping on the level
-DURATION_SPREAD = 1.0  # ln: 9 to 68 ms; what slips longer has next to no friction, shorter is a loss in the corner
+SURELY_M_S = 0.01  # slip speed from which a seed slips all the way down
+GRIP = 0.15  # friction that ends the slip on the level
+GRIP_SPREAD = 1.5  # ln: 0.03 to 0.7; what slips longer has next to no friction, shorter is a loss in the corner
 
 
 def most(incline: float, inertia: float, rolling: float) -> float:
@@ -44,11 +47,11 @@ def slipping(way: dict, value: float, context) -> dict:
     """The way with slip of `value` [m/s] where the incline ends."""
     speed, inertia, more = max(context.speed, 1e-3), context.seed.inertia, context.at
     slip = min(max(value / speed, -0.5), 1.0)
-    full = inertia / (1 + (inertia - 1) * (1 - slip))
-    ln = more.get("initial-slip.duration", 0.0)
+    full = inertia / (1 + (inertia - 1) * (1 - slip)) / (1 - context.resisted * (1 - math.exp(-max(value, 0.0) / SURELY_M_S)))
+    grip = GRIP * math.exp(GRIP_SPREAD * math.tanh(more.get("initial-slip.grip", 0.0) / GRIP_SPREAD))
     return way | {
         "gain": 1 + (0.5 + more.get("initial-slip.incline", 0.0)) * (full - 1), "slip_loss": value * (1 - 1 / inertia),
-        "slip_time": DURATION_S * math.exp(DURATION_SPREAD * math.tanh(ln / DURATION_SPREAD)),
+        "slip_time": max(value, 0.0) * (1 - 1 / inertia) / (grip * G_M_S2),
     }  # fmt: skip
 
 
@@ -67,8 +70,8 @@ EFFECTS = (
         separating="the same roll filmed so that the seed's turning is seen: a seed that slips turns too slowly",
     ),
     Effect(
-        name="initial-slip.duration", sector="onset", unit="1", meaning="ln of the time it slips over 25 ms", prior_sd=0.7, low=-3.0,
-        high=3.0, source="10 to 60 ms at friction of seeds on plates", group="initial-slip", sized=False,
+        name="initial-slip.grip", sector="onset", unit="1", meaning="ln of the friction that ends the slip over 0.15", prior_sd=0.7,
+        low=-3.0, high=3.0, source="seeds slide on plates with friction of 0.04 to 0.6", group="initial-slip", sized=False,
     ),
     Effect(
         name="initial-slip.incline", sector="onset", unit="1", meaning="share of the slip from the incline, less 1/2", prior_sd=0.5,

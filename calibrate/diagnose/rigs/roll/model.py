@@ -55,11 +55,13 @@ class Model:
 
 @dataclass(frozen=True)
 class Context:
-    """What an effect's hook may ask: the run, the seed, speed [m/s] where the incline ends, all globals by name."""
+    """What an effect's hook may ask: the run, the seed, speed [m/s] where the incline ends, resisted: share of the drive on the
+    incline that rolling friction takes, all globals by name."""
 
     run: Run
     seed: Seed
     speed: float
+    resisted: float
     at: dict[str, float]
 
 
@@ -74,7 +76,8 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     way = {"level": drive(get("level", 0.0), model.runs[r].sign), "keep": 1 - model.usual_loss(r, get("corner", 0.0))}
     if "oval" in at:  # ln (1 + I/(m h²)) falls by 2 (1 − 1/c) δh/r; half of it, with sd the other half: seeds are no ellipses
         way["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
-    context = Context(model.runs[r], seed, speed, at)
+    resisted = min(mu / math.tan(beta), 0.9) if beta > 0 else 0.0
+    context = Context(model.runs[r], seed, speed, resisted, at)
     for name, effect in model.effects.items():
         if effect.act and get(name):
             way = effect.act(way, at[name], context)

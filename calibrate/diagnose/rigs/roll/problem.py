@@ -14,10 +14,11 @@ from calibrate.diagnose.effects.roll import EFFECTS
 from calibrate.diagnose.effects.roll.shape_barrier import NAME, quadratures
 from calibrate.diagnose.engine.evidence import Spread
 from calibrate.diagnose.engine.linear import Reduced, stacked
+from calibrate.diagnose.engine.noise import told_by
 from calibrate.diagnose.engine.problem import Problem
 from calibrate.diagnose.engine.series import Locals, Series, problem_of
 from calibrate.diagnose.rigs.roll.model import OWN, Model, moved, predict
-from calibrate.diagnose.rigs.roll.noise_of_run import RunNoise, estimate_noise
+from calibrate.diagnose.rigs.roll.noise_of_run import DEGREE_LEVEL, RunNoise, estimate_noise
 from calibrate.diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
 
 # What every bench has, about nil: sd, unit, why. What a bench states replaces the centre (incline, length, air) or the sd (scale).
@@ -84,7 +85,8 @@ def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
         for r, run in enumerate(model.runs)
     )
     made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=20, step=STEP)
-    return replace(made, starts=starts, spread=spread)
+    level_sd = told_by(made.level_sd, DEGREE_LEVEL * len(model.runs))
+    return replace(made, starts=starts, spread=spread, level_sd=level_sd)
 
 
 def spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
