@@ -16,9 +16,11 @@ demo: $(VENV)/installed
 	@$(BIN)/benchtwin calibrate samples/soybean-paper --tables --out $(DEMO_OUT)/paper --overwrite
 	@echo "4. Drops with something concealed: what is missing, and the twin again with it (a minute)"
 	@$(BIN)/benchtwin diagnose samples/concealed-drop --out $(DEMO_OUT)/diagnosed-drop --overwrite
-	@echo "5. The bench of soybeans calibrated on simulations of it (5 to 10 minutes; stopped, make demo goes on)"
+	@echo "5. Damp seeds on a plate, with no camera distance and angles read to half a degree: what does friction follow?"
+	@$(BIN)/benchtwin diagnose samples/damp-slides --out $(DEMO_OUT)/diagnosed-slides --quick --overwrite
+	@echo "6. The bench of soybeans calibrated on simulations of it (5 to 10 minutes; stopped, make demo goes on)"
 	@$(BIN)/benchtwin calibrate samples/soybean-bench --out $(DEMO_OUT)/calibrated --quick --overwrite
-	@echo "6. Is anything in these recordings that no parameter explains?"
+	@echo "7. Is anything in these recordings that no parameter explains?"
 	@$(BIN)/benchtwin diagnose samples/soybean-bench --out $(DEMO_OUT)/diagnosed --quick --overwrite
 	@echo "What it was made with: $$($(BIN)/python samples/concealed.py reveal samples/soybean-bench)"
 	@echo "Open in a browser:  $(DEMO_OUT)/calibrated/report.html   $(DEMO_OUT)/diagnosed/report.html   $(DEMO_OUT)/diagnosed-drop/report.html"

@@ -7,7 +7,7 @@ import numpy as np
 
 from calibrate.diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, Air, drag_shape
 from calibrate.diagnose.engine.linear import ridge, stacked
-from calibrate.diagnose.engine.problem import Fit, fit
+from calibrate.diagnose.engine.problem import Fit, fit, ln_evidence
 from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.rerun import Again, Compared, change_in_words, settings
 from calibrate.diagnose.rigs.drop.joint import Sitting, moved_to, sittings_of
@@ -47,13 +47,6 @@ def flights_of(filmed: list, names: tuple[str, ...]) -> list["Flights"]:
     far = sittings_of(filmed, np.inf if stated else DISTANCES_M[-1])[0]
     at = [far, *(() if stated else (tuple(moved_to(s, away) for s in far) for away in DISTANCES_M[:-1]))]
     return max(([Flights(s, names) for s in sittings] for sittings in at), key=lambda f: sum(ln_evidence(one.fit) for one in f))
-
-
-def ln_evidence(of: Fit) -> float:
-    """Laplace's, but for what is the same in all fits to the same rows."""
-    kept = of.prior_sd > 0
-    scaled = of.covariance[np.ix_(kept, kept)] / np.outer(of.prior_sd[kept], of.prior_sd[kept])
-    return -0.5 * of.chi2 + 0.5 * float(np.linalg.slogdet(scaled)[1]) - sum(r.bulk for r in of.reduced)
 
 
 def _most_mended(flown: list[tuple["Flights", np.ndarray, np.ndarray]]) -> tuple["Flights", np.ndarray, np.ndarray]:

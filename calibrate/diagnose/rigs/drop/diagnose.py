@@ -9,7 +9,7 @@ from calibrate.diagnose.effects.drop import EFFECTS
 from calibrate.diagnose.effects.drop.shape_conversion import SHAPE
 from calibrate.diagnose.engine.conditions import Condition, Contact, conditions_of, with_conditions
 from calibrate.diagnose.engine.posterior import LISTED_ODDS, Alternative, Explanation, of_p_value
-from calibrate.diagnose.engine.problem import Fit, Problem, fit
+from calibrate.diagnose.engine.problem import Fit, Problem, fit, ln_evidence
 from calibrate.diagnose.finding import Curve, Finding, Question, answer
 from calibrate.diagnose.rigs.drop import impact_problem
 from calibrate.diagnose.rigs.drop.bounce import bounces_of
@@ -60,17 +60,10 @@ def _distances(filmed) -> tuple[list[tuple[tuple[Sitting, ...], Fit, float]], tu
     for away in DISTANCES_M[::-1]:  # the nearer the camera, the more it allows for: what is too near stays so
         moved = sittings if not found else tuple(moved_to(s, away) for s in sittings)
         found.append((moved, flown(moved, found[-1][1] if found else None), 1 / len(DISTANCES_M)))
-        level.append(-0.5 * (found[-1][1].chi2 + _volume(found[-1][1])))
+        level.append(ln_evidence(found[-1][1]))
         if level[-1] < max(level) + np.log(WORTH):
             break
     return [one for one, value in zip(found, level, strict=True) if value > max(level) + np.log(WORTH)], notes
-
-
-def _volume(flights: Fit) -> float:
-    """2 ln of what marginalising the globals and the recordings' own takes."""
-    kept = flights.prior_sd > 0
-    scaled = flights.covariance[np.ix_(kept, kept)] / np.outer(flights.prior_sd[kept], flights.prior_sd[kept])
-    return float(-np.linalg.slogdet(scaled)[1] + 2 * sum(r.bulk for r in flights.reduced))
 
 
 def _alternatives(sittings, flights: Fit | None, sounds: Impacts | None, told: dict, odds: float):
@@ -103,8 +96,7 @@ def _alternatives(sittings, flights: Fit | None, sounds: Impacts | None, told: d
 def _same(plain: Problem, longer: Problem) -> float:
     """Takes the likelihood of the impacts' rows about each baseline out of the comparison: the wider scatter of a longer seed would be
     counted twice, here and in the p value."""
-    value = [fit(p) for p in (plain, longer)]
-    return -0.5 * (value[0].chi2 + _volume(value[0])) + 0.5 * (value[1].chi2 + _volume(value[1]))
+    return ln_evidence(fit(plain)) - ln_evidence(fit(longer))
 
 
 def _following(problem: Problem, follows: tuple[Condition, ...]) -> Problem:

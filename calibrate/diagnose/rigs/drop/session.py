@@ -76,6 +76,8 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         kept = [(k, free) for k, part in found if (free := _free_part(part, usual)) is not None]
         if len(kept) < len(found):
             notes.append(f"{track.recording}: {len(found) - len(kept)} flights left out, touched again in mid-flight")
+        if not found:
+            notes.append(f"{track.recording}: no flight with at least {LEAST_ROWS} frames; it is left out")
         numbers = {k: count + i for i, (k, _) in enumerate(kept)}
         fallen.append(0 in numbers and 1 in numbers)  # fall and first contact are both at hand
         joints += [(numbers[k], numbers[k + 1], t) for k, t in enumerate(track.contacts_s) if k in numbers and k + 1 in numbers]
