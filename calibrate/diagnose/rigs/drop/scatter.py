@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 from scipy.optimize import minimize
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.special import polygamma
 
 TAILS = 4.0  # degrees of freedom of bounces' Student scatter: most contacts stick, a few slide or touch twice
@@ -142,11 +144,14 @@ def _beside(inverse: np.ndarray, design: np.ndarray) -> np.ndarray:
 
 def _fitted(y, design, known, components, bounds: tuple[float, float], expected: tuple[float, ...], at):
     """The components at the largest restricted likelihood, and ln of their sizes, to begin with the next time."""
-    basis = np.linalg.qr(design)[0]
-    left = np.linalg.svd(np.eye(len(y)) - basis @ basis.T)[0][:, : len(y) - basis.shape[1]]
-    seen, fixed, parts = left.T @ y, left.T @ known @ left, [left.T @ v @ left for v in components]
+    spot = _blocks([known, *components])
+    fixed, parts = _cut(known, spot, 1.0), [_cut(v, spot, 0.0) for v in components]
+    inside = spot < len(y)
+    rows = np.where(inside[..., None], np.column_stack([design, y])[np.where(inside, spot, 0)], 0.0)
     floor, most = bounds
-    usual = float(np.mean(seen**2)) + floor**2
+    left = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
+    usual = float((left**2).sum()) / (len(y) - design.shape[1]) + floor**2
+    jitter = 1e-10 * np.eye(spot.shape[1])
 
     def sizes(u: np.ndarray) -> np.ndarray:
         variance = usual * np.exp(np.clip(u, -14, 6))
@@ -159,10 +164,14 @@ def _fitted(y, design, known, components, bounds: tuple[float, float], expected:
         found = sizes(u)
         whole = fixed + sum(s * v for s, v in zip(found, parts, strict=True))
         try:
-            triangle = np.linalg.cholesky(whole + 1e-10 * np.trace(whole) / len(whole) * np.eye(len(whole)))
+            triangle = np.linalg.cholesky(whole + usual * jitter)
         except np.linalg.LinAlgError:  # one row so far off that the others' scatter is lost beside it
             return np.inf
-        chance = 2 * np.log(np.diag(triangle)).sum() + (np.linalg.solve(triangle, seen) ** 2).sum()
+        white = np.linalg.solve(triangle, rows).reshape(-1, rows.shape[-1])
+        gram = white.T @ white
+        slope = np.linalg.pinv(gram[:-1, :-1]) @ gram[:-1, -1]
+        chance = 2 * np.log(np.diagonal(triangle, axis1=1, axis2=2)).sum() + np.linalg.slogdet(gram[:-1, :-1])[1]
+        chance += gram[-1, -1] - gram[:-1, -1] @ slope
         beforehand = sum(np.log(v) + sd**2 / v for v, sd in zip(found, expected, strict=False) if sd)
         return float(chance + USUAL_ROWS * beforehand + 0.02 * (u**2).sum())
 
@@ -170,6 +179,23 @@ def _fitted(y, design, known, components, bounds: tuple[float, float], expected:
     ends = [minimize(loss, u, method="Nelder-Mead", options={"maxfev": 120, "fatol": 0.01}) for u in starts]
     best = min(ends, key=lambda end: end.fun)
     return [s * v for s, v in zip(sizes(best.x), components, strict=True)], best.x
+
+
+def _blocks(matrices: list[np.ndarray]) -> np.ndarray:
+    """(B, k) rows of the blocks that all these matrices (m, m) fall into, a recording each as a rule; m where a block is shorter."""
+    count, member = connected_components(csr_matrix(sum(m != 0 for m in matrices)), directed=False)
+    rows = [np.flatnonzero(member == b) for b in range(count)]
+    return np.array([np.pad(r, (0, max(map(len, rows)) - len(r)), constant_values=len(member)) for r in rows])
+
+
+def _cut(matrix: np.ndarray, spot: np.ndarray, beyond: float) -> np.ndarray:
+    """(B, k, k) its blocks; beyond: on the diagonal where a block is shorter."""
+    whole = np.zeros((len(matrix) + 1, len(matrix) + 1))
+    whole[:-1, :-1], whole[-1, -1] = matrix, beyond
+    blocks = whole[spot[:, :, None], spot[:, None, :]]
+    absent = spot == len(matrix)
+    blocks[absent[:, :, None] & absent[:, None, :] & ~np.eye(spot.shape[1], dtype=bool)] = 0.0
+    return blocks
 
 
 def _standardised(y: np.ndarray, design: np.ndarray, whole: np.ndarray) -> np.ndarray:
