@@ -1,7 +1,7 @@
 """A finding: all that one rig's recordings told, in the form of diagnosis.json, with the curves that its report draws."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -148,7 +148,7 @@ class Question:
     alternatives: tuple[Alternative, ...]
     windows: Callable[[Fit], Windows]
     curves: Callable[[Fit, Fit], tuple[Curve, ...]]
-    contact: dict[str, Callable[[Explanation], tuple[float, float]]] = field(default_factory=dict)
+    contact: Mapping[str, Callable[[Explanation], tuple[float, float]]] = field(default_factory=dict)
     law: Callable[[Fit], str | None] = lambda fit: None
     advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
     notes: tuple[str, ...] = ()

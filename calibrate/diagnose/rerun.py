@@ -117,7 +117,9 @@ def _change(rig: str, name: str, finding: Finding) -> str:
     if found := followed(name):
         return f"{found[0]} of each recording follows its {found[1]}"
     told = finding.effects.get(name)
-    return effect_of(rig, name).counterpart.what.format(value=f"{told.size.value if told else math.nan:.3g}")
+    effect = effect_of(rig, name)
+    assert effect is not None and effect.counterpart is not None  # why_not asks first
+    return effect.counterpart.what.format(value=f"{told.size.value if told else math.nan:.3g}")
 
 
 def run_again(found, folder: Path, *, pictures: bool, say: Callable[[str], None]):

@@ -31,7 +31,7 @@ def _p_fitted(posterior: Posterior, base: Explanation, rng: np.random.Generator)
     found, doubt = [1.0], np.exp(table.level_sd * rng.standard_normal(2000))
     for e in posterior.explanations:
         if e.alternative == base.alternative and len(e.names) == 1 and e.names == e.listed and e.fit is not base.fit:
-            fall = max(base.fit.chi2 - e.fit.chi2, 0.0)
+            fall = max(base.fit.chi2 - e.fit.chi2, 0.0) / base.power
             found.append(float(stats.chi2.sf(fall / doubt, len(table.spot[e.names[0]])).mean()))
     return min(1.0, sum(c.kind is not Kind.UNLISTED for c in table.components.values()) * min(found))
 

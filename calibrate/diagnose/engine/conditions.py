@@ -7,6 +7,7 @@ rig gets these effects by rule.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -166,7 +167,7 @@ def _effects(contact: Contact, c: Condition) -> list[Effect]:
     def shown(value: float) -> float:
         return value * contact.scale / c.spread
 
-    about = {
+    about: dict[str, Any] = {
         "sector": contact.sector, "prior_sd": contact.prior_sd, "low": -np.inf, "high": np.inf, "follows": c.name,
         "unlisted": c.unlisted, "source": "by rule: whatever the recordings state may matter",
     }  # fmt: skip

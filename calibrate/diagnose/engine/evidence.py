@@ -141,6 +141,33 @@ def _unit(component: Component, information: np.ndarray) -> np.ndarray:
     return np.full(len(component.sd), 1 / np.sqrt(seen) if seen > 0 else 0.0)
 
 
+def settled_noise(
+    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], level_sd: float
+) -> tuple[float, float]:
+    """Power of the noise at low frequency over what the recordings' own noise says, known to level_sd of its logarithm, and the sd
+    of its logarithm: as the smooth curves of each recording tell it, with everything free that is common to all. Each curve is a
+    square of one degree of freedom; level_sd is worth 2/level_sd² of them."""
+    if level_sd <= 0 or any(not r.smooth.shape[1] for r in reduced):
+        return 1.0, level_sd
+    kept = prior_sd > 0
+    a, b = np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept], np.concatenate([r.b for r in reduced])
+    common = np.hstack([a, *(c.columns for c in components)])
+    common = common / np.maximum(np.linalg.norm(common, axis=0), 1e-300)
+    left = b - common @ np.linalg.lstsq(common, b, rcond=1e-6)[0]
+    seen, square, count, first = [], 0.0, 0, 0
+    for r in reduced:
+        rows = slice(first, first + len(r.b))
+        own, size, _ = np.linalg.svd(r.smooth, full_matrices=False)
+        own = own[:, size > 1e-6 * size.max(initial=1e-300)]
+        square, count, first = square + float(((own.T @ left[rows]) ** 2).sum()), count + own.shape[1], rows.stop
+        seen.append(own.T @ common[rows])
+    count -= np.linalg.matrix_rank(np.vstack(seen), tol=1e-2)
+    beforehand = 2 / level_sd**2
+    if count < 1:
+        return 1.0, level_sd
+    return (beforehand + square) / (beforehand + count), float(np.sqrt(2 / (beforehand + count)))
+
+
 @dataclass(frozen=True, eq=False)
 class Spread:
     """own (M,): what one sd of the usual scatter of a recording's own parameter does to its rows (SCATTERS of it are tried); or loose

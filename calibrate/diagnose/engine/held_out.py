@@ -70,7 +70,8 @@ def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
     """Each listed effect as the other recordings have it, one value a recording (of a single recording its own); further parameters
     of an effect stand beside it under their own names."""
     reduced, sd = with_components(e)
-    first, spots = len(e.fit.names), {}
+    first = len(e.fit.names)
+    spots: dict[str, int] = {}
     for n in e.names:
         columns = e.fit.problem.columns_of(n) if n in e.listed else ()
         spots |= {c: first + k for k, c in enumerate(columns)}

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 from scipy.special import logsumexp
 
-from calibrate.diagnose.engine.evidence import Component, Kind, Table, student, table_of
+from calibrate.diagnose.engine.evidence import Component, Kind, Table, settled_noise, student, table_of
 from calibrate.diagnose.engine.linear import Reduced, stacked
 from calibrate.diagnose.engine.locate import Windows, opened, unlisted_of
 from calibrate.diagnose.engine.problem import Fit, Problem, fit
@@ -57,7 +57,8 @@ def of_p_value(p: float) -> float:
 @dataclass(frozen=True, eq=False)
 class Explanation:
     """names: its components, sorted; alternative: number of its baseline; fit: of its listed effects, with the reduced space there,
-    the windows and their columns in it, and the table of all components; probability."""
+    the windows and their columns in it, and the table of all components; power: of the noise at low frequency over what the fit
+    took it for, 1 in the reduced space; probability."""
 
     names: tuple[str, ...]
     alternative: int
@@ -66,6 +67,7 @@ class Explanation:
     windows: Windows
     columns: np.ndarray
     table: Table
+    power: float = 1.0
     probability: float = 0.0
 
     @property
@@ -136,6 +138,7 @@ class _Search:
         self.alternatives, self.windows_of = alternatives, windows_of
         self.tables: list[dict[tuple[str, ...], Explanation]] = [{} for _ in alternatives]
         self.priors: list[dict[tuple[str, ...], float]] = [{} for _ in alternatives]
+        self.noise = [(1.0, 0.0) for _ in alternatives]
         self.values: dict[tuple[int, tuple[str, ...], tuple[str, ...]], tuple[float, float]] = {}
 
     def add(self, k: int, listed: tuple[str, ...], start: Fit | None = None) -> None:
@@ -148,9 +151,15 @@ class _Search:
         reduced, columns = opened(found, windows)
         components = [*_of_effects(problem, reduced), *unlisted_of(windows, columns)]
         components += [_without_columns(n, own.sector, len(columns)) for n in own.named]
+        if not listed:
+            self.noise[k] = settled_noise(reduced, found.baseline_sd, components, problem.level_sd)
+        power, level_sd = self.noise[k]
+        root = np.sqrt(power)
+        reduced = tuple(replace(r, a=r.a / root, smooth=r.smooth / root, b=r.b / root) for r in reduced)
+        components, columns = [replace(c, columns=c.columns / root) for c in components], columns / root
         spread = problem.spread(problem, reduced) if problem.spread else None
-        table = table_of(reduced, found.baseline_sd, components, spread, problem.level_sd)
-        here[listed] = Explanation(listed, k, found, reduced, windows, columns, table)
+        table = table_of(reduced, found.baseline_sd, components, spread, level_sd)
+        here[listed] = Explanation(listed, k, found, reduced, windows, columns, table, power)
         if not listed:
             self.priors[k] = _priors(components, self.alternatives[k].odds / sum(a.odds for a in self.alternatives))
 
@@ -190,7 +199,7 @@ class _Search:
         best = max(fit for _, fit, _ in told.values())
         out = {}
         for (k, names), (value, misfit, own) in told.items():
-            level_sd = self.alternatives[k].problem.level_sd
+            level_sd = self.noise[k][1]
             softer = student(misfit - best, level_sd) - (misfit - best)
             out[k, names] = value + softer + self.priors[k][names] + self.alternatives[k].ln_likelihood, own
         return out

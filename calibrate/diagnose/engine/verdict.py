@@ -154,10 +154,15 @@ def _combined(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
 
 def moved_of(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> Moved:
     """A contact parameter; value(explanation) → its mean and sd there."""
+
+
+    def told(e: Explanation, weight: float) -> tuple[float, float, float]:
+        mean, sd = value(e)
+        return weight, mean, sd * float(np.sqrt(e.power))
+
     base = posterior.base
-    nil = mixture([(1.0, *value(base))])
-    every = [(e.probability, *value(e)) for e in posterior.explanations if e.probability > 1e-3] or [(1.0, *value(base))]
-    return Moved(nil, mixture(every))
+    every = [told(e, e.probability) for e in posterior.explanations if e.probability > 1e-3] or [told(base, 1.0)]
+    return Moved(mixture([told(base, 1.0)]), mixture(every))
 
 
 def sector_shares(posterior: Posterior) -> dict[str, float]:

@@ -163,7 +163,7 @@ def test_cohesion_has_its_name_by_heaps_of_several_sizes_too():
 
 def test_a_bow_some_seeds_high_is_not_laid_to_the_gate_alone():
     """In shares it is larger on small heaps: grain shape and walls may do that too."""
-    rng, bow_mm = np.random.default_rng([31, 5]), 7.0
+    rng, bow_mm = np.random.default_rng([31, 5]), 6.0
     heaps = [replace(picture(changed(BENCH, bow=bow_mm / s, height_mm=s), rng), description=sized(s)) for s in (30, 60) * 3]
     found = told(heaps)
     assert found.verdict == "class" and {"particle-shape", "wall-friction"} < set(found.names)

@@ -23,7 +23,7 @@ TOLD = {
 
 def test_every_effect_of_the_pile_has_a_counterpart_or_a_reason_why_not():
     assert all(e.counterpart or e.untwinned for e in EFFECTS.values() if not e.group)
-    assert all(bool(e.act.strengths) == bool(e.act.twin) == bool(e.counterpart) for e in EFFECTS.values())
+    assert all(bool(e.law.strengths) == bool(e.law.twin) == bool(e.counterpart) for e in EFFECTS.values())
 
 
 def test_cohesion_of_strength_one_pulls_with_a_seeds_weight_and_grows_as_its_size():
@@ -70,7 +70,7 @@ def test_friction_and_strength_are_found_on_the_other_half_of_the_recordings():
     def shape(friction: float, strength: float) -> Shape:
         return Shape(target.surface + (strength - 0.25) * 0.4 * crest, target.angle_deg + 20 * (friction - 0.4))
 
-    strengths = tuple(shape(FRICTIONS[0], s) for s in (0.0, *EFFECTS["cohesion"].act.strengths))
+    strengths = tuple(shape(FRICTIONS[0], s) for s in (0.0, *EFFECTS["cohesion"].law.strengths))
     kind = Kind(tuple(heaps), tuple(shape(f, 0.0) for f in FRICTIONS), strengths)
     new = _fitted([kind], 0, "cohesion", True)
     assert new.strength == pytest.approx(0.25, abs=0.03) and new.friction == pytest.approx(0.4, abs=0.03)

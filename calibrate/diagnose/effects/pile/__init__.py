@@ -1,5 +1,6 @@
 """Effects of the pile, by name."""
 
-from calibrate.diagnose.effects.effect import Effect, discovered
+from calibrate.diagnose.effects.effect import discovered
+from calibrate.diagnose.effects.pile.shapes import HeapEffect
 
-EFFECTS: dict[str, Effect] = discovered(__name__, __path__)
+EFFECTS: dict[str, HeapEffect] = {n: e for n, e in discovered(__name__, __path__).items() if isinstance(e, HeapEffect)}

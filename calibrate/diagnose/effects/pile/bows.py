@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from calibrate.diagnose.effects.effect import Counterpart, Effect
-from calibrate.diagnose.effects.pile.shapes import Law, as_stated, bends, crest, further, middle, toe
+from calibrate.diagnose.effects.effect import Counterpart
+from calibrate.diagnose.effects.pile.shapes import HeapEffect, Law, as_stated, bends, crest, further, middle, toe
 
 _WIDTH = as_stated(width_mm=-1.0)
 _SEEDS = ("middle", "1", "a bow some seeds high", 0.1, Law(surface=middle, weight=as_stated(seed_mm=1.0, rig_mm=-1.0)))
@@ -29,7 +29,7 @@ def _longer(seed: dict, pile: dict, stated: dict, strength: float) -> tuple[dict
     return seed | {n: f * seed[n] for n, f in factors.items()}, pile, {}
 
 
-def _loose(name: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[Effect, ...]:
+def _loose(name: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[HeapEffect, ...]:
     """What a bow takes along at crest and toe nobody knows, of walls no better than of grains: one kind of heap tells no cause."""
     more = further(
         name, source, size=_SEEDS, crest=("crest", "1", "crest above a usual one", 0.15, Law(surface=crest, weight=weight)),
@@ -39,21 +39,21 @@ def _loose(name: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tup
 
 
 EFFECTS = (
-    Effect(
+    HeapEffect(
         name="wall-friction", sector="middle", unit="1", meaning="bow of the flank over the heap's height", prior_sd=0.1, low=-0.4,
         high=0.4, source=_WALLS, says=("friction of the side walls is missing", "of the heap's height as a bow"),
         separating="the same heap in a box twice as wide: what the side walls carry goes as 1/width",
         counterpart=Counterpart("the box has its own sides, with friction, in place of smooth ones"),
-        act=Law(surface=middle, weight=_WIDTH, twin=_walled, strengths=(1.0,)),
+        law=Law(surface=middle, weight=_WIDTH, twin=_walled, strengths=(1.0,)),
     ),
     *_loose("wall-friction", _WALLS, _WIDTH),
     *further("wall-friction", _WALLS, angle=("middle", "deg", "steeper", 6.0, Law(angle_deg=1.0, weight=_WIDTH))),
-    Effect(
+    HeapEffect(
         name="particle-shape", sector="middle", unit="1", meaning="bow of the flank over the heap's height", prior_sd=0.1, low=-0.4,
         high=0.4, source=_GRAINS, says=("the seeds' shape is not as simulated", "of the heap's height as a bow"),
         separating="the seeds' own dimensions from a photo of spread seeds, and their friction from the slide: no heap can",
         counterpart=Counterpart("seeds are longer by {value} of their length, at the same volume"),
-        act=Law(surface=middle, twin=_longer, strengths=(0.15, 0.35)),
+        law=Law(surface=middle, twin=_longer, strengths=(0.15, 0.35)),
     ),
     *_loose("particle-shape", _GRAINS, as_stated()),
 )  # fmt: skip

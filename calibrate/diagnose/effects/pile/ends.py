@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from calibrate.diagnose.effects.effect import Counterpart, Effect
-from calibrate.diagnose.effects.pile.shapes import Law, as_stated, bends, crest, further, toe
+from calibrate.diagnose.effects.effect import Counterpart
+from calibrate.diagnose.effects.pile.shapes import HeapEffect, Law, as_stated, bends, crest, further, toe
 
 _SIZE = as_stated(seed_mm=-1.0, rig_mm=-1.0)
 _SPEED = as_stated(gate_speed_mm_s=1.0, rig_mm=-0.5)
@@ -41,12 +41,12 @@ def _law(share: float, weight: Callable[[tuple], np.ndarray], **more) -> Law:
 
 def _ends(
     name: str, source: str, weight: Callable[[tuple], np.ndarray], up: float, twin, strengths: tuple[float, ...], **about
-) -> tuple[Effect, ...]:
+) -> tuple[HeapEffect, ...]:
     """Crest and toe (rounder and longer: up = −1) of a law, with the angle that goes with them."""
     where = "above" if up > 0 else "below"
-    first = Effect(
+    first = HeapEffect(
         name=name, sector="crest", unit="1", meaning=f"crest {where} a usual one over the heap's height", prior_sd=0.15, low=0.0,
-        high=0.8, source=source, act=_law(up, weight, twin=twin, strengths=strengths), **about,
+        high=0.8, source=source, law=_law(up, weight, twin=twin, strengths=strengths), **about,
     )  # fmt: skip
     more = further(
         name, source,
@@ -68,12 +68,12 @@ EFFECTS = (
         separating="the same heap at half and at twice the gate speed: what the gate does grows with it, shaking does not",
         counterpart=Counterpart("the gate moves faster than stated by {value} of its speed"),
     ),
-    Effect(
+    HeapEffect(
         name="base-vibration", sector="crest", unit="deg", prior_sd=3.0, low=0.0, high=40.0, source=_CREEP,
         meaning="flatter in the last photo of a heap than in its first; of heaps not seen in turn by their shape",
         says=("the base vibrated", "° flatter from the first to the last photo"), untwinned="how its base shook was not recorded",
         separating="two photos of one heap a minute apart, photo_s stated: what shakes goes on, what the gate did is over",
-        act=_law(-1 / STEEPER_DEG, _TIME, creep_deg=1.0),
+        law=_law(-1 / STEEPER_DEG, _TIME, creep_deg=1.0),
     ),
     *further(
         "base-vibration", _CREEP,

@@ -53,6 +53,13 @@ class Law:
     strengths: tuple[float, ...] = ()
 
 
+@dataclass(frozen=True)
+class HeapEffect(Effect):
+    """An effect of heaps, which its law describes in place of hooks."""
+
+    law: Law = field(default_factory=Law)
+
+
 def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
     """Weights in proportion to powers of stated quantities, each left out where a photo does not state it; 1 on average."""
 
@@ -67,15 +74,15 @@ def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
     return weight
 
 
-def further(effect: str, source: str, **of: tuple[str, str, str, float, Law]) -> tuple[Effect, ...]:
+def further(effect: str, source: str, **of: tuple[str, str, str, float, Law]) -> tuple[HeapEffect, ...]:
     """Further parameters of an effect, each (sector, unit, meaning, prior sd, law)."""
     return tuple(
-        Effect(f"{effect}.{name}", sector, unit, meaning, sd, -np.inf, np.inf, source, group=effect, act=law)
+        HeapEffect(f"{effect}.{name}", sector, unit, meaning, sd, -np.inf, np.inf, source, group=effect, law=law)
         for name, (sector, unit, meaning, sd, law) in of.items()
     )
 
 
-def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[Effect, ...]:
+def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[HeapEffect, ...]:
     """The crest's own shape at BENDS of the way."""
 
     def bump(at: float) -> Callable[[np.ndarray], np.ndarray]:

@@ -40,7 +40,7 @@ def lost_in_all(e) -> tuple[float, float]:
     own = [float(np.mean([model.usual_loss(r, at["corner"] + d) for r in range(len(model.runs))])) for d in (-0.01, 0.0, 0.01)]
     slope = np.array([1.0, (own[2] - own[0]) / 0.02])
     rows = [e.fit.names.index(n) for n in names]
-    return at["corner-loss"] + own[1], float(np.sqrt(slope @ e.fit.covariance[np.ix_(rows, rows)] @ slope))
+    return at["corner-loss"] + own[1], float(np.sqrt(e.power * (slope @ e.fit.covariance[np.ix_(rows, rows)] @ slope)))
 
 
 def slipping(way: dict, value: float, context) -> dict:

@@ -86,6 +86,7 @@ def _alternatives(sittings, flights: Fit | None, sounds: Impacts | None, told: d
     shape = shape_of(impacts, bounces_of(impacts, stated), stated)
     if shape.p < 0.05:
         longer = with_impacts(flights, sittings, sounds, z, shape.elongation)
+        assert longer is not None  # the impacts are enough, as above
         out.append(Alternative(
             _following(longer, follows), odds * LISTED_ODDS, f"contacts lie as far beside the centre as those of a seed of elongation "
             f"{shape.elongation:.2g}", (SHAPE.name,), SHAPE.sector, {}, of_p_value(shape.p) + _same(plain, longer), shape.p,
@@ -112,6 +113,7 @@ def restitution(e: Explanation) -> tuple[float, float]:
     """Mean over these impacts of what the explanation's laws say, and its sd."""
     joint: Joint = e.fit.problem.model
     struck = joint.struck(e.fit.starts, e.fit.values)
+    assert joint.own_spot is not None  # asked for where there are impacts
     at, count = e.fit.values[joint.own_spot], len(struck.e_rows)
 
     def mean(values: np.ndarray) -> float:

@@ -85,8 +85,9 @@ class Joint:
 
     def struck(self, starts: np.ndarray, values: np.ndarray) -> ImpactModel:
         """The impacts at the speeds that these flights have."""
+        assert self.table is not None and self.kept is not None and self.impacts is not None  # asked for where there are impacts
         speeds = [speeds_at_contacts(p.model, s, dict(zip(p.names, v, strict=True))) for p, s, v in self.split(starts, values)]
-        halves = [np.array_split(s, 2) for s in speeds] or [np.zeros((2, 0, 2))]
+        halves = [np.array_split(s, 2) for s in speeds] or [list(np.zeros((2, 0, 2)))]
         every = np.vstack([*(h[0] for h in halves), *(h[1] for h in halves)])
         heard = len(self.table) - len(every) // 2
         if heard:
@@ -135,11 +136,11 @@ def with_impacts(
     if model is None:
         return flights.problem if flights else None
     effects, names, known = impact_problem.asked_of(model)
-    above = flights.problem if flights else None
-    spot = np.arange(len(names)) + (len(above.names) if above else 0)
+    spot = np.arange(len(names)) + (len(flights.problem.names) if flights else 0)
     joint = replace(joint, table=table, kept=kept, impacts=model, own_names=names, own_spot=spot)
-    if above is None:
+    if flights is None:
         return _problem(joint, names, effects, known)
+    above = flights.problem
     whole = _problem(joint, (*above.names, *names), above.effects | effects, above.known_sd | known)
     return replace(whole, starts=flights.starts)
 
@@ -154,6 +155,7 @@ def _problem(joint: Joint, names: tuple[str, ...], effects: dict, known: dict[st
         return _reduced(joint, len(names), starts, values, extra)
 
     def spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
+        assert joint.impacts is not None
         hits = dict(zip(joint.impacts.impacts.names, (len(rows) for rows, _ in joint.impacts.blocks), strict=True))
         loose = [np.arange(len(r.b)) >= len(r.b) - hits[n] for n, r in zip(problem.recordings, reduced, strict=True)]
         return Spread(loose=np.concatenate(loose), level_sd=joint.impacts.level_sd)
@@ -193,6 +195,7 @@ def _reduced(joint: Joint, count: int, starts: np.ndarray, values: np.ndarray, e
 
 def _with_impacts(joint: Joint, flights: list[Reduced], count, width, starts, values, columns) -> list[Reduced]:
     """Each recording's rows with those of its impacts; recordings that were only heard stand last."""
+    assert joint.own_spot is not None
     model = joint.struck(starts, values)
     made = impact_problem.reduce(model, joint.own_names, np.zeros(0), values[joint.own_spot], columns)[0]
     by_name = dict(zip(_filmed(joint), flights, strict=True))

@@ -5,10 +5,9 @@ from functools import partial
 import numpy as np
 
 from calibrate.diagnose.air import G_M_S2
-from calibrate.diagnose.engine.noise import told_by
 from calibrate.diagnose.engine.problem import Problem
 from calibrate.diagnose.rigs.drop.model import IN_FLIGHT, STARTS, Model
-from calibrate.diagnose.rigs.drop.noise_of_track import SMOOTH, TRACKER_PX, TrackNoise, estimate_noise
+from calibrate.diagnose.rigs.drop.noise_of_track import TRACKER_PX, TrackNoise, estimate_noise
 from calibrate.diagnose.rigs.drop.nuisances import LOCK, NUISANCES, OFF_CENTRE, PRIORS
 from calibrate.diagnose.rigs.drop.reduction import reduce
 from calibrate.diagnose.rigs.drop.session import Session
@@ -24,7 +23,7 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
     effects = {n: IN_FLIGHT[n] for n in model.names if n in IN_FLIGHT}
     return Problem(
         "drop", s.names, effects, model.names, known_sd(s), _parabolas(model), partial(reduce, model, noise),
-        rows - 4 * len(s.middle), told_by(noise.level_sd, 2 * len(SMOOTH) * len(s.middle)), model, TURNS,
+        rows - 4 * len(s.middle), noise.level_sd, model, TURNS,
     )  # fmt: skip
 
 

@@ -43,7 +43,7 @@ def strikes_again(again: Again, finding: Finding, tracks: list, sittings: tuple[
     recorded = observed(seen)
     unit, off = "m/s" if key == "kick" else "1", [recorded[key] - twin[key] for twin in (before, after)]
     rows = tuple(
-        Compared(name, COLUMNS[key], unit, *(float(np.sqrt((one[mine] ** 2).mean())) for one in off), "impacts")
+        Compared(name, COLUMNS[key], unit, _rms(off[0][mine]), _rms(off[1][mine]), "impacts")
         for r, name in enumerate(seen.names) if (mine := seen.recording == r).any()
     )  # fmt: skip
     how = (
@@ -55,6 +55,10 @@ def strikes_again(again: Again, finding: Finding, tracks: list, sittings: tuple[
     points = {n: (-seen.before[:, 1], values[key]) for n, values in named.items()}
     figure = {"x": "impact speed (m/s)", "y": COLUMNS[key] + ("" if unit == "1" else " (m/s)"), "points": points}
     return replace(again, compared=(*again.compared, *rows), how=how, figure=figure)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt((values**2).mean()))
 
 
 def impacts_seen(tracks: list, sittings: tuple[Sitting, ...]) -> Impacts:

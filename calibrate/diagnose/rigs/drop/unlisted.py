@@ -32,7 +32,8 @@ def windows_of(fit: Fit) -> Windows:
     parts = parts_of(fit)
     about = [_axes(part) for part in parts]
     edges = {axis: _edges([a[axis] for a, _, _ in about], axis) for axis in about[0][0]} if about else {}
-    bins, pushes = [], [[] for _ in parts]
+    bins: list[Bin] = []
+    pushes: list[list[np.ndarray]] = [[] for _ in parts]
     for way in ("along", "aside"):
         for axis, found in edges.items():
             bins += [Bin(axis, low, high, way, "flight") for low, high in found]

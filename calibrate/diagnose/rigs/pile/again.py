@@ -63,7 +63,7 @@ def piles_again(finding: Finding, recordings: list[SeenPile], folder: Path, pict
         groups.setdefault(photo_of(r).stated, []).append(r)
     chosen = sorted(groups.values(), key=len, reverse=True)[:MOST_KINDS]
     for group in chosen:  # refused before anything runs
-        for strength in (0.0, *EFFECTS[effect].act.strengths):
+        for strength in (0.0, *EFFECTS[effect].law.strengths):
             setting(group[0].description, Knobs(FRICTIONS[0], effect, strength), seed_mm)
     kinds = [_learnt(group, effect, seed_mm, f"kind {k + 1} of {len(chosen)}", say) for k, group in enumerate(chosen)]
     rows: list[Compared] = []
@@ -82,7 +82,9 @@ def piles_again(finding: Finding, recordings: list[SeenPile], folder: Path, pict
                         for which, knob in zip(("old", "new"), knobs, strict=True))  # fmt: skip
             rows += _compared(mine, old, new, "pictures" if pictures else "outline")
             shown.append((mine, old, new, at))
-    change = EFFECTS[effect].counterpart.what.format(value=f"{np.mean(values):.2g}")
+    counterpart = EFFECTS[effect].counterpart
+    assert counterpart is not None  # rerun.why_not asks first
+    change = counterpart.what.format(value=f"{np.mean(values):.2g}")
     again = Again("pile", (effect,), change, HOW, tuple(rows), len(seen) > 1, figure=_figure(*shown[0][:3]))
     return _pictured(again, shown[0][3]) if pictures else again
 
@@ -95,13 +97,13 @@ def _learnt(group: list[SeenPile], effect: str, seed_mm: float, which: str, say)
         return shape_of([heap(group[0].description, Knobs(friction, effect, strength), seed_mm, p) for p in range(PACKINGS)])
 
     usual = ran(FRICTIONS[0], 0.0)
-    strengths = tuple(ran(FRICTIONS[0], s) for s in EFFECTS[effect].act.strengths)
+    strengths = tuple(ran(FRICTIONS[0], s) for s in EFFECTS[effect].law.strengths)
     return Kind(tuple(group), (usual, ran(FRICTIONS[1], 0.0)), (usual, *strengths))
 
 
 def _fitted(kinds: list[Kind], left_out: int, effect: str, free: bool) -> Knobs:
     """Friction, and with `free` the strength, that fit the recordings beside those of this half best (one recording: itself)."""
-    levels = EFFECTS[effect].act.strengths
+    levels = EFFECTS[effect].law.strengths
     many = sum(len(kind.recordings) for kind in kinds) > 1
     targets = [(kind, shape_of(list(part))) for kind in kinds
                if (part := kind.recordings[1 - left_out :: 2] if many else kind.recordings)]  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 
 from calibrate.diagnose.effects.effect import Effect
 from calibrate.diagnose.effects.pile import EFFECTS
-from calibrate.diagnose.effects.pile.shapes import Law
+from calibrate.diagnose.effects.pile.shapes import HeapEffect
 from calibrate.diagnose.engine.evidence import Spread
 from calibrate.diagnose.engine.linear import Reduced, stacked
 from calibrate.diagnose.engine.problem import Problem
@@ -57,8 +57,8 @@ def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> P
     held = np.array([FREE] * 4 + [*scatter.even.values(), *scatter.odd.values()])
     own = Locals(np.zeros((len(photos), len(held))), np.full(len(held), 1e-3), held)
     known = {n: sd for n, (sd, _) in nuisances.items()}
-    stated = {n: EFFECTS[n].act.known_deg(photos) for n in acted if EFFECTS[n].act.known_deg}
-    effects = {n: EFFECTS[n] for n in acted}
+    stated = {n: sd_of(photos) for n in acted if (sd_of := EFFECTS[n].law.known_deg)}
+    effects: dict[str, Effect] = {n: EFFECTS[n] for n in acted}
     made = series_problem("pile", series, own, model.predict, effects, known, known | stated, model, turns=2)
     repeats = len(photos) - len({p.stated for p in photos})
     return replace(made, spread=None if repeats >= REPEATS else _spread)
@@ -102,9 +102,9 @@ def _model(photos: tuple[Photo, ...], scatter: Scatter, acted: dict[str, list[np
     return Model(photos, scatter, centre, tuple(acted), tuple(base), tuple(columns), tuple(_own(p) for p in photos))
 
 
-def _acted(photos: tuple[Photo, ...], effect: Effect, after: bool) -> list[np.ndarray]:
+def _acted(photos: tuple[Photo, ...], effect: HeapEffect, after: bool) -> list[np.ndarray]:
     """What one unit of an effect does to each photo."""
-    law: Law = effect.act
+    law = effect.law
     turns = law.turn_deg | (law.turn_after_deg if after else {})
     out = []
     for weight, photo in zip(law.weight(photos), photos, strict=True):

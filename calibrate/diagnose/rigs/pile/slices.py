@@ -43,7 +43,9 @@ def setting(description: dict, knobs: Knobs, mean_mm: float):
     rig is not stated, or too many seeds would be needed."""
     stated = description.get("pile", {})
     seed = _seed(description.get("seed", {}))
-    seed, pile, laws = EFFECTS[knobs.effect].act.twin(seed | {"mean_mm": mean_mm}, _rig(stated, seed), stated, knobs.strength)
+    twin = EFFECTS[knobs.effect].law.twin
+    assert twin is not None  # what has a counterpart has one
+    seed, pile, laws = twin(seed | {"mean_mm": mean_mm}, _rig(stated, seed), stated, knobs.strength)
     del seed["mean_mm"]
     _affordable(pile, seed)
     wide = pile["plate_mm"][0]

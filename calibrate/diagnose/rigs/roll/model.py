@@ -20,7 +20,7 @@ from calibrate.diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
 
 SPEEDS = 240  # points of the table of resistance over speed
 REMEMBERED = 600  # predictions kept: a fit asks for the same point several times
-OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag")
+OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag", "depth_m", "astray")
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +90,13 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
 def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Table:
     """Resistance over weight of run r that depends on speed: the stated air's, and what effects add."""
     air = model.seed.drag * (1 + at.get("air", 0.0)) * model.runs[r].drag * (1 + own[5])
-    acting = [(e, at[n]) for n, e in model.effects.items() if e.resist and at.get(n)]
+    acting = [(e.resist, at[n]) for n, e in model.effects.items() if e.resist and at.get(n)]
     if not air and not acting:
         return NOTHING
     speed = np.linspace(0, model.top, SPEEDS)
     values = blown(speed, air, model.seed.reynolds_per_speed)
-    for effect, value in acting:
-        values = values + effect.resist(speed, value, model.seed, at)
+    for resist, value in acting:
+        values = values + resist(speed, value, model.seed, at)
     return Table(0.0, float(speed[1]), values)
 
 
@@ -125,4 +125,6 @@ def moved(model: Model, r: int, own: np.ndarray, at: dict[str, float], more: Tab
     x, v = (
         both.reshape(-1, 2).mean(1) for both in travel(times.ravel(), way or way_of(model, r, own, at), by_speed, place, time)
     )
-    return x / (1 + at.get(f"scale.{model.runs[r].session}", 0.0)), v
+    off = x - 0.5 * (run.x.min() + run.x.max())  # from the picture's middle: what is, or runs, further off looks smaller
+    x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
+    return x / (1 + at.get(f"scale.{run.session}", 0.0)), v

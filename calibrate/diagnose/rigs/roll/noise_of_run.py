@@ -63,6 +63,15 @@ def _stretches(run: Run, turn: float) -> list[Stretch]:
     return [Stretch(block_diagonal(curves), np.concatenate(data), frame_lag(frame))]
 
 
+def smooth_curves(run: Run) -> np.ndarray:
+    """(n, k) curves over a run's way from its release to its stop: as smooth as what may be missing, but its own."""
+    rows = np.flatnonzero((run.time_s > run.way.release) & (run.time_s < run.way.stop))
+    out = np.zeros((len(run.time_s), DEGREE_LEVEL + 1))
+    if len(rows) > 2 * out.shape[1]:
+        out[rows] = legendre.legvander(_tau(run, rows), DEGREE_LEVEL)
+    return out * float(np.median(np.abs(np.diff(run.x)))) if len(run.x) > 1 else out
+
+
 def _tau(run: Run, rows) -> np.ndarray:
     t = run.time_s[rows]
     return 2 * (t - t[0]) / (t[-1] - t[0]) - 1

@@ -14,11 +14,10 @@ from calibrate.diagnose.effects.roll import EFFECTS
 from calibrate.diagnose.effects.roll.shape_barrier import NAME, quadratures
 from calibrate.diagnose.engine.evidence import Spread
 from calibrate.diagnose.engine.linear import Reduced, stacked
-from calibrate.diagnose.engine.noise import told_by
 from calibrate.diagnose.engine.problem import Problem
 from calibrate.diagnose.engine.series import Locals, Series, problem_of
 from calibrate.diagnose.rigs.roll.model import OWN, Model, moved, predict
-from calibrate.diagnose.rigs.roll.noise_of_run import DEGREE_LEVEL, RunNoise, estimate_noise
+from calibrate.diagnose.rigs.roll.noise_of_run import RunNoise, estimate_noise, smooth_curves
 from calibrate.diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
 
 # What every bench has, about nil: sd, unit, why. What a bench states replaces the centre (incline, length, air) or the sd (scale).
@@ -31,8 +30,9 @@ PRIORS = {
 MU_SD = 0.03  # of each run about the common one, relative; larger scatter is a variance component (evidence.SCATTERS)
 STEADY_DEG = 0.01  # by how much less no incline differs from run to run: it stands there, but seeds resist unevenly on it
 LENGTH_SD_M = 1e-3  # of the centre's way on the incline: where the seed was laid, and the corner that its centre cuts
+DEPTH_SD_M, ASTRAY_SD = 2e-3, 0.01  # of a run beside the plane in which the scale holds; tangent of the angle to that plane
 GRAVITY_SD = 5e-4  # beside 9.80665: a twin of the scale
-OWN_STEP = np.array([1e-7, 1e-8, 1e-8, 1e-5, 1e-6, 1e-5])  # for derivatives by a run's own numbers, and
+OWN_STEP = np.array([1e-7, 1e-8, 1e-8, 1e-5, 1e-6, 1e-5, 1e-6, 1e-6])  # for derivatives by a run's own numbers, and
 STEP = 1e-5  # of a prior's sd, by globals: so short since slope and friction are twins but for 1e-3 of what they do
 PUSH = 1e-6  # over weight, for derivatives: a 1e-4 of friction, so that the stop moves in proportion
 
@@ -81,12 +81,11 @@ def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
     steady = np.where(np.array(OWN) == "incline_deg", incline_scatter_deg(model.runs, starts), np.inf)
     own = replace(own, sd=np.minimum(own.sd, steady))
     series = tuple(
-        Series(run.recording, run.x, float(noise.sigma[r]), run.lag, noise.noise, np.zeros((len(run.x), 0)))
+        Series(run.recording, run.x, float(noise.sigma[r]), run.lag, noise.noise, smooth_curves(run))
         for r, run in enumerate(model.runs)
     )
     made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=20, step=STEP)
-    level_sd = told_by(made.level_sd, DEGREE_LEVEL * len(model.runs))
-    return replace(made, starts=starts, spread=spread, level_sd=level_sd)
+    return replace(made, starts=starts, spread=spread)
 
 
 def spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
@@ -97,8 +96,8 @@ def spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
 def _closer(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
     """Run r's own numbers fitted to it alone, so that the fit of all begins near its end: stops move by friction's share."""
     run, nil = model.runs[r], {n: 0.0 for n in model.names}
-    loose = np.array([np.inf, np.inf, own.sd[2], 5 * own.sd[3], 0.3, own.sd[5]])
-    unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03, 0.03])
+    loose = np.array([np.inf, np.inf, own.sd[2], 5 * own.sd[3], 0.3, *own.sd[5:]])
+    unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03, 0.03, DEPTH_SD_M, ASTRAY_SD])
     sigma = float(np.hypot(noise.sigma[r], 1e-5))
 
     def misfit(u: np.ndarray) -> np.ndarray:
@@ -118,10 +117,11 @@ def locals_of(model: Model) -> Locals:
             top = math.sqrt(2 * f * max(math.sin(b) - model.mu * math.cos(b), 0.01) * s)
             release = way.stop - top / (f * model.mu) - 2 * s / top
             place = run.x[-1] - top**2 / (2 * f * model.mu) - s
-        start.append([release, place, 0.0, 0.0, 0.0, 0.0])
+        start.append([release, place, *np.zeros(len(OWN) - 2)])
     length_stated = all(math.isfinite(run.length) for run in model.runs)
     incline_stated = all(math.isfinite(run.incline) for run in model.runs)
-    sd = [np.inf, np.inf, LENGTH_SD_M if length_stated else 0.02, PRIORS["incline"] if incline_stated else 5.0, MU_SD, SEED_DRAG]
+    length_sd, incline_sd = LENGTH_SD_M if length_stated else 0.02, PRIORS["incline"] if incline_stated else 5.0
+    sd = [np.inf, np.inf, length_sd, incline_sd, MU_SD, SEED_DRAG, DEPTH_SD_M, ASTRAY_SD]
     return Locals(np.array(start), OWN_STEP, np.array(sd))
 
 

@@ -18,6 +18,7 @@ NEIGHBOURS = 9
 USUAL_RADIUS_M = 3.5e-3
 ROUND = 0.02  # elongation of what is taken for a ball
 REFERENCE_SPEED_M_S = 0.5
+ANY_DISTANCE_M = 0.87  # of a camera of which none is stated: (mean of 1/D²)^−½ of 0.3 to 20 m, log-uniform
 OF_DRAG = ("length_mm", "width_mm", "thickness_mm", "mass_g", "density_kg_m3")  # what drag over weight is worked out from
 DRAG_DOUBT = 4.0  # over that of free flight: a plate beside it and its spin make up to 2 × the drag of a ball in free air
 
@@ -27,7 +28,7 @@ class Run:
     """One recording: time_s, x (n,) [m]: means of some rows each, spread_s (n,) sd of their times; lag (n,) in averaged frames;
     way: a path to begin with; sign +1: rolls towards +x; incline [rad], length [m]: stated, NaN where not; turning: (slope [1/m],
     angle at x = 0 [rad]) of the seed's orientation against travel, None where it was not seen; drag: of its seed, by the sizes
-    and the mass stated of it, over that of the session's seed."""
+    and the mass stated of it, over that of the session's seed; away [m]: of the camera, ANY_DISTANCE_M where it is not stated."""
 
     recording: str
     session: str
@@ -41,6 +42,7 @@ class Run:
     length: float
     turning: tuple[float, float] | None
     drag: float = 1.0
+    away: float = math.inf
     notes: tuple[str, ...] = field(default=())
 
 
@@ -103,6 +105,7 @@ def run_of(roll) -> Run:
         math.radians(told["incline_deg"]) if told.get("incline_deg") else math.nan,
         told["incline_length_mm"] / 1000 if told.get("incline_length_mm") else math.nan,
         _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way), notes=tuple(notes),
+        away=1e-3 * (roll.description["camera"].get("distance_mm") or 1e3 * ANY_DISTANCE_M),
     )  # fmt: skip
 
 

@@ -51,7 +51,8 @@ def _let_go(again: Again, twins: list[Twin], beside: dict[str, float], seen: dic
         for k, t in enumerate(twins)
     ])  # fmt: skip
     rows = tuple(
-        Compared(t.name, "angle of onset", "°", *np.abs(own - angle).tolist(), "track") for t, own, angle in zip(twins, angles, told)
+        Compared(t.name, "angle of onset", "°", float(abs(old - angle)), float(abs(new - angle)), "track")
+        for t, (old, new), angle in zip(twins, angles, told)
     )
     how = f"the angle of onset is that of the twin with one friction at rest for all slides, and with each slide's own{more}"
     points = {"recorded": (shift, told), "old twin": (shift, angles[:, 0]), "new twin": (shift, angles[:, 1])}

@@ -27,7 +27,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     """Finding of one pair's slides (calibrate.twin.slides.SeenSlide); ValueError where none can be used."""
     prepared = prepare(assemble(recordings))
     session = prepared.session
-    sessions = [r.session for r in (*session.runs, *session.reads)]
+    sessions = [*(r.session for r in session.runs), *(r.session for r in session.reads)]
     follows, said = conditions_of(list(session.stated), sessions)
     follows = (*follows, *_rates(session))
     heard = vibration(prepared)

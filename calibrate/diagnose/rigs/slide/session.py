@@ -111,7 +111,8 @@ def assemble(recordings) -> Session:
     reads = [replace(r, grid_deg=r.grid_deg or grid) for r in reads]
     if reads and grid >= COARSE_DEG:
         notes.append(f"angles are read to {grid:g}°, which is carried into the friction")
-    return Session(tuple(runs), tuple(reads), tuple(told[r.recording] for r in (*runs, *reads)), tuple(notes))
+    names = [*(r.recording for r in runs), *(r.recording for r in reads)]
+    return Session(tuple(runs), tuple(reads), tuple(told[n] for n in names), tuple(notes))
 
 
 def grid_of(readings: list[np.ndarray]) -> float:
