@@ -36,7 +36,7 @@ EFFECTS = (
     Effect(
         name="drag", sector="flight", unit="1", meaning="drag force over weight at 2 m/s", prior_sd=0.04, low=0.0, high=0.5,
         source="Clift, Gauvin (1971); a soybean has 0.018, a wheat grain 0.03, a table-tennis ball 0.16",
-        says=("air drag is missing", "of the weight at 2 m/s"), acceleration=drag_over_mass,
+        says=("air drag is missing", "of the weight at 2 m/s"), acceleration=drag_over_mass, bent=True,
         separating="a drop from twice the height: drag grows with speed, a wrong scale or clock does not",
         counterpart=Counterpart(
             "the air's drag law is on, with drag over weight at 2 m/s {value} more than stated",

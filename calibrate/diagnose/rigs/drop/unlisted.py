@@ -65,10 +65,10 @@ def _axes(part: Fit) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
 
 
 def _edges(values: list[np.ndarray], axis: str) -> list[tuple[float, float]]:
-    """Bins of equal width; the bounce count has one a flight."""
+    """Bins of equal width; the bounce count has one a flight, none where there is one flight: a constant is a scale or a clock."""
     top = max(float(v.max()) for v in values)
     if axis == "n_bounce":
-        return [(k - 0.5, k + 0.5) for k in range(int(top) + 1)]
+        return [(k - 0.5, k + 0.5) for k in range(int(top) + 1)] if top >= 1 else []
     return [(float(a), float(b)) for a, b in pairwise(np.linspace(min(float(v.min()) for v in values), top, BINS + 1))]
 
 
