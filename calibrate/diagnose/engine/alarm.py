@@ -13,6 +13,7 @@ from calibrate.diagnose.engine.noise import maximum_draws
 from calibrate.diagnose.engine.posterior import Explanation, Posterior
 
 ALARM_P = 0.005  # below: noise alone is not believed to make the mismatch
+UNLIKELY = 0.01  # share of a size of scatter below which it is not looked at
 UNSEEN = 1e-10  # relative power of a column that the nuisances hide
 
 
@@ -57,26 +58,36 @@ def p_of(base: Explanation, rng: np.random.Generator, sector: str | None = None)
     return float(min(1.0, len(told) * min(told))) if told else 1.0
 
 
+def _believed(table: Table) -> list[tuple[float, int]]:
+    """Weight of each size of scatter, with nothing missing; the unlikely ones left out."""
+    weight = np.exp(table.nil + table.odds - (table.nil + table.odds).max())
+    weight = np.where(weight > UNLIKELY * weight.sum(), weight, 0.0)
+    return [(float(w / weight.sum()), s) for s, w in enumerate(weight) if w]
+
+
 def _p_listed(table: Table, names: list[str], rng: np.random.Generator) -> float | None:
-    information, right = table.information[table.usual], table.right[table.usual]
-    power = np.diag(information)
-    at = np.concatenate([table.spot[n] for n in names] or [np.zeros(0, dtype=int)])
-    at = at[power[at] > UNSEEN]
-    if not len(at):
-        return None
-    size = np.sqrt(power[at])
-    draws = maximum_draws(information[np.ix_(at, at)] / np.outer(size, size), rng, level_sd=table.level_sd)
-    return float((1 + (draws >= np.abs(right[at] / size).max()).sum()) / (1 + len(draws)))
+    every = np.concatenate([table.spot[n] for n in names] or [np.zeros(0, dtype=int)])
+    total = 0.0
+    for weight, s in _believed(table):
+        information, right = table.information[s], table.right[s]
+        at = every[np.diag(information)[every] > UNSEEN]
+        if not len(at):
+            return None
+        size = np.sqrt(np.diag(information)[at])
+        draws = maximum_draws(information[np.ix_(at, at)] / np.outer(size, size), rng, level_sd=table.level_sd)
+        total += weight * float((1 + (draws >= np.abs(right[at] / size).max()).sum()) / (1 + len(draws)))
+    return total
 
 
 def _p_unlisted(table: Table, names: list[str], rng: np.random.Generator) -> float | None:
     """The least over groups of terms, times their number."""
     doubt = np.exp(table.level_sd * rng.standard_normal(2000))
-    found = []
-    for n in names:
-        at = table.spot[n]
-        values, vectors = np.linalg.eigh(table.information[table.usual][np.ix_(at, at)])
-        kept = values > 1e-6 * max(values.max(initial=0.0), UNSEEN)
-        fall = float(((vectors[:, kept].T @ table.right[table.usual][at]) ** 2 / values[kept]).sum())
-        found.append(float(stats.chi2.sf(fall / doubt, max(int(kept.sum()), 1)).mean()))
+    found = [sum(weight * _p_group(table, table.spot[n], s, doubt) for weight, s in _believed(table)) for n in names]
     return min(1.0, len(found) * min(found)) if found else None
+
+
+def _p_group(table: Table, at: np.ndarray, s: int, doubt: np.ndarray) -> float:
+    values, vectors = np.linalg.eigh(table.information[s][np.ix_(at, at)])
+    kept = values > 1e-6 * max(values.max(initial=0.0), UNSEEN)
+    fall = float(((vectors[:, kept].T @ table.right[s][at]) ** 2 / values[kept]).sum())
+    return float(stats.chi2.sf(fall / doubt, max(int(kept.sum()), 1)).mean())

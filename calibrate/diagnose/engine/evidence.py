@@ -52,7 +52,7 @@ class Component:
 class Table:
     """What a fit says of all components at once, for each of S sizes of scatter: of the recordings, or of rows of unsure noise.
 
-    nil (S,): ln Z of nothing; odds (S,): ln of the size's own; usual: the size expected; misfit (S,): −½ χ² of nothing;
+    nil (S,): ln Z of nothing; odds (S,): ln of the size's own; misfit (S,): −½ χ² of nothing;
     information (S, C, C) and right (S, C) over prior sds; spot: columns of each component; level_sd: of the noise's ln power.
     """
 
@@ -63,7 +63,6 @@ class Table:
     information: np.ndarray
     right: np.ndarray
     odds: np.ndarray
-    usual: int
     level_sd: float
 
     def ln_evidence(self, names: tuple[str, ...]) -> tuple[float, float]:
@@ -129,8 +128,10 @@ def table_of(
     spot = {c.name: np.arange(ends[k], ends[k + 1]) for k, c in enumerate(components)}
     unit = np.concatenate([_unit(c, information[0][np.ix_(spot[c.name], spot[c.name])]) for c in components] or [np.zeros(0)])
     scaled = {c.name: replace(c, sd=c.sd * unit[spot[c.name]]) for c in components}
-    return Table(scaled, spot, np.array(nil), np.array(misfit), np.array(information) * np.outer(unit, unit), np.array(right) * unit,
-        sizes.odds(len(nil)), int(np.argmax(np.array(nil) + sizes.odds(len(nil)))) if sizes.loose is not None else 0, level_sd)
+    return Table(
+        scaled, spot, np.array(nil), np.array(misfit), np.array(information) * np.outer(unit, unit), np.array(right) * unit,
+        sizes.odds(len(nil)), level_sd,
+    )  # fmt: skip
 
 
 def _unit(component: Component, information: np.ndarray) -> np.ndarray:
