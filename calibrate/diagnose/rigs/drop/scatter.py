@@ -199,8 +199,8 @@ def _cut(matrix: np.ndarray, spot: np.ndarray, beyond: float) -> np.ndarray:
 
 
 def _standardised(y: np.ndarray, design: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """|residual| beside the law over its sd (m,), a row's own pull upon the law being spread over all."""
+    """|residual| of each row (m,) beside the law that the other rows make, over its sd; 0 of a row that its law needs."""
     inverse = np.linalg.inv(whole)
-    law = np.linalg.pinv(design.T @ inverse @ design) @ design.T @ inverse @ y
-    spare = max(len(y) - design.shape[1], 1)
-    return np.abs(y - design @ law) / np.sqrt(np.diag(whole) * spare / len(y))
+    own = _beside(inverse, design)
+    spare = np.diag(own) > 1e-9 * np.diag(inverse)
+    return np.where(spare, np.abs(own @ y) / np.sqrt(np.where(spare, np.diag(own), 1.0)), 0.0)
