@@ -21,7 +21,7 @@ def benchtwin() -> None:
 @app.command()
 def measure(
     paths: Annotated[list[Path], typer.Argument(help="Photos, folders of photos, recordings, bench folders, in any mix.")],
-    out: Annotated[Path, typer.Option(help="Folder for measurements.csv, overlays/, tracks/, bounces.csv.")],
+    out: Annotated[Path, typer.Option(help="Folder for measurements.csv, summary.csv, overlays/, tracks/, bounces.csv.")],
     window: Annotated[str, typer.Option(help="Piles: heights, in % of the crest's, between which the line is fitted.")] = "20-80",
     roi: Annotated[str, typer.Option(help="Piles: look only at X,Y,WIDTH,HEIGHT (px).")] = "",
     baseline: Annotated[str, typer.Option(help="Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down).")] = "",

@@ -14,13 +14,15 @@ from PIL import Image
 
 from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, MeasurementError, Observation, Quantity, failed
+from vision.overlay.contact_sheet import ContactSheet
 from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import Recording, find_recordings
+from vision.summary import Line, as_table, summarise
 
-COLUMNS = ["recording", "rig", "quantity", "value", "sd", "unit", "quality", "reason", "overlay"]
+COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
-OWN = ("measurements.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
+OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
 MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
     "pile": ("repose_angle", "deg"),
     "drop": ("restitution", "1"),
@@ -144,6 +146,11 @@ def observe_or_fail(
     """`observe(entry)`, with any trouble of this one recording turned into a failed quantity of its `rig`."""
     if isinstance(entry, MeasurementError):
         return _failure(entry.recording, rig, str(entry))
+    bench = entry.path.resolve().parent.name
+    return replace(_observed(entry, observe, rig), bench=bench, session=entry.session, conditions=entry.conditions)
+
+
+def _observed(entry: Recording, observe: Callable[[Recording], Observation], rig: str | None) -> Observation:
     try:
         return observe(entry)
     except MeasurementError as error:
@@ -166,8 +173,8 @@ def _failure(name: str, rig: str | None, reason: str) -> Observation:
 class Results:
     """Gathers observations into a folder that appears whole or not at all.
 
-    measurements.csv, notes.csv, and where there is something to put in them bounces.csv, readings.csv, seeds.csv,
-    overlays/, tracks/.
+    measurements.csv, summary.csv, notes.csv, and where there is something to put in them bounces.csv, readings.csv, seeds.csv,
+    overlays/ (with a contact sheet, index.html), tracks/. Conditions that recordings state are columns of every table.
     """
 
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
@@ -188,6 +195,9 @@ class Results:
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
+        self.observations: list[Observation] = []  # without their pictures and tracks
+        self.sheet = ContactSheet()
+        self.summary: list[Line] = []
 
     def add(self, observation: Observation) -> None:
         stem = _file_name(observation.recording, self.stems)
@@ -198,25 +208,32 @@ class Results:
             (self.part / "overlays").mkdir(exist_ok=True)
             Image.fromarray(picture).save(self.part / file, compress_level=3)
             overlay = overlay or file.as_posix()
+            self.sheet.add(file.name, name, observation)
         if observation.track is not None:
             (self.part / "tracks").mkdir(exist_ok=True)
             observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
         for name, tables in self.tables.items():
             if (table := getattr(observation, name)) is not None and len(table):
-                tables.append(table)
+                tables.append(_with_conditions(table, observation))
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
-            row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.unit, q.quality, q.reason, overlay)
-            self.rows.append(dict(zip(COLUMNS, row)))
+            row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason, overlay)
+            self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
+        self.observations.append(replace(observation, pictures={}, track=None, bounces=None, seeds=None))
 
     def finish(self) -> pd.DataFrame:
         """Write the tables and put the folder in place; returns the measurements."""
-        table = pd.DataFrame(self.rows, columns=COLUMNS)
+        conditions = dict.fromkeys(name for row in self.rows for name in row if name not in COLUMNS)
+        table = pd.DataFrame(self.rows, columns=[*COLUMNS, *conditions])
+        self.summary = summarise(self.observations)
         written = {"measurements": table, **{name: pd.concat(t, ignore_index=True) for name, t in self.tables.items() if t}}
+        written["summary"] = as_table(self.summary)
         if self.notes:
             written["notes"] = pd.DataFrame(self.notes, columns=["recording", "note"])
         for name, rows in written.items():  # a folder's name need not be text that UTF-8 can say
             rows.to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g", errors="backslashreplace")
+        if (self.part / "overlays").is_dir():
+            self.sheet.write(self.part / "overlays" / "index.html")
         self.part.chmod(0o755)
         if self.out.is_dir():
             for name in OWN if self.overwrite else ():
@@ -227,6 +244,11 @@ class Results:
 
     def abandon(self) -> None:
         shutil.rmtree(self.part, ignore_errors=True)
+
+
+def _with_conditions(table: pd.DataFrame, observation: Observation) -> pd.DataFrame:
+    """The table with a column for each condition of its recording; a column of its own comes before one of that name."""
+    return table.assign(**{name: value for name, value in observation.conditions.items() if name not in table})
 
 
 def _remove(path: Path) -> None:

@@ -1,6 +1,6 @@
 """What every measurement comes down to: quantities with a standard deviation, and how far each is to be trusted."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,7 +22,8 @@ class Quantity:
 
     `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small sample's wider interval is
     already in it). `quality` is good, doubtful or failed, `reason` says why in words ("" when good).
-    A failed quantity has value NaN.
+    A failed quantity has value NaN. `sd_common` is the part of sd that is the same error in all recordings of one session
+    (scale, plumb, protractor); it is included in sd.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Quantity:
     unit: str
     quality: str = GOOD
     reason: str = ""
+    sd_common: float = 0.0
 
     def doubt(self, reason: str) -> "Quantity":
         """The same quantity, trusted no further than doubtful, with one more reason."""
@@ -44,7 +46,7 @@ class Observation:
 
     `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
     `track`, `bounces`, `readings` and `seeds` are tables with unit-suffixed columns, or None; `notes` say what was skipped
-    or assumed.
+    or assumed. `bench` (a folder's name), `session` and `conditions` are the recording's, so that repeats can be gathered.
     """
 
     recording: str
@@ -56,6 +58,9 @@ class Observation:
     bounces: pd.DataFrame | None = None
     readings: pd.DataFrame | None = None
     seeds: pd.DataFrame | None = None
+    bench: str = ""
+    session: str | None = None
+    conditions: Mapping[str, float | str] = field(default_factory=dict)
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:
