@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, tail_weight, whiten
+from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
 from calibrate.diagnose.rigs.drop.session import Session
 
 TELLING = 20  # flights that tell the noise's correlation
@@ -18,12 +18,10 @@ SMOOTH = range(2, DEGREE + 1)  # what the curve has beyond a straight line
 
 @dataclass(frozen=True, eq=False)
 class TrackNoise:
-    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m] of each recording; tails: Student degrees of
-    freedom of the innovations (inf: normal)."""
+    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m] of each recording."""
 
     axes: tuple[Noise, Noise]
     sigma: np.ndarray
-    tails: float
 
     @property
     def level_sd(self) -> float:
@@ -39,7 +37,7 @@ def smooth_columns(tau: np.ndarray, half: float) -> np.ndarray:
 def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -> TrackNoise:
     """ρ and white share by REML over the longest flights of the session, unless they are known; σ of each recording from its
     innovations."""
-    axes, sigma, kept = [], np.empty((len(session.names), 2)), []
+    axes, sigma = [], np.empty((len(session.names), 2))
     least = max(EXACT_M, TRACKER_PX * session.view.pixel)
     for axis in (0, 1):
         stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
@@ -49,7 +47,6 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
             innovation, spare = _innovations(stretch, noise)
             power[session.recording[f]] += (innovation**2).sum()
             freedom[session.recording[f]] += spare
-            kept.append(innovation / max(innovation.std(), 1e-30))
         spread = np.sqrt(power / np.maximum(freedom, 1))
         enough = freedom >= 10
         pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
@@ -57,7 +54,7 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
         if np.ptp(session.places[:, axis]) < EXACT_M:
             sigma[:, axis] = UNSEEN_M
         axes.append(noise)
-    return TrackNoise((axes[0], axes[1]), sigma, tail_weight(np.concatenate(kept)))
+    return TrackNoise((axes[0], axes[1]), sigma)
 
 
 def _stretch(session: Session, flight: int, axis: int) -> Stretch:
