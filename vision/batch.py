@@ -21,6 +21,7 @@ from vision.summary import Line, as_table, summarise
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
+LEAST_WINDOW = 0.1  # of the crest's height
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
 MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
@@ -68,13 +69,27 @@ def observe_pile(recording: Recording, options: PileOptions | None = None) -> Ob
     options = options or PileOptions()
     if not options.side and recording.pile.box_mm is not None and recording.pile.cylinder_mm is None:
         options = replace(options, side="right")  # the gate's side; the other leans on the box
-    if options.baseline is None and recording.pile.baseline_px is not None:
-        options = replace(options, baseline=recording.pile.baseline_px)
+    options = _with_stated(options, recording)
     try:
         found = measure_repose(image, recording.camera, options)
     except MeasurementError as error:
         raise MeasurementError(f"{recording.files[0]}: {error}") from error
     return Observation(recording.id, "pile", found.quantities, found.notes, {"pile": draw_repose(image, found)})
+
+
+def _with_stated(options: PileOptions, recording: Recording) -> PileOptions:
+    """Base line, region and window that the recording states, where the options do not say otherwise."""
+    pile, usual = recording.pile, PileOptions()
+    if options.baseline is None and pile.baseline_px is not None:
+        options = replace(options, baseline=pile.baseline_px)
+    if options.roi is None and pile.roi_px is not None:
+        options = replace(options, roi=pile.roi_px)
+    if options.window == usual.window and pile.window_pct is not None:
+        low, high = (share / 100 for share in pile.window_pct)
+        if high - low < LEAST_WINDOW:
+            raise MeasurementError(f"{recording.toml}: [pile] window_pct: two heights in %, at least {100 * LEAST_WINDOW:g} apart")
+        options = replace(options, window=(low, high))
+    return options
 
 
 def observe_seeds_photo(recording: Recording) -> Observation:
