@@ -169,6 +169,37 @@ def prove(
     raise typer.Exit(prove_command(out, cases, rng, workers=workers, limit_s=limit_s, keep_frames=keep_frames, quiet=quiet))
 
 
+@app.command()
+def new(bench: Annotated[Path, typer.Argument(metavar="BENCH", help="Folder to make.")]) -> None:
+    """Make an empty bench: a folder with a bench.toml that names every key, with what it means.
+
+    Exit code 0: made; 2: it is there already, or cannot be written.
+    """
+    from vision.measurement import MeasurementError
+    from vision.new_bench import new_bench
+
+    try:
+        print(f"{new_bench(bench)}: say there what is known, and put recordings beside it (benchtwin page {bench} helps with both)")
+    except (MeasurementError, OSError) as error:
+        print(f"benchtwin new: {error}", file=sys.stderr)
+        raise typer.Exit(2) from error
+
+
+@app.command()
+def page(
+    folder: Annotated[Path, typer.Argument(help="A bench folder, a folder of benches, or a new one.")] = Path(),
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of this machine; 0: a free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+) -> None:
+    """Open a page in the browser on a folder: drop files in, look, drag, run, believe. Only this machine can reach it.
+
+    Exit code 0: ended with Ctrl+C; 2: the folder or the port cannot be used.
+    """
+    from page.command import page_command
+
+    raise typer.Exit(page_command(folder, port, browser))
+
+
 def _keep_compiled_code() -> None:
     """Numba keeps what it compiled beside the source or in the user's cache; where it may write to neither, in /tmp."""
     try:

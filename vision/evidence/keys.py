@@ -55,7 +55,7 @@ class Seed(_Section):
     density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
     """Of the seed's own substance, without the gaps between seeds. Or state the mass."""
     length_range_mm: _SizeRange | None = None
-    """Least and greatest length of about 100 seeds; the simulated lot scatters as much."""
+    """Least and greatest length of about 100 seeds."""
     width_range_mm: _SizeRange | None = None
     """Least and greatest width of about 100 seeds."""
     thickness_range_mm: _SizeRange | None = None
