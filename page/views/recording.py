@@ -78,6 +78,7 @@ class View:
                     self.reasons = ui.column().classes("gap-1")
                     self.busy = ui.row().classes("items-center")
             self.form = ui.column().classes("w-full")
+        await ui.context.client.connected(timeout=30)  # the page is there while it is measured
         await self._measure()
 
     async def _neighbours(self) -> None:
