@@ -1,8 +1,9 @@
 """How fast the page answers: first paint, a dropped photo, a dragged base line on 12 megapixels, a bench of 100, memory with a film.
 
-    python benchmarks/page_speed.py        # needs Chromium with chromedriver
+Needs Chromium with chromedriver.
 """
 
+import argparse
 import re
 import shutil
 import subprocess
@@ -23,6 +24,7 @@ FRAMES = 5000
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     browser, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if not (browser and driver):
         sys.exit("no Chromium with chromedriver on this machine")
