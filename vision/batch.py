@@ -17,7 +17,7 @@ from vision.measurement import FAILED, MeasurementError, Observation, Quantity, 
 from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import Recording, find_recordings
 
-COLUMNS = ["recording", "rig", "quantity", "value", "sd", "unit", "quality", "reason", "overlay"]
+COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 OWN = ("measurements.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
@@ -206,7 +206,7 @@ class Results:
                 tables.append(table)
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
-            row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.unit, q.quality, q.reason, overlay)
+            row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason, overlay)
             self.rows.append(dict(zip(COLUMNS, row)))
 
     def finish(self) -> pd.DataFrame:

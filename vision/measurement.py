@@ -21,7 +21,8 @@ class Quantity:
     """One measured number.
 
     `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small sample's wider interval is
-    already in it). `quality` is good, doubtful or failed, `reason` says why in words ("" when good).
+    already in it). `sd_common`, included in `sd`, is the part that is the same error in all recordings of one session: the
+    scale, the plumb line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or failed, `reason` says why in words ("" when good).
     A failed quantity has value NaN.
     """
 
@@ -31,6 +32,7 @@ class Quantity:
     unit: str
     quality: str = GOOD
     reason: str = ""
+    sd_common: float = 0.0
 
     def doubt(self, reason: str) -> "Quantity":
         """The same quantity, trusted no further than doubtful, with one more reason."""

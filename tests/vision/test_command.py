@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from benchtwin import app
 from vision.synthetic.piles import PileScene, draw_pile
 
-COLUMNS = "recording,rig,quantity,value,sd,unit,quality,reason,overlay"
+COLUMNS = "recording,rig,quantity,value,sd,sd_common,unit,quality,reason,overlay"
 
 
 @pytest.fixture
