@@ -71,7 +71,8 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     if length <= 0:
         raise MeasurementError("the seed stops before the junction: it never reaches the level plate")
     scale_sd = recording.camera.scale_sd if track.unit == "mm" else 0.0
-    run_out = Quantity("run_out", length, math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2), track.unit)
+    sd = math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2)
+    run_out = Quantity("run_out", length, sd, track.unit, sd_common=scale_sd * length)
     for text in doubts:
         run_out = run_out.doubt(text)
     friction = _friction(run_out, recording)
@@ -97,19 +98,25 @@ def _friction(run_out: Quantity, recording: Recording) -> Quantity:
     """Eq. 3 with ∂μ/∂S, ∂μ/∂β, ∂μ/∂L; failed, naming the key, when the incline is not described."""
     try:
         way = recording.need("roll.incline_length_mm", "for rolling_friction (Eq. 3)")
-        beta = math.radians(recording.need("roll.incline_deg", "for rolling_friction (Eq. 3)"))
+        beta = recording.need("roll.incline_deg", "for rolling_friction (Eq. 3)")
         if run_out.unit != "mm":
             recording.need("camera.mm_per_px", "for rolling_friction: the run-out is in pixels")
     except MeasurementError as error:
         return failed("rolling_friction", "1", str(error))
-    below = way * math.cos(beta) + run_out.value
-    value = way * math.sin(beta) / below
-    by_way = math.sin(beta) * run_out.value / below**2
-    by_beta = (way * math.cos(beta) * below + way**2 * math.sin(beta) ** 2) / below**2
-    by_length = -value / below
-    parts = (by_way * LENGTH_SD_MM, by_beta * math.radians(INCLINE_SD_DEG), by_length * run_out.sd)
-    quantity = Quantity("rolling_friction", value, math.sqrt(sum(p**2 for p in parts)), "1")
+    value, by = eq_3(way, beta, run_out.value)
+    parts = by * [LENGTH_SD_MM, INCLINE_SD_DEG, run_out.sd]
+    common = math.hypot(parts[1], by[2] * run_out.sd_common)
+    quantity = Quantity("rolling_friction", value, float(np.linalg.norm(parts)), "1", sd_common=common)
     return quantity.doubt(run_out.reason) if run_out.reason else quantity
+
+
+def eq_3(way_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
+    """μ_r = S sin β / (S cos β + L), and its derivatives by S [1/mm], β [1/°] and L [1/mm]."""
+    beta = math.radians(incline_deg)
+    below = way_mm * math.cos(beta) + run_out_mm
+    value = way_mm * math.sin(beta) / below
+    by_beta = (way_mm * math.cos(beta) * below + way_mm**2 * math.sin(beta) ** 2) / below**2
+    return value, np.array([math.sin(beta) * run_out_mm / below**2, math.radians(by_beta), -value / below])
 
 
 def _speeds(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
