@@ -41,6 +41,7 @@ class Seed(_Section):
     width_mm: _SeedSize | None = None
     thickness_mm: _SeedSize | None = None
     mass_g: Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)] | None = None  # a bowling ball: 7,260
+    inertia_factor: Annotated[float, Field(gt=0.05, le=1, allow_inf_nan=False)] | None = None  # I/(m r²): solid 0.4, a shell 0.667
     density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
     length_range_mm: _SizeRange | None = None  # least and greatest of about 100 seeds
     width_range_mm: _SizeRange | None = None

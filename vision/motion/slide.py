@@ -127,8 +127,8 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
         notes = [f"the plate's angle is as stated: {start:g}° at t = 0, ± {START_SD_DEG:g}°, and {rate:g} °/s, ± {100 * RATE_SD:g} %"]
     theta = np.radians(angle)
     gradient = np.gradient(theta, time)
-    integrals = (*_integrals(time, G_MM_S2 * np.sin(theta)), *_integrals(time, G_MM_S2 * np.cos(theta)))
-    return _Tilt(theta, gradient, *integrals, sd, common, pictured), notes
+    double = (*integrals(time, G_MM_S2 * np.sin(theta)), *integrals(time, G_MM_S2 * np.cos(theta)))
+    return _Tilt(theta, gradient, *double, sd, common, pictured), notes
 
 
 def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -140,7 +140,7 @@ def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray
     return savgol_filter(filled, window, 1) if len(filled) > window else filled
 
 
-def _integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and second cumulative integral, from the first row; exact for values linear between rows."""
     h = np.diff(time)
     first = np.concatenate([[0.0], np.cumsum(h * (values[1:] + values[:-1]) / 2)])
@@ -164,7 +164,7 @@ def _turning(time: np.ndarray, x: np.ndarray, tilt: _Tilt) -> np.ndarray:
 
     Without it an onset at 2 °/s with μ_k = μ_s, where the acceleration starts from 0, is found 0.07° late.
     """
-    return _integrals(time, 2 * tilt.rate * (x - _first_mean(x)))[0]
+    return integrals(time, 2 * tilt.rate * (x - _first_mean(x)))[0]
 
 
 def _design(onset: float, time, tilt: _Tilt, turning, stop: int, physical: bool) -> tuple[np.ndarray, np.ndarray]:
