@@ -69,17 +69,17 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     _check_run(track, x, recording)
     notes: list[str] = []
     speed, top = _speeds(time, x)
-    unseen, doubts, stop, stop_row = "", [], x[-1], len(x) - 1
+    unseen = ""
     try:
         stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
     except MeasurementError as error:
-        unseen = str(error)
+        stop, stop_sd, stop_row, doubts, unseen = float(x[-1]), math.nan, len(x) - 1, [], str(error)
     place, place_sd, more, unsure = _junction(track, x, speed, stop_row, recording, sign, seen)
     notes += more
     doubts = [*doubts, *unsure, *_jumps(track, x, speed)]
     length = stop - place
     if length <= 0:
-        raise MeasurementError("the seed stops before the junction: it never reaches the level plate")
+        raise MeasurementError(unseen or "the seed stops before the junction: it never reaches the level plate")
     rests = not unseen and stop <= x.max()
     resistance = measure_level(track, x, (place, place_sd), stop if rests else None, recording)
     notes += notes_of(recording, [resistance])
@@ -95,7 +95,17 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     for text in doubts:
         run_out = run_out.doubt(text)
     friction = _friction(run_out, recording)
+    notes += _beside(friction, resistance)
     return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
+
+
+def _beside(friction: Quantity, resistance: Quantity) -> list[str]:
+    """A note where Eq. 3 is above the resistance by more than the sds of both allow."""
+    above = friction.value - resistance.value
+    if not above > 3 * math.hypot(friction.sd, resistance.sd) or resistance.value <= 0:
+        return []
+    said = f"rolling_friction (Eq. 3) is {100 * above / resistance.value:.2g} % above rolling_resistance"
+    return [f"{said}: it counts as friction what the air and the corner take"]
 
 
 def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
