@@ -49,7 +49,7 @@ class Slide:
 class _Tilt:
     """The plate's angle at each row [rad], its rate there, and their double integrals from the first row.
 
-    sd, and sd_common of it, the error that all recordings of a session share [deg]; pictured: from the plate's edge.
+    sd [deg]: what it is off by in all rows, and in all recordings of a session; pictured: had from the plate's edge.
     """
 
     angle: np.ndarray
@@ -59,7 +59,6 @@ class _Tilt:
     cos1: np.ndarray
     cos2: np.ndarray
     sd: float
-    sd_common: float
     pictured: bool
 
 
@@ -92,8 +91,8 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
     sd = math.hypot(rate * onset_sd, tilt.sd)
     radians = math.radians(angle)
     steep = math.radians(1.0) / math.cos(radians) ** 2
-    slide_angle = Quantity("slide_angle", angle, sd, "deg", sd_common=tilt.sd_common)
-    static = Quantity("static_friction", math.tan(radians), steep * sd, "1", sd_common=steep * tilt.sd_common)
+    slide_angle = Quantity("slide_angle", angle, sd, "deg", sd_common=tilt.sd)
+    static = Quantity("static_friction", math.tan(radians), steep * sd, "1", sd_common=steep * tilt.sd)
     if physical:
         kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording, rate)
     else:
@@ -116,19 +115,18 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
         known = np.isfinite(track.tilt_deg)
         angle = _smooth(time, track.tilt_deg, known)
         sd = track.tilt_sd_deg or math.hypot(TILT_SD_DEG, grid_of(track.tilt_deg[known]) / math.sqrt(12))
-        common = min(sd, recording.camera.plumb_sd) if pictured else sd
     elif rate is None or not track.timed:
         raise MeasurementError(f"{recording.toml}: {ANGLE_MISSING}" + ("" if track.timed or not rate else " together with camera.fps"))
     elif start is None:
         raise MeasurementError(f"{recording.toml}: {START_MISSING}")
     else:
         angle = start + rate * time
-        sd = common = math.hypot(START_SD_DEG, RATE_SD * rate * float(np.abs(time).max()))
+        sd = math.hypot(START_SD_DEG, RATE_SD * rate * float(np.abs(time).max()))
         notes = [f"the plate's angle is as stated: {start:g}° at t = 0, ± {START_SD_DEG:g}°, and {rate:g} °/s, ± {100 * RATE_SD:g} %"]
     theta = np.radians(angle)
     gradient = np.gradient(theta, time)
     double = (*integrals(time, G_MM_S2 * np.sin(theta)), *integrals(time, G_MM_S2 * np.cos(theta)))
-    return _Tilt(theta, gradient, *double, sd, common, pictured), notes
+    return _Tilt(theta, gradient, *double, sd, pictured), notes
 
 
 def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -243,8 +241,7 @@ def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, re
     value = float(params[2])
     pull = math.tan(theta) - value
     parts = [math.sqrt(cov[2, 2]), pull * recording.camera.scale_sd, math.radians(tilt.sd) / math.cos(theta) ** 2]
-    common = math.hypot(parts[1], parts[2] * tilt.sd_common / tilt.sd)
-    return Quantity("kinetic_friction", value, math.sqrt(sum(p**2 for p in parts)), "1", sd_common=common)
+    return Quantity("kinetic_friction", value, math.hypot(*parts), "1", sd_common=math.hypot(*parts[1:]))
 
 
 def _doubts(q: Quantity, track: Track, onset, onset_sd, stop, found, noise, travel, kinetic, static) -> Quantity:
