@@ -21,9 +21,10 @@ class Quantity:
     """One measured number.
 
     `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small sample's wider interval is
-    already in it). `quality` is good, doubtful or failed, `reason` says why in words ("" when good).
-    A failed quantity has value NaN. `sd_common` is the part of sd that is the same error in all recordings of one session
-    (scale, plumb, protractor); it is included in sd.
+    already in it). `sd_common`, included in `sd`, is the part that is the same error in all recordings of one session: the
+    scale, the plumb line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or failed, `reason`
+    says why in words ("" when good).
+    A failed quantity has value NaN.
     """
 
     name: str

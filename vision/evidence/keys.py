@@ -62,6 +62,8 @@ class Seed(_Section):
     """Least and greatest thickness of about 100 seeds."""
     count: Annotated[int, Field(ge=1)] | None = None
     """How many are taped together (slides)."""
+    inertia_factor: Annotated[float, Field(gt=0.05, le=1, allow_inf_nan=False)] | None = None
+    """I/(m r²) of what rolls: a solid ball 0.4, a thin shell 0.667. Absent: solid, of the stated axes."""
 
 
 class Camera(_Section):

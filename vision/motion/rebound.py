@@ -61,11 +61,14 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
         return Rebound(all_failed(reason), None, flights, marked, (*notes, *([doubt] if doubt else [])))
-    values, cov = propagate(lambda p: _derived(flights, p), flights.params, flights.cov)
+    values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
+    values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
     air = _air_error(used, up, across, flights, values, gravity, recording)
     cov = cov + np.outer(air, air)
+    # Of the scale's prior error, which a session's recordings share, a fit that also has gravity keeps cov(·, ε)/sd(ε).
+    common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
     bounces = _bounce_table(flights, used, across, values, cov, recording)
-    quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, recording, doubt)
+    quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
     notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
     return Rebound(quantities, bounces, flights, marked, tuple(notes))
 
@@ -178,32 +181,36 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
     return pd.DataFrame(rows)
 
 
-def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, recording: Recording, doubt: str):
-    """The five quantities of the first bounce, and notes."""
+def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, common, recording: Recording, doubt: str):
+    """The five quantities of the first bounce, and notes. common: of `values`, what a session's recordings share."""
     physical = track.unit == "mm" and track.timed
     unit, suffix = ("m/s", "m_s") if physical else (f"{track.unit}/{track.time_unit}", f"{track.unit}_{track.time_unit}")
     sds = np.sqrt(np.maximum(np.diag(cov), 0))
     fall, fall_sd, top = values[-2], sds[-2], float(bounce[f"height_{track.unit}"])
 
-    def quantity(name: str, column: str, unit: str, suffix: str) -> Quantity:
-        return Quantity(name, float(bounce[f"{column}{suffix}"]), float(bounce[f"{column}_sd{suffix}"]), unit)
+    def quantity(name: str, column: str, unit: str, suffix: str, shared: float) -> Quantity:
+        sd = float(bounce[f"{column}_sd{suffix}"])
+        return Quantity(name, float(bounce[f"{column}{suffix}"]), sd, unit, sd_common=min(float(shared), sd))
 
-    height = quantity("rebound_height", "height", track.unit, f"_{track.unit}")
-    impact = quantity("impact_speed", "speed_before", unit, f"_{suffix}")
-    rebound = quantity("rebound_speed", "speed_after", unit, f"_{suffix}")
-    normal = quantity("restitution_normal", "restitution", "1", "")
+    factor = 1e-3 if physical else 1.0
+    height = quantity("rebound_height", "height", track.unit, f"_{track.unit}", common[4])
+    impact = quantity("impact_speed", "speed_before", unit, f"_{suffix}", factor * common[2])
+    rebound = quantity("rebound_speed", "speed_after", unit, f"_{suffix}", factor * common[3])
+    normal = quantity("restitution_normal", "restitution", "1", "", common[5])
     notes = []
     stated, seen = recording.drop.height_mm, release_seen(flights, track)
     if stated and track.unit == "mm":
         relative = math.hypot(height.sd / top, HEIGHT_SD_MM / stated) if top > 0 else math.nan
         e = math.sqrt(max(top, 0) / stated)
-        restitution = Quantity("restitution", e, e * relative / 2, "1")
+        shared = math.hypot(height.sd_common / top, HEIGHT_SD_MM / stated) if top > 0 else 0.0
+        restitution = Quantity("restitution", e, e * relative / 2, "1", sd_common=e * shared / 2)
         if seen and abs(fall - stated) > max(3 * math.hypot(fall_sd, HEIGHT_SD_MM), 0.02 * stated):
             text = f"the fall seen is {fall:.4g} mm but [drop] height_mm says {stated:g}: one of them is in a wrong unit or wrong"
             restitution, notes = restitution.doubt(text), [text]
     elif seen:
         turned = math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2 if top > 0 else math.nan
-        restitution = Quantity("restitution", float(values[-1]), math.hypot(sds[-1], values[-1] * turned), "1")
+        sd = math.hypot(sds[-1], values[-1] * turned)
+        restitution = Quantity("restitution", float(values[-1]), sd, "1", sd_common=min(float(common[-1]), sd))
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
         text = f"the release is not in the track; {recording.toml}: [drop] height_mm is needed"
