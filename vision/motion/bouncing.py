@@ -1,0 +1,144 @@
+"""Which of the sudden sounds in a recording are the impacts of one bouncing body.
+
+Between two impacts a body flies freely, so the interval shrinks by the restitution each time: e = Δt₂ / Δt₁, in (0, 1), much the
+same from bounce to bounce. Impacts are sudden, one rings like the next, and they grow fainter with their speed. Of all chains of
+onsets the one with the highest likelihood ratio is taken: that these are impacts against that they are noise, speech or handling,
+which come at random at the rate at which such sounds come in this recording. Dynamic programming over pairs of onsets.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.motion.onsets import Onsets
+
+G = 9.80665
+LEAST_E, MOST_E = 0.08, 1.0
+E_SD = 0.12  # of ln e from bounce to bounce, by which a seed's shape and plate scatter it
+FIRST_E_SD = 0.5  # of ln e against the first bounce from the stated height, which somebody read off a ruler
+LEVEL_POWER, LEVEL_SD_DB = 1.2, 6.0  # loudness against speed, and its scatter
+ALIKE, ALIKE_WEIGHT = 0.75, 5.0  # the cosine of two timbres that says nothing; ln likelihood ratio per cosine
+SUDDEN_S, LASTS_DB = 5e-3, -6.0
+NOT_SUDDEN = 4.0  # ln likelihood ratio against an impact that rises slowly or lasts
+LEAST_INTERVAL_S, LONGEST_S = 0.02, 2.5
+OTHERS_PER_S = 0.3  # other sudden sounds, at least
+MISSED = 6.0  # cost in ln likelihood of an impact that was not heard
+COST = 2.0  # of each impact: it has to be so much likelier than not
+ECHO_S, ECHO_SD_S = (3e-3, 0.065), 5e-4
+DOUBLE_S = 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """impacts (m,): rows of the onsets in order; missed (m,): whether an impact before this one was not heard; removed: {row: why}
+    of those onsets that stand out and are none; odds: ln likelihood ratio of the whole."""
+
+    impacts: np.ndarray
+    missed: np.ndarray
+    removed: dict[int, str]
+    odds: float
+
+
+def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Chain:
+    """The likeliest chain of impacts (none at all where no two can be); height_mm: of the fall, None where nobody states it."""
+    merit = _merit(onsets, duration_s)
+    impacts, missed, odds = _best(onsets, merit, height_mm)
+    return Chain(impacts, missed, _why_not(onsets, impacts, duration_s), odds)
+
+
+def _merit(o: Onsets, duration: float) -> np.ndarray:
+    """(n,): ln of how much likelier an onset is an impact due in the next second than any other sound."""
+    sudden = (o.rise_s <= SUDDEN_S) & (o.lasting_db <= LASTS_DB)
+    strong = o.strength > 4.0
+    others = max(OTHERS_PER_S, (int(strong.sum()) - 5) / duration)
+    return -np.log(np.exp(-o.strength) + others) - NOT_SUDDEN * ~sudden - COST
+
+
+def _best(o: Onsets, merit: np.ndarray, height_mm: float | None) -> tuple[np.ndarray, np.ndarray, float]:
+    n, t = len(o), o.time_s
+    fall = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
+    alike = o.timbre @ o.timbre.T
+    sure = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
+    score = np.full((n, n), -np.inf)
+    interval, e, came = np.zeros((n, n)), np.full((n, n), np.nan), np.full((n, n), -1)
+    skipped = np.zeros((n, n), bool)
+    for k in range(n):
+        for j in range(k - 1, -1, -1):
+            gap = t[k] - t[j]
+            if gap > LONGEST_S:
+                break
+            if gap < LEAST_INTERVAL_S:
+                continue
+            pair = ALIKE_WEIGHT * (alike[j, k] - ALIKE) * min(sure[j], sure[k]) + merit[k]
+            begin = merit[j] + pair - math.log(gap + 0.1) + _level(o.level_db[k] - o.level_db[j], -3.0)
+            first_e = math.nan
+            if fall:
+                first_e = gap / fall
+                begin += _spread(math.log(first_e / 0.6), FIRST_E_SD) - 4.0 * (first_e > MOST_E)
+            score[j, k], interval[j, k], e[j, k] = begin, gap, first_e
+            before = np.flatnonzero(np.isfinite(score[:j, j]))
+            if not len(before):
+                continue
+            for lost in (False, True):
+                q = gap / interval[before, j]
+                now = (np.sqrt(1 + 4 * q) - 1) / 2 if lost else q
+                fits = (now > LEAST_E) & (now <= MOST_E)
+                old = e[before, j]
+                like = np.where(np.isfinite(old), _spread(np.log(now / old), np.where(came[before, j] < 0, FIRST_E_SD, E_SD)), -1.0)
+                due = -np.log(0.3 * gap)
+                fainter = _level(o.level_db[k] - o.level_db[j], 20 * LEVEL_POWER * np.log10(now) * (1 + lost))
+                whole = np.where(fits, score[before, j] + pair + like + due + fainter - MISSED * lost, -np.inf)
+                best = int(np.argmax(whole))
+                if whole[best] > score[j, k]:
+                    score[j, k], came[j, k], e[j, k], skipped[j, k] = whole[best], before[best], now[best], lost
+                    interval[j, k] = gap * now[best] / (1 + now[best]) if lost else gap
+    return _traced(score, came, skipped)
+
+
+def _traced(score: np.ndarray, came: np.ndarray, skipped: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    none = np.zeros(0, int), np.zeros(0, bool), -math.inf
+    if not np.isfinite(score).any() or score.max() <= 0:
+        return none
+    j, k = np.unravel_index(int(np.argmax(score)), score.shape)
+    odds, chain, lost = float(score[j, k]), [int(k)], []
+    while j >= 0:
+        lost.append(bool(skipped[j, k]))
+        chain.append(int(j))
+        j, k = came[j, k], j
+    return np.array(chain[::-1]), np.array([False, *lost[::-1]]), odds
+
+
+def _spread(off, sd):
+    """ln likelihood of a number that is off by `off` in units of ln e, with wide tails."""
+    return -1.5 * np.log1p((off / sd) ** 2 / 2)
+
+
+def _level(change_db, due_db):
+    return -0.5 * np.minimum(((change_db - due_db) / LEVEL_SD_DB) ** 2, 8.0)
+
+
+def _why_not(o: Onsets, impacts: np.ndarray, duration: float) -> dict[int, str]:
+    """Every onset that stands out from the noise and is no impact of the chain, and why."""
+    rest = [i for i in np.flatnonzero(o.strength > 4.0) if i not in set(impacts.tolist())]
+    lags = {i: [(o.time_s[i] - o.time_s[m], m) for m in impacts if ECHO_S[0] < o.time_s[i] - o.time_s[m] < ECHO_S[1]] for i in rest}
+    every = np.array([lag for found in lags.values() for lag, _ in found])
+    out = {}
+    for i in rest:
+        again = [lag for lag, m in lags[i] if (np.abs(every - lag) < ECHO_SD_S).sum() > 1 and o.level_db[i] < o.level_db[m] + 3]
+        near = [lag for lag, _ in lags[i] if lag < DOUBLE_S]
+        if again:
+            out[int(i)] = f"an echo, {1000 * again[0]:.1f} ms after an impact as after others"
+        elif near:
+            out[int(i)] = f"a second hit or echo {1000 * near[0]:.1f} ms after an impact"
+        elif o.rise_s[i] > SUDDEN_S:
+            out[int(i)] = "it rises slowly, as speech and handling do"
+        elif o.lasting_db[i] > LASTS_DB:
+            out[int(i)] = "it lasts, as speech does"
+        elif len(impacts) and o.time_s[i] < o.time_s[impacts[0]]:
+            out[int(i)] = "it comes before the first impact and does not fit the intervals"
+        elif len(impacts) and o.time_s[i] > o.time_s[impacts[-1]]:
+            out[int(i)] = "it comes after the last impact that was told apart"
+        else:
+            out[int(i)] = "it does not fit the shrinking intervals"
+    return out
