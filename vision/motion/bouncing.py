@@ -22,9 +22,10 @@ ALIKE, ALIKE_WEIGHT = 0.75, 5.0  # the cosine of two timbres that says nothing; 
 SUDDEN_S, LASTS_DB = 5e-3, -6.0
 NOT_SUDDEN = 4.0  # ln likelihood ratio against an impact that rises slowly or lasts
 LEAST_INTERVAL_S, LONGEST_S = 0.02, 2.5
-OTHERS_PER_S = 0.3  # other sudden sounds, at least
+OTHERS = 0.3  # other sounds as loud that a recording may hold, though none was heard
+PASSES = 4
 MISSED = 6.0  # cost in ln likelihood of an impact that was not heard
-COST = 2.0  # of each impact: it has to be so much likelier than not
+COST = 1.0  # of each impact: it has to be so much likelier than not
 ECHO_S, ECHO_SD_S = (3e-3, 0.065), 5e-4
 DOUBLE_S = 0.04
 
@@ -42,16 +43,26 @@ class Chain:
 
 def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Chain:
     """The likeliest chain of impacts (none at all where no two can be); height_mm: of the fall, None where nobody states it."""
-    merit = _merit(onsets, duration_s)
-    impacts, missed, odds = _best(onsets, merit, height_mm)
+    impacts, missed, odds = np.zeros(0, int), np.zeros(0, bool), -math.inf
+    for _ in range(PASSES):
+        known = impacts
+        impacts, missed, odds = _best(onsets, _merit(onsets, duration_s, known), height_mm)
+        if np.array_equal(impacts, known):
+            break
     return Chain(impacts, missed, _why_not(onsets, impacts, duration_s), odds)
 
 
-def _merit(o: Onsets, duration: float) -> np.ndarray:
-    """(n,): ln of how much likelier an onset is an impact due in the next second than any other sound."""
+def _merit(o: Onsets, duration: float, known: np.ndarray) -> np.ndarray:
+    """(n,): ln of how much likelier an onset is an impact due in the next second than another sound as loud.
+
+    known: rows that are taken for impacts so far, and so do not count among the others.
+    """
     sudden = (o.rise_s <= SUDDEN_S) & (o.lasting_db <= LASTS_DB)
-    strong = o.strength > 4.0
-    others = max(OTHERS_PER_S, (int(strong.sum()) - 5) / duration)
+    other = np.ones(len(o), bool)
+    other[known] = False
+    louder = (o.level_db[None] >= o.level_db[:, None]) & other[None] & (sudden[None] | ~sudden[:, None])
+    np.fill_diagonal(louder, False)
+    others = (louder.sum(axis=1) + OTHERS) / duration
     return -np.log(np.exp(-o.strength) + others) - NOT_SUDDEN * ~sudden - COST
 
 

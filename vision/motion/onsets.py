@@ -30,10 +30,12 @@ APART_S = 4e-3  # of two onsets at least
 NOISE_PEAKS_PER_S = 2.0  # as strong as the weakest onset that is listed at all
 MOST_ONSETS = 160  # in BLOCK_S
 BLOCK_S = 20.0
+EDGE_S = 0.03  # of a recording's beginning and end: encoders begin and stop with a click
 ORDER_S = 8e-4  # how far back the noise is predicted from
 BANDS_HZ = np.geomspace(200, 20_000, 25)
 TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
-DEEPEST = 1e-8  # of a noise's power per hertz, relative to where it is loudest
+HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
+DEEPEST = 1e-7  # of a noise's power per hertz, relative to where it is loudest
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +65,8 @@ class Onsets:
 def find_onsets(sound: Sound) -> Onsets:
     """Every sudden sound, faint ones among them; times on the clock of the pictures."""
     rate, white = sound.rate_hz, whitened(sound.samples, sound.rate_hz)
+    ends = round(EDGE_S * rate)
+    white[:ends], white[len(white) - ends :] = 0, 0  # where a recording begins and stops is no sound
     edges = np.linspace(0, len(white), int(np.ceil(sound.duration_s / BLOCK_S)) + 1).astype(int)
     margin = round((BEFORE_S + 2 * REACH * FADE_S) * rate)
     parts = []
@@ -106,7 +110,7 @@ def _in_block(white: np.ndarray, rate: float) -> Onsets:
     fresh = np.concatenate([over[:lag], power[lag:] / earlier])  # a ring that goes on is not a new one
     score = np.clip(fresh - STANDS_OUT, 0, MOST_OVER).sum(axis=1)
     at, strength = _peaks(loud, score, hops)
-    return _described(white, rate, window, hop, power, before, at, strength)
+    return _described(white, rate, window, hop, power, before, level, at, strength)
 
 
 def _window(rate: float) -> np.ndarray:
@@ -129,7 +133,7 @@ def _usual(power: np.ndarray) -> np.ndarray:
     some = power[:: max(1, len(power) // 4000)]
     middle, high = np.quantile(some, [0.5, 0.85], axis=0)
     level = np.maximum(middle / np.log(2), high / -np.log(0.15) / 2)
-    return np.maximum(level, 1e-3 * np.median(level) + 1e-9).astype(np.float32)
+    return np.maximum(level, HOLLOW * np.median(level) + 1e-9).astype(np.float32)
 
 
 def _just_before(power: np.ndarray, level: np.ndarray, long: int, gap: int) -> np.ndarray:
@@ -159,15 +163,15 @@ def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray
     return top[strong], strength[strong]
 
 
-def _described(white, rate: float, window, hop: int, power, before, at: np.ndarray, strength: np.ndarray) -> Onsets:
-    rows = [_one(white, rate, window, hop, k, power[k], before[k]) for k in at]
+def _described(white, rate: float, window, hop: int, power, before, level, at: np.ndarray, strength: np.ndarray) -> Onsets:
+    rows = [_one(white, rate, window, hop, k, power[k], before[k], float(level.sum())) for k in at]
     time, sd, level, rise, lasting = np.array([row[:5] for row in rows]).reshape(-1, 5).T
     timbre = np.array([row[5] for row in rows]).reshape(-1, len(BANDS_HZ) - 1)
     order = np.argsort(time, kind="stable")
     return Onsets(time, sd, strength, level, timbre, rise, lasting).chosen(order)
 
 
-def _one(white: np.ndarray, rate: float, window: np.ndarray, hop: int, k: int, power: np.ndarray, before: np.ndarray):
+def _one(white: np.ndarray, rate: float, window: np.ndarray, hop: int, k: int, power: np.ndarray, before: np.ndarray, noise: float):
     """time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
     over = power / before
     seen = over > min(STANDS_OUT, float(over.max()))  - 1e-9
@@ -179,7 +183,7 @@ def _one(white: np.ndarray, rate: float, window: np.ndarray, hop: int, k: int, p
     inside = (band >= 0) & (band < len(BANDS_HZ) - 1)
     shares = np.sqrt(np.bincount(band[inside], np.maximum(extra[inside], 0), len(BANDS_HZ) - 1))
     rise, lasting = _course(white, rate, begin)
-    return time, sd, 10 * np.log10(max(extra.sum() / before.sum(), 1e-9)), rise, lasting, shares / max(np.linalg.norm(shares), 1e-30)
+    return time, sd, 10 * np.log10(max(extra.sum() / noise, 1e-9)), rise, lasting, shares / max(np.linalg.norm(shares), 1e-30)
 
 
 def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
