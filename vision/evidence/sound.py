@@ -44,11 +44,11 @@ def has_sound(file: Path) -> bool:
         return False
 
 
-def has_pictures(file: Path) -> bool:
-    """Whether a film has pictures besides its sound; False where it cannot be opened. The cover of a piece of music is none."""
+def only_sound(file: Path) -> bool:
+    """Whether a file holds sound and no moving pictures; False where it cannot be opened. The cover of a piece of music is no film."""
     try:
         with _opened(file) as container:
-            return _film(container) is not None
+            return _film(container) is None and bool(container.streams.audio)
     except MeasurementError:
         return False
 
