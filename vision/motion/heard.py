@@ -159,11 +159,11 @@ def _shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[float | 
 
 
 def _both(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
-    """A quantity from pictures and sound."""
-    o = next((o for o in others if o.name == q.name and o.unit == q.unit and o.quality != FAILED), None)
+    """A quantity from pictures and sound; that of the sound where the pictures have none or no scale."""
+    o = next((o for o in others if o.name == q.name and o.quality != FAILED), None)
     if o is None or not o.sd > 0:
         return q
-    if q.quality == FAILED or not q.sd > 0:
+    if q.quality == FAILED or not q.sd > 0 or q.unit != o.unit:
         return o
     if abs(q.value - o.value) > CONTRADICT * np.hypot(q.sd, o.sd):
         better = min((q, o), key=lambda one: (one.quality != GOOD, one.sd))
