@@ -74,8 +74,8 @@ def draw(scene: Scene, rng: np.random.Generator) -> Drawn:
     while len(speeds) < 12 and 2 * speeds[-1] * mean / G > 0.03:
         e.append(float(np.clip(mean + scene.e_scatter * rng.standard_normal(), 0.05, 0.98)))
         speeds.append(speeds[-1] * e[-1])
-    times = rng.uniform(0.7, 1.5) + np.concatenate([[0.0], np.cumsum(2 * np.array(speeds[1:-1]) / G)])
-    times, e = times, np.array(e[: len(times) - 1])
+    times = rng.uniform(0.7, 1.5) + np.concatenate([[0.0], np.cumsum(2 * np.array(speeds[1:]) / G)])
+    e = np.array(e)
     count = int((times[-1] + rng.uniform(0.5, 1.0)) * rate)
     db = rng.uniform(*scene.db) + 24 * np.log10(np.array(speeds[: len(times)]) / fall) + 2.0 * rng.standard_normal(len(times))
     db[0] = max(db[0], scene.db[0])

@@ -24,6 +24,9 @@ NOT_SUDDEN = 4.0  # ln likelihood ratio against an impact that rises slowly or l
 LEAST_INTERVAL_S, LONGEST_S = 0.02, 2.5
 OTHERS = 0.3  # other sounds as loud that a recording may hold, though none was heard
 PASSES = 4
+TOLD = 4.0  # ln odds that a recording of a drop holds its impacts
+HIGHER = 6.0  # cost of a rebound higher than the stated fall: heights are misread, and first impacts missed
+UNKNOWN_FAINTER_DB = -6.0  # the second impact than the first, where no height is stated
 MISSED = 6.0  # cost in ln likelihood of an impact that was not heard
 COST = 1.0  # of each impact: it has to be so much likelier than not
 ECHO_S, ECHO_SD_S = (3e-3, 0.065), 5e-4
@@ -82,11 +85,12 @@ def _best(o: Onsets, merit: np.ndarray, height_mm: float | None) -> tuple[np.nda
             if gap < LEAST_INTERVAL_S:
                 continue
             pair = ALIKE_WEIGHT * (alike[j, k] - ALIKE) * min(sure[j], sure[k]) + merit[k]
-            begin = merit[j] + pair - math.log(gap + 0.1) + _level(o.level_db[k] - o.level_db[j], -3.0)
-            first_e = math.nan
-            if fall:
-                first_e = gap / fall
-                begin += _spread(math.log(first_e / 0.6), FIRST_E_SD) - 4.0 * (first_e > MOST_E)
+            begin = merit[j] + pair - math.log(gap + 0.1) + TOLD
+            first_e = gap / fall if fall else math.nan
+            fainter = 20 * LEVEL_POWER * math.log10(min(first_e, 1.0)) if fall else UNKNOWN_FAINTER_DB
+            begin += _level(o.level_db[k] - o.level_db[j], fainter)
+            if fall and first_e > MOST_E:
+                begin -= HIGHER
             score[j, k], interval[j, k], e[j, k] = begin, gap, first_e
             before = np.flatnonzero(np.isfinite(score[:j, j]))
             if not len(before):

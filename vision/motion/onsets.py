@@ -33,6 +33,9 @@ BLOCK_S = 20.0
 EDGE_S = 0.03  # of a recording's beginning and end: encoders begin and stop with a click
 ORDER_S = 8e-4  # how far back the noise is predicted from
 BANDS_HZ = np.geomspace(200, 20_000, 25)
+LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
+CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, with rings of several tones
+PRE_ECHOES, ONCE_MORE, LATER_S = 3, 10.0, 3e-4  # jumps looked for after the first; power over that before; how much later at least
 TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
 HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
 DEEPEST = 1e-7  # of a noise's power per hertz, relative to where it is loudest
@@ -199,24 +202,38 @@ def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
 
 
 def _moment(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
-    """Time and sd [s] of an onset near a sample: by the jump in power if that is plain, else by where the window catches most."""
-    by_jump = _jump(white, rate, near)
-    by_fit = _caught(white, rate, window, near, seen, before)
-    time, sd = by_jump if by_jump[1] <= max(by_fit[1], 1e-4) else by_fit
+    """Time and sd [s] of an onset near a sample: where the power jumps, looked for around where the window catches most of the ring.
+
+    Encoders smear a click forward in time (a pre-echo): where the power jumps once more soon after, the later jump is the onset.
+    """
+    caught, caught_sd = _caught(white, rate, window, near, seen, before)
+    first, stop = near - round(LOOK_S[0] * rate), near + round(LOOK_S[1] * rate)
+    time, sd, _ = _jump(white, rate, first, stop, caught, float(np.hypot(caught_sd, CAUGHT_SD_S)))
+    for _ in range(PRE_ECHOES):
+        begin = round(time * rate)
+        again, again_sd, ratio = _jump(white, rate, begin, begin + round(sum(LOOK_S) * rate), np.nan, np.inf)
+        if ratio < ONCE_MORE or again - time < LATER_S:
+            break
+        time, sd = again, again_sd
     return time, float(np.hypot(sd, TIME_SD_S))
 
 
-def _jump(white: np.ndarray, rate: float, near: int) -> tuple[float, float]:
-    first, stop = max(0, near - round(6e-3 * rate)), min(len(white), near + round(3e-3 * rate))
+def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float) -> tuple[float, float, float]:
+    """Time and sd [s] of the likeliest change of power between two samples, and the power after it over that before."""
+    first, stop = max(0, first), min(len(white), stop)
     square = np.square(white[first:stop], dtype=float)
     n = len(square)
     if n < 16:
-        return near / rate, 1e-2
+        return first / rate, 1e-2, 1.0
     k = np.arange(4, n - 4)
     sums = np.cumsum(square)
-    one, two = sums[k - 1] / k, (sums[-1] - sums[k - 1]) / (n - k)
-    gain = -0.5 * (k * np.log(np.maximum(one, 1e-12)) + (n - k) * np.log(np.maximum(two, 1e-12)))
-    return _weighed((first + k) / rate, gain)
+    one, two = np.maximum(sums[k - 1] / k, 1e-12), np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12)
+    at = (first + k) / rate
+    gain = -0.5 * (k * np.log(one) + (n - k) * np.log(two))
+    if np.isfinite(near):
+        gain = gain - 0.5 * ((at - near) / near_sd) ** 2
+    best = int(np.argmax(gain))
+    return *_weighed(at, gain), float(two[best] / one[best])
 
 
 def _caught(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
