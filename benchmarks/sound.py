@@ -18,6 +18,7 @@ import numpy as np
 from scipy.signal import butter, lfilter, sosfilt
 
 G = 9.80665
+CLEAR_DB = 0.0  # an impact as loud as that is counted by itself as well
 MATCH_S = 3e-3  # a time found this near to a true one is that one
 
 
@@ -220,11 +221,13 @@ def heard(file: Path, height_mm: float | None) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(eq=False)
 class Score:
-    """Counts and errors of many drops: first four impacts, found ones, all that were said and those that are none, errors of times
+    """Counts and errors of many drops: first four impacts and those of them that are clear, found ones, all that were said and those that are none, errors of times
     with their sds and loudness, errors of e."""
 
     due: int = 0
     found: int = 0
+    clear: int = 0
+    clear_found: int = 0
     said: int = 0
     invented: int = 0
     seconds: float = 0.0
@@ -239,8 +242,11 @@ class Score:
         near = np.abs(times[:, None] - drawn.times[None]) if len(times) else np.zeros((0, len(drawn.times)))
         own = near.argmin(axis=1) if len(times) else np.zeros(0, int)
         right = near.min(axis=1) < MATCH_S if len(times) else np.zeros(0, bool)
-        self.due += min(4, len(drawn.times))
-        self.found += len({k for k in own[right] if k < 4})
+        four = set(range(min(4, len(drawn.times))))
+        clear = {k for k in four if drawn.db[k] >= CLEAR_DB}
+        heard = set(own[right].tolist())
+        self.due, self.found = self.due + len(four), self.found + len(four & heard)
+        self.clear, self.clear_found = self.clear + len(clear), self.clear_found + len(clear & heard)
         self.said += len(times)
         self.invented += int((~right).sum())
         off = times[right] - drawn.times[own[right]]
@@ -269,7 +275,7 @@ def study(scene: Scene, drops: int, seed: int) -> Score:
     return score
 
 
-HEAD = f"{'scene':28} {'found':>7} {'invented':>8} {'rms ms':>7} {'>= 10 dB':>8} {'in 2 sd':>7} {'e < .005':>8} {'s / 10 s':>8}"
+HEAD = f"{'scene':28} {'found':>7} {'of 0 dB':>7} {'invented':>8} {'rms ms':>7} {'>= 10 dB':>8} {'in 2 sd':>7} {'e < .005':>8} {'s / 10 s':>8}"
 
 
 def row(name: str, score: Score) -> str:
@@ -279,7 +285,7 @@ def row(name: str, score: Score) -> str:
     rms = [1000 * np.sqrt(np.mean(np.square(x))) if len(x) else np.nan for x in (off, off[loud])]
     inside = np.mean(np.abs(off) < 1.96 * sd) if len(off) else np.nan
     return (
-        f"{name:28} {100 * score.found / score.due:6.1f}% {100 * score.invented / max(score.said, 1):7.1f}% {rms[0]:7.3f} {rms[1]:8.3f}"
+        f"{name:28} {100 * score.found / score.due:6.1f}% {100 * score.clear_found / max(score.clear, 1):6.1f}%{100 * score.invented / max(score.said, 1):7.1f}% {rms[0]:7.3f} {rms[1]:8.3f}"
         f" {100 * inside:6.1f}% {100 * np.mean(e < 0.005) if len(e) else np.nan:7.1f}% {10 * score.seconds / score.listened:8.2f}"
     )
 

@@ -22,7 +22,7 @@ from vision.evidence.sound import Sound
 FADE_S = 4e-3  # of the window's amplitude; rings of 1 to 20 ms lose less than a third of their signal to noise by it
 REACH = 3.0  # fades that the window is long
 HOP_S = 5e-4
-BEFORE_S = 0.035  # what was there just before is averaged over this
+BEFORE_S = 0.012  # what was there just before is averaged over this
 STANDS_OUT = 6.0  # times the noise's power in one frequency: e^-6 of the noise does
 MOST_OVER = 25.0  # beyond, a frequency says nothing more
 FRESH_S = 7e-3  # what begins now is louder than it was this long ago
@@ -30,7 +30,7 @@ APART_S = 4e-3  # of two onsets at least
 NOISE_PEAKS_PER_S = 2.0  # as strong as the weakest onset that is listed at all
 MOST_ONSETS = 160  # in BLOCK_S
 BLOCK_S = 20.0
-EDGE_S = 0.03  # of a recording's beginning and end: encoders begin and stop with a click
+EDGE_S = 0.06  # of a recording's beginning and end: encoders begin and stop with a click
 ORDER_S = 8e-4  # how far back the noise is predicted from
 BANDS_HZ = np.geomspace(200, 20_000, 25)
 LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
@@ -38,6 +38,7 @@ CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, wi
 PRE_ECHOES, ONCE_MORE, LATER_S = 3, 10.0, 3e-4  # jumps looked for after the first; power over that before; how much later at least
 TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
 HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
+USUAL_HZ = (500.0, 8000.0)  # where codecs leave no noise out
 DEEPEST = 1e-7  # of a noise's power per hertz, relative to where it is loudest
 
 
@@ -89,9 +90,10 @@ _REST = tuple(Onsets.__dataclass_fields__)[1:]
 def whitened(samples: np.ndarray, rate_hz: float) -> np.ndarray:
     """(n,) float32: the samples less what the noise's own past predicts of them; of variance 1 where there is only noise."""
     size = min(len(samples), next_fast_len(round(0.04 * rate_hz)))
-    _, density = welch(samples, rate_hz, nperseg=size, average="median", detrend="constant")
+    hertz, density = welch(samples, rate_hz, nperseg=size, average="median", detrend="constant")
     density = density.astype(float)
-    floor = max(DEEPEST * density.max(), 2.0 ** -32 / 3 / rate_hz, 1e-14 * float(np.mean(np.square(samples, dtype=float))) / rate_hz)
+    usual = float(np.median(density[(hertz >= USUAL_HZ[0]) & (hertz <= USUAL_HZ[1])]))
+    floor = max(DEEPEST * density.max(), HOLLOW * usual, 2.0 ** -32 / 3 / rate_hz, 1e-14 * float(np.mean(np.square(samples, dtype=float))) / rate_hz)
     memory = np.fft.irfft(density + floor)
     order = min(max(8, round(ORDER_S * rate_hz)), len(memory) // 2 - 1)
     past = solve_toeplitz(memory[:order], memory[1 : order + 1])
