@@ -24,13 +24,16 @@ NOT_SUDDEN = 4.0  # ln likelihood ratio against an impact that rises slowly or l
 LEAST_INTERVAL_S, LONGEST_S = 0.02, 2.5
 OTHERS = 0.3  # other sounds as loud that a recording may hold, though none was heard
 PASSES = 4
+LEAST_ODDS = 3.0  # ln odds of a chain, below which nothing was heard: noise alone seldom makes one of 4
 TOLD = 4.0  # ln odds that a recording of a drop holds its impacts
 HIGHER = 6.0  # cost of a rebound higher than the stated fall: heights are misread, and first impacts missed
 UNKNOWN_FAINTER_DB = -6.0  # the second impact than the first, where no height is stated
 MISSED = 6.0  # cost in ln likelihood of an impact that was not heard
-COST = 1.0  # of each impact: it has to be so much likelier than not
-ECHO_S, ECHO_SD_S = (3e-3, 0.065), 5e-4
-DOUBLE_S = 0.04
+COST = 2.0  # of each impact: it has to be so much likelier than not
+ECHO_S, ECHO_SD_S, FAINTER_DB = (3e-3, 0.065), 4e-4, 3.0  # how late echoes come, how alike, by how much fainter
+AN_ECHO = 4.0  # ln likelihood ratio against an impact that comes where an echo would
+LEAST_STRENGTH = 4.0  # of a sound that stands out from the noise
+DOUBLE_S = 0.04  # within which a long seed strikes with its other end
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +55,7 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
         impacts, missed, odds = _best(onsets, _merit(onsets, duration_s, known), height_mm)
         if np.array_equal(impacts, known):
             break
-    return Chain(impacts, missed, _why_not(onsets, impacts, duration_s), odds)
+    return Chain(impacts, missed, _why_not(onsets, impacts), odds)
 
 
 def _merit(o: Onsets, duration: float, known: np.ndarray) -> np.ndarray:
@@ -66,7 +69,21 @@ def _merit(o: Onsets, duration: float, known: np.ndarray) -> np.ndarray:
     louder = (o.level_db[None] >= o.level_db[:, None]) & other[None] & (sudden[None] | ~sudden[:, None])
     np.fill_diagonal(louder, False)
     others = (louder.sum(axis=1) + OTHERS) / duration
-    return -np.log(np.exp(-o.strength) + others) - NOT_SUDDEN * ~sudden - COST
+    return -np.log(np.exp(-o.strength) + others) - NOT_SUDDEN * ~sudden - AN_ECHO * (echo_lags(o) > 0) - COST
+
+
+def echo_lags(o: Onsets) -> np.ndarray:
+    """(n,) [s]: how long after a louder onset alike each comes, where others come as long after theirs; nil for those that do not."""
+    lag = o.time_s[:, None] - o.time_s[None]
+    heard = o.strength > LEAST_STRENGTH
+    pair = (lag > ECHO_S[0]) & (lag < ECHO_S[1]) & (o.level_db[:, None] < o.level_db[None] - FAINTER_DB) & heard[:, None] & heard[None]
+    late, early = np.nonzero(pair & (o.timbre @ o.timbre.T > ALIKE))
+    out = np.zeros(len(o))
+    for i, j in zip(late, early):
+        same = (np.abs(lag[late, early] - lag[i, j]) < ECHO_SD_S) & (late != i) & (early != j) & (late != j) & (early != i)
+        if same.any():
+            out[i] = lag[i, j]
+    return out
 
 
 def _best(o: Onsets, merit: np.ndarray, height_mm: float | None) -> tuple[np.ndarray, np.ndarray, float]:
@@ -113,7 +130,7 @@ def _best(o: Onsets, merit: np.ndarray, height_mm: float | None) -> tuple[np.nda
 
 def _traced(score: np.ndarray, came: np.ndarray, skipped: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     none = np.zeros(0, int), np.zeros(0, bool), -math.inf
-    if not np.isfinite(score).any() or score.max() <= 0:
+    if not np.isfinite(score).any() or score.max() < LEAST_ODDS:
         return none
     j, k = np.unravel_index(int(np.argmax(score)), score.shape)
     odds, chain, lost = float(score[j, k]), [int(k)], []
@@ -133,27 +150,26 @@ def _level(change_db, due_db):
     return -0.5 * np.minimum(((change_db - due_db) / LEVEL_SD_DB) ** 2, 8.0)
 
 
-def _why_not(o: Onsets, impacts: np.ndarray, duration: float) -> dict[int, str]:
+def _why_not(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
     """Every onset that stands out from the noise and is no impact of the chain, and why."""
-    rest = [i for i in np.flatnonzero(o.strength > 4.0) if i not in set(impacts.tolist())]
-    lags = {i: [(o.time_s[i] - o.time_s[m], m) for m in impacts if ECHO_S[0] < o.time_s[i] - o.time_s[m] < ECHO_S[1]] for i in rest}
-    every = np.array([lag for found in lags.values() for lag, _ in found])
+    members = set(impacts.tolist())
+    lags = echo_lags(o)
     out = {}
-    for i in rest:
-        again = [lag for lag, m in lags[i] if (np.abs(every - lag) < ECHO_SD_S).sum() > 1 and o.level_db[i] < o.level_db[m] + 3]
-        near = [lag for lag, _ in lags[i] if lag < DOUBLE_S]
-        if again:
-            out[int(i)] = f"an echo, {1000 * again[0]:.1f} ms after an impact as after others"
-        elif near:
-            out[int(i)] = f"a second hit or echo {1000 * near[0]:.1f} ms after an impact"
+    for i in (int(i) for i in np.flatnonzero(o.strength > LEAST_STRENGTH) if i not in members):
+        after = o.time_s[i] - o.time_s[impacts]
+        after = after[(after > 0) & (after < DOUBLE_S)]
+        if lags[i]:
+            out[i] = f"an echo, {1000 * lags[i]:.1f} ms after a louder sound as after others"
+        elif len(after):
+            out[i] = f"a second hit or an echo, {1000 * after.min():.1f} ms after an impact"
         elif o.rise_s[i] > SUDDEN_S:
-            out[int(i)] = "it rises slowly, as speech and handling do"
+            out[i] = "it rises slowly, as speech and handling do"
         elif o.lasting_db[i] > LASTS_DB:
-            out[int(i)] = "it lasts, as speech does"
+            out[i] = "it lasts, as speech does"
         elif len(impacts) and o.time_s[i] < o.time_s[impacts[0]]:
-            out[int(i)] = "it comes before the first impact and does not fit the intervals"
+            out[i] = "it comes before the first impact and does not fit the intervals"
         elif len(impacts) and o.time_s[i] > o.time_s[impacts[-1]]:
-            out[int(i)] = "it comes after the last impact that was told apart"
+            out[i] = "it comes after the last impact that was told apart"
         else:
-            out[int(i)] = "it does not fit the shrinking intervals"
+            out[i] = "it does not fit the shrinking intervals"
     return out

@@ -19,7 +19,7 @@ from vision.motion.onsets import Onsets, find_onsets
 from vision.overlay.sound import draw_sound
 from vision.recording import Recording
 
-LEAST_SURE = 4.0  # ln likelihood ratio of a chain of impacts that is believed without doubt
+LEAST_SURE = 5.5  # ln likelihood ratio of a chain of impacts that is believed without doubt
 CONTRADICT = 3.0  # sds
 LOST_S = 0.3  # a film's own sound is not further off than this
 SAME_S = 0.03  # an impact seen and one heard may be the same within this, or three sds

@@ -35,7 +35,7 @@ ORDER_S = 8e-4  # how far back the noise is predicted from
 BANDS_HZ = np.geomspace(200, 20_000, 25)
 LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
 CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, with rings of several tones
-PRE_ECHOES, ONCE_MORE, LATER_S = 3, 10.0, 3e-4  # jumps looked for after the first; power over that before; how much later at least
+PRE_ECHO = 0.15  # of the amplitude that follows: what an encoder lets sound before a click is fainter
 TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
 HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
 USUAL_HZ = (500.0, 8000.0)  # where codecs leave no noise out
@@ -206,36 +206,39 @@ def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
 def _moment(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
     """Time and sd [s] of an onset near a sample: where the power jumps, looked for around where the window catches most of the ring.
 
-    Encoders smear a click forward in time (a pre-echo): where the power jumps once more soon after, the later jump is the onset.
+    Encoders smear a click forward in time (a pre-echo): what is fainter by far than what follows at once is passed over.
     """
     caught, caught_sd = _caught(white, rate, window, near, seen, before)
     first, stop = near - round(LOOK_S[0] * rate), near + round(LOOK_S[1] * rate)
-    time, sd, _ = _jump(white, rate, first, stop, caught, float(np.hypot(caught_sd, CAUGHT_SD_S)))
-    for _ in range(PRE_ECHOES):
-        begin = round(time * rate)
-        again, again_sd, ratio = _jump(white, rate, begin, begin + round(sum(LOOK_S) * rate), np.nan, np.inf)
-        if ratio < ONCE_MORE or again - time < LATER_S:
-            break
-        time, sd = again, again_sd
+    time, sd = _jump(white, rate, first, stop, caught, float(np.hypot(caught_sd, CAUGHT_SD_S)))
+    time = max(time, _past_pre_echo(white, rate, round(time * rate)))
     return time, float(np.hypot(sd, TIME_SD_S))
 
 
-def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float) -> tuple[float, float, float]:
-    """Time and sd [s] of the likeliest change of power between two samples, and the power after it over that before."""
+def _past_pre_echo(white, rate: float, begin: int) -> float:
+    """When what begins at a sample first comes near its own loudness, less the time over which that is averaged."""
+    wide = max(3, round(1e-4 * rate))
+    ahead = white[max(0, begin - wide) : begin + round(LOOK_S[1] * rate)]
+    if len(ahead) <= 2 * wide:
+        return 0.0
+    loud = np.convolve(np.square(ahead, dtype=float), np.ones(wide), "valid")  # of the samples from each one on
+    at = begin - wide + int(np.argmax(loud >= PRE_ECHO**2 * loud.max()))
+    return (at + wide) / rate if at > begin + wide else 0.0
+
+
+def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float) -> tuple[float, float]:
+    """Time and sd [s] of the likeliest change of power between two samples, near a time known before."""
     first, stop = max(0, first), min(len(white), stop)
     square = np.square(white[first:stop], dtype=float)
     n = len(square)
     if n < 16:
-        return first / rate, 1e-2, 1.0
+        return near, 1e-2
     k = np.arange(4, n - 4)
     sums = np.cumsum(square)
     one, two = np.maximum(sums[k - 1] / k, 1e-12), np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12)
     at = (first + k) / rate
-    gain = -0.5 * (k * np.log(one) + (n - k) * np.log(two))
-    if np.isfinite(near):
-        gain = gain - 0.5 * ((at - near) / near_sd) ** 2
-    best = int(np.argmax(gain))
-    return *_weighed(at, gain), float(two[best] / one[best])
+    gain = -0.5 * (k * np.log(one) + (n - k) * np.log(two) + ((at - near) / near_sd) ** 2)
+    return _weighed(at, gain)
 
 
 def _caught(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
