@@ -32,6 +32,7 @@ MISSED = 6.0  # cost in ln likelihood of an impact that was not heard
 COST = 2.0  # of each impact: it has to be so much likelier than not
 ECHO_S, ECHO_SD_S, FAINTER_DB = (3e-3, 0.065), 4e-4, 3.0  # how late echoes come, how alike, by how much fainter
 AN_ECHO = 4.0  # ln likelihood ratio against an impact that comes where an echo would
+BESIDE_S = (0.02, 0.02)  # this long before and after an onset others are a part of its sound
 LEAST_STRENGTH = 4.0  # of a sound that stands out from the noise
 DOUBLE_S = 0.04  # within which a long seed strikes with its other end
 
@@ -50,7 +51,7 @@ class Chain:
 def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Chain:
     """The likeliest chain of impacts (none at all where no two can be); height_mm: of the fall, None where nobody states it."""
     impacts, missed, odds = np.zeros(0, int), np.zeros(0, bool), -math.inf
-    for _ in range(PASSES):
+    for _ in range(PASSES if len(onsets) > 1 else 0):
         known = impacts
         impacts, missed, odds = _best(onsets, _merit(onsets, duration_s, known), height_mm)
         if np.array_equal(impacts, known):
@@ -69,7 +70,16 @@ def _merit(o: Onsets, duration: float, known: np.ndarray) -> np.ndarray:
     louder = (o.level_db[None] >= o.level_db[:, None]) & other[None] & (sudden[None] | ~sudden[:, None])
     np.fill_diagonal(louder, False)
     others = (louder.sum(axis=1) + OTHERS) / duration
-    return -np.log(np.exp(-o.strength) + others) - NOT_SUDDEN * ~sudden - AN_ECHO * (echo_lags(o) > 0) - COST
+    return -np.log(np.exp(-o.strength) + others) - NOT_SUDDEN * ~sudden - AN_ECHO * (echo_lags(o) > 0) - _beside_stronger(o) - COST
+
+
+def _beside_stronger(o: Onsets) -> np.ndarray:
+    """(n,): ln likelihood ratio against onsets just before or after one that stands out far more: pre-echoes, rings that swell."""
+    lag = o.time_s[:, None] - o.time_s[None]
+    near = (lag > -BESIDE_S[0]) & (lag < BESIDE_S[1]) & (lag != 0)
+    strength = np.maximum(o.strength, 1.0)
+    most = np.where(near, strength[None], 1.0).max(axis=1)
+    return np.clip(np.log(most / strength) - math.log(2), 0, AN_ECHO)
 
 
 def echo_lags(o: Onsets) -> np.ndarray:

@@ -237,8 +237,8 @@ def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float
     sums = np.cumsum(square)
     one, two = np.maximum(sums[k - 1] / k, 1e-12), np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12)
     at = (first + k) / rate
-    gain = -0.5 * (k * np.log(one) + (n - k) * np.log(two) + ((at - near) / near_sd) ** 2)
-    return _weighed(at, gain)
+    far = 1.5 * np.log1p(((at - near) / near_sd) ** 2)  # with wide tails: tones that beat are loudest some time after they begin
+    return _weighed(at, -0.5 * (k * np.log(one) + (n - k) * np.log(two)) - far)
 
 
 def _caught(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
