@@ -266,9 +266,9 @@ def study(scene: Scene, drops: int, seed: int) -> Score:
         for k in range(drops):
             drawn = draw(scene, np.random.default_rng([seed, k]))
             file = write(drawn, scene.codec, Path(folder), f"{k}")
-            begin = time.perf_counter()
+            begin = time.process_time()
             times, sds = heard(file, drawn.height_mm if scene.stated else None)
-            score.seconds += time.perf_counter() - begin
+            score.seconds += time.process_time() - begin
             score.listened += len(drawn.samples) / drawn.rate
             score.add(drawn, times, sds, bool(scene.codec))
             file.unlink()

@@ -11,6 +11,7 @@ import numpy as np
 from vision.measurement import MeasurementError
 
 SOUND_SUFFIXES = (".wav", ".m4a", ".mp3", ".ogg", ".flac", ".aac", ".opus")
+LOSSLESS = ("flac", "alac", "wavpack", "ape", "tta")
 LONGEST_S = 600.0  # 115 MB at 48 kHz
 LEAST_S = 0.1
 RATES_HZ = (8_000, 400_000)
@@ -21,13 +22,14 @@ SILENT = 1e-7  # of full scale: below the last bit of 16
 @dataclass(frozen=True, eq=False)
 class Sound:
     """Mono samples (n,) of full scale 1, taken `rate_hz` times a second; the first one at `start_s` on the clock of the pictures,
-    whose zero is the first picture (of a file without pictures, the first sample). `of_film`: whether the file has pictures too."""
+    whose zero is the first picture (of a file without pictures, the first sample). `lossy`: whether an encoder has changed it
+    (AAC, MP3, Opus, Vorbis)."""
 
     path: Path
     samples: np.ndarray
     rate_hz: float
     start_s: float
-    of_film: bool
+    lossy: bool
     notes: tuple[str, ...] = ()
 
     @property
@@ -70,6 +72,7 @@ def read_sound(file: Path) -> Sound:
         if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
             low, high = RATES_HZ
             raise MeasurementError(f"{file}: {rate:g} samples a second; sound should have {low:,} to {high:,}")
+        codec = container.streams.audio[0].codec_context.name
         blocks = _placed(_blocks(file, container, rate, notes), rate, notes)
         first = next(blocks, None)
         if first is None:
@@ -80,7 +83,8 @@ def read_sound(file: Path) -> Sound:
     if not np.abs(samples).max() > SILENT:
         raise MeasurementError(f"{file}: its sound is silent from beginning to end")
     start = first[0] - _first_picture(file) if film else 0.0
-    return Sound(file, samples, rate, start, film is not None, tuple(notes))
+    lossy = not codec.startswith("pcm") and codec not in LOSSLESS
+    return Sound(file, samples, rate, start, lossy, tuple(notes))
 
 
 def _blocks(file: Path, container, rate: float, notes: list[str]) -> Iterator[tuple[float | None, np.ndarray]]:

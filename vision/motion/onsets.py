@@ -35,7 +35,9 @@ ORDER_S = 8e-4  # how far back the noise is predicted from
 BANDS_HZ = np.geomspace(200, 20_000, 25)
 LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
 CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, with rings of several tones
-PRE_ECHO = 0.15  # of the amplitude that follows: what an encoder lets sound before a click is fainter
+AHEAD_S = 5e-3  # of what follows a first jump; half a long block of AAC is 20 ms, but its shaping leaves less
+PRE_ECHO = 0.4  # of the amplitude that follows: what an encoder lets sound before a click is fainter
+LOSSY_SD_S = 1e-4  # of an onset that an encoder has changed, however loud
 TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
 HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
 USUAL_HZ = (500.0, 8000.0)  # where codecs leave no noise out
@@ -76,7 +78,7 @@ def find_onsets(sound: Sound) -> Onsets:
     parts = []
     for first, stop in zip(edges[:-1], edges[1:]):
         begin = max(0, first - margin)
-        found = _in_block(white[begin : stop + margin], rate)
+        found = _in_block(white[begin : stop + margin], rate, sound.lossy)
         at = found.time_s + begin / rate
         inside = np.flatnonzero((at >= first / rate) & (at < stop / rate))
         part = found.chosen(inside)
@@ -102,7 +104,7 @@ def whitened(samples: np.ndarray, rate_hz: float) -> np.ndarray:
     return filtered / np.float32(np.sqrt(max(left, 1e-12 * memory[0]) * rate_hz / 2))
 
 
-def _in_block(white: np.ndarray, rate: float) -> Onsets:
+def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     window, hop = _window(rate), max(1, round(HOP_S * rate))
     power = _spectra(white, np.arange(0, max(1, len(white) - len(window)), hop), window)
     hops = rate / hop
@@ -115,7 +117,7 @@ def _in_block(white: np.ndarray, rate: float) -> Onsets:
     fresh = np.concatenate([over[:lag], power[lag:] / earlier])  # a ring that goes on is not a new one
     score = np.clip(fresh - STANDS_OUT, 0, MOST_OVER).sum(axis=1)
     at, strength = _peaks(loud, score, hops)
-    return _described(white, rate, window, hop, power, before, level, at, strength)
+    return _described(white, rate, lossy, window, hop, power, before, level, at, strength)
 
 
 def _window(rate: float) -> np.ndarray:
@@ -168,19 +170,21 @@ def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray
     return top[strong], strength[strong]
 
 
-def _described(white, rate: float, window, hop: int, power, before, level, at: np.ndarray, strength: np.ndarray) -> Onsets:
-    rows = [_one(white, rate, window, hop, k, power[k], before[k], float(level.sum())) for k in at]
+def _described(
+    white, rate: float, lossy: bool, window, hop: int, power, before, level, at: np.ndarray, strength: np.ndarray
+) -> Onsets:
+    rows = [_one(white, rate, lossy, window, k * hop, power[k], before[k], float(level.sum())) for k in at]
     time, sd, level, rise, lasting = np.array([row[:5] for row in rows]).reshape(-1, 5).T
     timbre = np.array([row[5] for row in rows]).reshape(-1, len(BANDS_HZ) - 1)
     order = np.argsort(time, kind="stable")
     return Onsets(time, sd, strength, level, timbre, rise, lasting).chosen(order)
 
 
-def _one(white: np.ndarray, rate: float, window: np.ndarray, hop: int, k: int, power: np.ndarray, before: np.ndarray, noise: float):
+def _one(white, rate: float, lossy: bool, window, near: int, power: np.ndarray, before: np.ndarray, noise: float):
     """time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
     over = power / before
     seen = over > min(STANDS_OUT, float(over.max()))  - 1e-9
-    time, sd = _moment(white, rate, window, k * hop, seen, before)
+    time, sd = _moment(white, rate, lossy, window, near, seen, before)
     begin = round(time * rate)
     frequency = np.fft.rfftfreq(len(window), 1 / rate)
     extra = np.where(seen, power - before, 0.0)
@@ -203,22 +207,23 @@ def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
     return float(np.argmax(smooth) / rate), float(lasting)
 
 
-def _moment(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
+def _moment(white, rate: float, lossy: bool, window, near: int, seen, before) -> tuple[float, float]:
     """Time and sd [s] of an onset near a sample: where the power jumps, looked for around where the window catches most of the ring.
 
-    Encoders smear a click forward in time (a pre-echo): what is fainter by far than what follows at once is passed over.
+    Encoders smear a click forward in time (a pre-echo): what is fainter than what follows at once is passed over.
     """
     caught, caught_sd = _caught(white, rate, window, near, seen, before)
     first, stop = near - round(LOOK_S[0] * rate), near + round(LOOK_S[1] * rate)
     time, sd = _jump(white, rate, first, stop, caught, float(np.hypot(caught_sd, CAUGHT_SD_S)))
-    time = max(time, _past_pre_echo(white, rate, round(time * rate)))
-    return time, float(np.hypot(sd, TIME_SD_S))
+    if lossy:
+        time = max(time, _past_pre_echo(white, rate, round(time * rate)))
+    return time, float(np.hypot(sd, LOSSY_SD_S if lossy else TIME_SD_S))
 
 
 def _past_pre_echo(white, rate: float, begin: int) -> float:
     """When what begins at a sample first comes near its own loudness, less the time over which that is averaged."""
     wide = max(3, round(1e-4 * rate))
-    ahead = white[max(0, begin - wide) : begin + round(LOOK_S[1] * rate)]
+    ahead = white[max(0, begin - wide) : begin + round(AHEAD_S * rate)]
     if len(ahead) <= 2 * wide:
         return 0.0
     loud = np.convolve(np.square(ahead, dtype=float), np.ones(wide), "valid")  # of the samples from each one on
