@@ -15,12 +15,13 @@ import tomli_w
 
 from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
+from vision.evidence.sound import SOUND_SUFFIXES, only_sound
 from vision.measurement import MeasurementError
 
 RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
-EVIDENCE = (*TABLES, "frames", "video", "photos")
+EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Recording:
     """One run of one rig: what is known of it (None = unknown) and where its evidence lies.
 
     `path` is the recording's folder, or the photo itself for a bare photo. `evidence` is one of EVIDENCE,
-    `files` the evidence's files in order.
+    `files` the evidence's files in order. `sound` lies beside pictures (a video's own track is not named).
     """
 
     id: str
@@ -36,6 +37,7 @@ class Recording:
     rig: str | None
     evidence: str
     files: tuple[Path, ...]
+    sound: Path | None = None
     session: str | None = None
     provenance: str = "measured"
     seed: Seed = field(default_factory=Seed)
@@ -84,13 +86,17 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
         defaults = read_toml(path.parent / "bench.toml") if (path.parent / "bench.toml").is_file() else {}
     known = read_toml(path / "recording.toml") if (path / "recording.toml").is_file() else {}
     fields = validate(merge(defaults, known), path / "recording.toml")
-    evidence, files = _find_evidence(path)
+    evidence, files = _find_evidence(path, fields.rig)
+    beside = _sounds(path) if evidence in ("frames", "video") else []
+    if len(beside) > 1:
+        raise MeasurementError(f"{path}: {len(beside)} sounds; a recording holds one ({', '.join(s.name for s in beside)})")
     return Recording(
         id=fields.id or path.resolve().name,
         path=path,
         rig=fields.rig or ("pile" if evidence == "photos" else None),
         evidence=evidence,
         files=files,
+        sound=beside[0] if beside else None,
         session=fields.session,
         provenance=fields.provenance or "measured",
         **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", *RIGS)},
@@ -128,7 +134,7 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
     found += [_attempt(_refuse, p) for p in closed]
     flat = [r for entry in (*found, *photos) for r in (entry if isinstance(entry, list) else [entry])]
     if not flat:
-        nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no track.csv)")
+        nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no sound, no track.csv)")
         nothing.recording = path.resolve().name
         return [nothing]
     return flat
@@ -189,13 +195,18 @@ def _videos(folder: Path) -> list[Path]:
     return _files_ending(folder, VIDEO_SUFFIXES)
 
 
+def _sounds(folder: Path) -> list[Path]:
+    return _files_ending(folder, SOUND_SUFFIXES)
+
+
 def _files_ending(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
     return sorted(p for p in folder.iterdir() if p.suffix.lower() in suffixes and not p.name.startswith(".") and p.is_file())
 
 
 def _is_recording(folder: Path) -> bool:
     named = any((folder / name).exists() for name in ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames"))
-    return named or (bool(_videos(folder)) and not (folder / "bench.toml").exists())
+    heard = bool(_sounds(folder)) and not _photos(folder)
+    return named or ((heard or bool(_videos(folder))) and not (folder / "bench.toml").exists())
 
 
 def _is_candidate(folder: Path) -> bool:
@@ -232,14 +243,16 @@ def _kind(path: Path) -> str:
     if path.name in EVIDENCE:
         return path.name
     if path.suffix.lower() in VIDEO_SUFFIXES:
-        return "video"
+        return "sound" if only_sound(path) else "video"
+    if path.suffix.lower() in SOUND_SUFFIXES:
+        return "sound"
     if path.suffix.lower() in PHOTO_SUFFIXES:
         return "photos"
-    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *TABLES)
+    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *SOUND_SUFFIXES, *TABLES)
     raise MeasurementError(f"{path}: not something to measure (known are {', '.join(known)})")
 
 
-def _find_evidence(folder: Path) -> tuple[str, tuple[Path, ...]]:
+def _find_evidence(folder: Path, rig: str | None) -> tuple[str, tuple[Path, ...]]:
     for name in TABLES:
         if (folder / name).is_file():
             return name, (folder / name,)
@@ -251,7 +264,11 @@ def _find_evidence(folder: Path) -> tuple[str, tuple[Path, ...]]:
     if videos := _videos(folder):
         if len(videos) > 1:
             raise MeasurementError(f"{folder}: {len(videos)} videos; a recording holds one ({', '.join(v.name for v in videos)})")
-        return "video", tuple(videos)
+        return _kind(videos[0]), tuple(videos)
+    if rig != "pile" and (sounds := _sounds(folder)):
+        if len(sounds) > 1:
+            raise MeasurementError(f"{folder}: {len(sounds)} sounds; a recording holds one ({', '.join(s.name for s in sounds)})")
+        return "sound", tuple(sounds)
     if photos := _photos(folder):
         return "photos", tuple(photos)
-    raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video or photos)")
+    raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or photos)")

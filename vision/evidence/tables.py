@@ -23,6 +23,7 @@ _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
 GATE_COLUMNS, GATE_EXTRA = ("x_mm", "t_s"), ("sd_s", "gate", "note")
+LEAST_SD_S = 1e-9  # of a time
 LEAST_GATES = 4  # place, speed and acceleration, and one more by which they are checked
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
 
@@ -94,10 +95,12 @@ def read_gates(path: Path) -> Table:
 
 
 def read_impacts(path: Path) -> Table:
-    """Read impacts.csv: rows of t_s, strictly increasing, at least two."""
+    """Read impacts.csv: rows of t_s, strictly increasing, at least two, and sd_s if known."""
     rows = _read_csv(path)
-    _check_columns(path, rows, ("t_s",), ())
+    _check_columns(path, rows, ("t_s",), ("sd_s",))
     rows, notes = _drop_incomplete(path, rows, ["t_s"])
+    if "sd_s" in rows and len(wrong := rows.index[~(rows["sd_s"] > LEAST_SD_S)]):
+        raise MeasurementError(f"{path}: sd_s = {rows['sd_s'][wrong[0]]:g} in row {wrong[0] + 2}; it should be above {LEAST_SD_S:g}")
     time = rows["t_s"].to_numpy()
     if (np.diff(time) <= 0).any():
         first = int(np.argmax(np.diff(time) <= 0)) + 1

@@ -9,9 +9,10 @@ from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from vision.motion.follow import Followed, follow
+from vision.motion.heard import observe_heard, sound_of, with_sound
 from vision.motion.impacts import measure_impacts
 from vision.motion.plate import Plate, follow_slide, roll_path
-from vision.motion.rebound import Rebound, measure_rebound, upright
+from vision.motion.rebound import Rebound, all_failed, measure_rebound, upright
 from vision.motion.run_out import measure_run_out
 from vision.motion.slide import measure_slide
 from vision.motion.track import Track, track_from_gates, track_from_table
@@ -23,7 +24,7 @@ MOVING_RIGS = ("drop", "slide", "roll")
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
-    """Measure a drop, slide or roll recorded as track.csv, gates.csv, impacts.csv, frames or video.
+    """Measure a drop, slide or roll recorded as track.csv, gates.csv, impacts.csv, frames, video or (a drop) sound.
 
     progress(fraction done) is called while frames are read. Raises MeasurementError where nothing at all
     can be measured; a quantity that cannot be had stands in the Observation as failed, with its reason.
@@ -39,18 +40,32 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
         return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
     if recording.evidence == "gates.csv":
         return _observe_track(recording, track_from_gates(recording))
+    if recording.evidence == "sound":
+        return observe_heard(recording, recording.files[0])
     if recording.evidence not in ("frames", "video"):
         raise MeasurementError(
             f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can"
         )
-    return _observe_frames(recording, progress)
+    file = sound_of(recording) if recording.rig == "drop" else None
+    if file is None:
+        return _observe_frames(recording, progress)
+    try:
+        seen = _observe_frames(recording, progress)
+    except MeasurementError as error:
+        seen = Observation(recording.id, "drop", all_failed(str(error)))
+        both = with_sound(seen, recording, file)
+        if both.bounces is None:
+            raise MeasurementError(f"{error}; {both.notes[-1]}") from error
+        return both
+    return with_sound(seen, recording, file)
 
 
 def _observe_impacts(recording: Recording) -> Observation:
     if recording.rig != "drop":
         raise MeasurementError(f"{recording.files[0]}: impact times belong to a drop, not to a {recording.rig}")
     table = read_impacts(recording.files[0])
-    quantities, bounces, notes = measure_impacts(table.rows["t_s"].to_numpy(), recording)
+    sd = table.rows["sd_s"].to_numpy() if "sd_s" in table.rows else None
+    quantities, bounces, notes = measure_impacts(table.rows["t_s"].to_numpy(), sd, recording)
     time, high = bounces.t_s.to_numpy(), bounces.height_mm.to_numpy()
     gap = np.append(np.diff(time), table.rows["t_s"].iloc[-1] - time[-1])
     arcs = [(t + g * _SHARE, 4 * h * _SHARE * (1 - _SHARE)) for t, g, h in zip(time, gap, high)]

@@ -106,7 +106,8 @@ def _following(problem: Problem, follows: tuple[Condition, ...]) -> Problem:
 
 def _heard(listened) -> Impacts:
     about = [t.description for t in listened]
-    return heard(tuple(t.recording for t in listened), [t.contacts_s for t in listened], about, [air_of(d) for d in about])
+    times, sds = [t.contacts_s for t in listened], [t.contacts_sd_s for t in listened]
+    return heard(tuple(t.recording for t in listened), times, sds, about, [air_of(d) for d in about])
 
 
 def restitution(e: Explanation) -> tuple[float, float]:
