@@ -27,6 +27,7 @@ NOT_DECLARED = {  # imported for another reason than a declaration
     "pyopengl": "pyrender's",
     "pydantic-core": "pydantic's",
     "grainlearning": "a peer, in an environment of its own: it asks for numpy 1",
+    "drjit": "mitsuba's",
     "coexist": "a peer, beside it",
 }
 
