@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.pile.image import shrink
+from vision.pile.image import as_float, shrink
 
-SEARCH_PX, CUT_PX = 96, 480  # longest side of the pictures on which the triangle is sought, and its outline cut
+SEARCH_PX, SEEK_PX, CUT_PX = 96, 480, 480  # longest side: of the grid of triangles, of the picture described, of the close-up cut
 WORDS = 20  # kinds of colour and texture that a picture is described by
 SHELL = 0.45  # how far beyond the triangle its surroundings reach, of its height and half widths
 SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
@@ -21,12 +21,16 @@ TRIES, ROUNDS, KEPT = 6000, 5, 24
 
 @dataclass(frozen=True)
 class Region:
-    """Which pixels of the small picture (`factor` full px each) are seeds, and how well they differ from what is around (0–1)."""
+    """Which pixels are seeds: mask of a close-up whose px are `factor` full px each and whose corner is `origin` in the picture.
+
+    contrast: how well they differ from what is around (0–1); triangle: apex x, apex y, foot y, width to the left, to the right.
+    """
 
     mask: np.ndarray
     factor: float
+    origin: tuple[int, int]
     contrast: float
-    triangle: np.ndarray  # apex x, apex y, foot y, width to the left, to the right, in small px
+    triangle: np.ndarray
 
 
 def describe(small: np.ndarray) -> np.ndarray:
@@ -59,15 +63,55 @@ def words(features: np.ndarray, count: int) -> np.ndarray:
 
 def find_region(image: np.ndarray) -> Region | None:
     """The seeds in `image`; None where nothing triangular differs from its surroundings."""
-    small, factor = shrink(image, CUT_PX)
+    small, factor = shrink(image, SEEK_PX)
     features = describe(small)
     kinds = words(features, WORDS)
-    coarse = max(1.0, max(kinds.shape) / SEARCH_PX)
-    triangle, contrast = _best_triangle(kinds, features, coarse)
+    triangle, contrast = _best_triangle(kinds, features, max(1.0, max(kinds.shape) / SEARCH_PX))
     if triangle is None:
         return None
-    mask = _cut(small, features, kinds, triangle)
-    return None if mask is None else Region(mask, factor, contrast, triangle)
+    rough = _cut(small, features, kinds, triangle)
+    box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
+    (x0, y0, x1, y1), triangle = box, triangle * factor
+    close = cv2.resize(image[y0:y1, x0:x1], None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA)
+    where = np.float32([[factor / zoom, 0, (0.5 * factor - 0.5 - x0) / zoom], [0, factor / zoom, (0.5 * factor - 0.5 - y0) / zoom]])
+    grown = cv2.warpAffine(rough.astype(np.uint8), where, close.shape[1::-1], flags=cv2.INTER_NEAREST)
+    mask = _heap_of(_sharpened(as_float(close), grown, 4 * factor / zoom), (triangle - [x0, y0, y0, 0, 0]) / zoom)
+    return None if mask is None else Region(mask, zoom, (x0, y0), contrast, triangle)
+
+
+def _heap_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
+    """The one piece that fills most of the triangle, thin lines and single seeds beside it cut off, its gaps filled."""
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (max(3, round(0.08 * (triangle[2] - triangle[1]))) | 1,) * 2)
+    count, labels = cv2.connectedComponents(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), connectivity=4)
+    inside = np.bincount(labels[_drawn(mask.shape, triangle, 0.0)], minlength=count)
+    inside[0] = 0
+    if count < 2 or not inside.max():
+        return None
+    whole = np.zeros(mask.shape, np.uint8)
+    contours = cv2.findContours((labels == inside.argmax()).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    cv2.drawContours(whole, contours, -1, 1, cv2.FILLED)
+    return whole.astype(bool)
+
+
+def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, int, int, int], float]:
+    """The part of the picture about the triangle (x0, y0, x1, y1), and by how much it is shrunk to be cut."""
+    x, top, foot, left, right = triangle
+    wide, tall = 0.35 * (left + right), 0.6 * (foot - top)
+    x0, x1 = (int(np.clip(v, 0, shape[1])) for v in (x - left - wide, x + right + wide))
+    y0, y1 = (int(np.clip(v, 0, shape[0])) for v in (top - tall, foot + tall))
+    return (x0, y0, x1, y1), max(1.0, max(x1 - x0, y1 - y0) / CUT_PX)
+
+
+def _sharpened(close: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
+    """The rough outline, up to `halo` px too far out where texture was averaged, cut anew by colour alone."""
+    disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
+    core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
+    mask = np.where(core > 0, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(grown > 0, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
+    mask = np.ascontiguousarray(mask, dtype=np.uint8)
+    rgb = close if close.shape[2] == 3 else np.repeat(close[..., :1], 3, axis=2)
+    cv2.setRNGSeed(1)
+    cv2.grabCut(rgb.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 3, cv2.GC_INIT_WITH_MASK)
+    return (mask == cv2.GC_FGD) | (mask == cv2.GC_PR_FGD)
 
 
 def _best_triangle(kinds: np.ndarray, features: np.ndarray, coarse: float) -> tuple[np.ndarray | None, float]:
@@ -115,8 +159,8 @@ def _score(sums: np.ndarray, tries: np.ndarray, texture: np.ndarray) -> np.ndarr
         inside, around = _histograms(sums, tries[some])
         core = _count(sums, *_shrunk(tries[some]).T)
         alike = _apart(core, np.maximum(inside - core, 0.0))
-        grainy = _share(inside) @ texture - _share(around) @ texture
-        out[some] = (_apart(inside, around) - alike + 0.5 * grainy) * inside.sum(axis=1) ** 0.15
+        grainy = _share(inside) @ texture - 0.5 * _share(around) @ texture
+        out[some] = (_apart(inside, around) - alike + grainy) * inside.sum(axis=1) ** 0.05
     return out
 
 
@@ -178,7 +222,7 @@ def _cut(small: np.ndarray, features: np.ndarray, kinds: np.ndarray, triangle: n
     low, high = np.percentile(along, [1, 99])
     picture = np.dstack([255 * odds, 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1), colour[..., 0] * 2.55])
     cv2.setRNGSeed(1)
-    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 4, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 2, cv2.GC_INIT_WITH_MASK)
     seeds = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
     return seeds.astype(bool)
 

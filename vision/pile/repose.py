@@ -10,14 +10,17 @@ from itertools import pairwise
 import numpy as np
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
-from vision.pile.base import BASES, find_base_line, find_horizontal, scaled
+from vision.pile.base import BASES, find_base_line, find_horizontal, given_base, scaled
 from vision.pile.boundary import Ground, Silhouette, edge, find_ground, silhouettes
 from vision.pile.centroid import centroid_angle
+from vision.pile.foot import foot_line
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
+from vision.pile.region import find_region
 from vision.pile.slope import Slope, fit_slope
 from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
+SAME = 0.85  # of the area above the base line in common: two ways of reading found the same heap
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,19 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
     cut = np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width])
     if min(cut.shape[:2]) < 24:
         raise MeasurementError(f"the picture is {cut.shape[1]} × {cut.shape[0]} px; a pile needs at least 24 px each way")
+    smooth = _before_one_background(cut, camera, options, roi)
+    seeds = _before_any_background(cut, camera, options, roi)
+    if isinstance(seeds, str):
+        if isinstance(smooth, str):
+            raise MeasurementError(smooth)
+        return smooth
+    if isinstance(smooth, Repose) and _same_heap(smooth, seeds):
+        return smooth  # its edges are read off the full picture
+    return seeds
+
+
+def _before_one_background(cut: np.ndarray, camera: Camera, options: PileOptions, roi) -> Repose | str:
+    """The pile whose surface is where one smooth background ends; the reason in words where there is none."""
     ground = find_ground(cut)
     tried: list[Repose | str] = []
     for silhouette in silhouettes(ground):
@@ -68,12 +84,36 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
             break  # no better base line is to be had
     found = [r for r in tried if isinstance(r, Repose)]
     if not found:
-        raise MeasurementError(tried[0] if tried else "no pile in the picture: nothing stands out from the background")
+        return str(tried[0]) if tried else "no pile in the picture: nothing stands out from the background"
     best = min(found, key=lambda r: BASES.index(r.base.source))
     cut_off = next((r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r), "")
     if best.base.source == "toe" and cut_off:  # a better base line knew that the foot is not in the picture
         return replace(best, quantities=tuple(q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities))
     return best
+
+
+def _before_any_background(cut: np.ndarray, camera: Camera, options: PileOptions, roi) -> Repose | str:
+    """The heap that is told from its surroundings by being seeds; the reason in words where there is none."""
+    region = find_region(cut)
+    if region is None:
+        return "no pile in the picture: nothing in it looks like a heap of seeds"
+    base = given_base(options.baseline, cut.shape, roi) or foot_line(region, np.tan(np.radians(camera.plumb_deg or 0.0)))
+    if base is None:
+        return "no line is seen that the pile stands on: name it by --baseline"
+    surface = base.at(np.arange(cut.shape[1]))
+    columns = np.flatnonzero(region.mask.any(axis=0))
+    x = (columns + 0.5) * region.factor - 0.5 + region.origin[0]
+    rows = region.mask[:, columns].argmax(axis=0) * region.factor - 0.5 + region.origin[1]
+    inside = slice(max(0, int(np.ceil(x[0]))), int(x[-1]) + 1)
+    surface[inside] = np.minimum(np.interp(np.arange(cut.shape[1])[inside], x, rows), surface[inside])
+    return _angles(surface, base, max(1.0, region.factor), camera, options, roi, cut.shape)
+
+
+def _same_heap(one: Repose, other: Repose) -> bool:
+    """Whether two readings take nearly the same part of the picture for the pile."""
+    a, b = (np.clip(r.base.at(np.arange(r.surface.size)) - r.surface, 0, None) for r in (one, other))
+    a, b = np.nan_to_num(a), np.nan_to_num(b)
+    return bool(np.minimum(a, b).sum() > SAME * np.maximum(a, b).sum())
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -90,16 +130,19 @@ def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: P
     """Measure one candidate silhouette; the reason in words when it holds no measurable pile."""
     surface = edge(cut, ground, silhouette.top, silhouette.threshold)
     base = find_base_line(cut, ground, silhouette, surface, options.baseline, camera, roi)
-    small = _shrink_profile(surface, ground)
-    factor = ground.factor
-    heap = find_heap(small, scaled(base, factor), options.window)
+    return _angles(surface, base, ground.factor, camera, options, roi, cut.shape)
+
+
+def _angles(surface, base: BaseLine, factor: float, camera: Camera, options: PileOptions, roi, shape) -> Repose | str:
+    """What a surface above its base line says; the reason in words when it is no measurable pile."""
+    heap = find_heap(_shrink_profile(surface, factor), scaled(base, factor), options.window)
     if heap.problem:
         return heap.problem
     if options.side:
         flanks = (f if f.side == options.side else replace(f, problem="a wall, as stated") for f in heap.flanks)
         heap = replace(heap, flanks=tuple(flanks))
     horizontal, horizontal_sd, doubts = find_horizontal(base, camera)
-    if base.source == "toe" and np.nanmax(surface) > 0.985 * cut.shape[0]:
+    if base.source == "toe" and np.nanmax(surface) > 0.985 * shape[0]:
         doubts = (*doubts, "the pile is cut by the picture's bottom border: the window is of the height that shows")
     slopes = []
     for flank in heap.flanks:
@@ -113,18 +156,18 @@ def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: P
     return _result(surface, base, heap, tuple(slopes), horizontal, horizontal_sd, doubts, factor, options, roi)
 
 
-def _shrink_profile(surface: np.ndarray, ground: Ground) -> np.ndarray:
-    """The surface in the small picture's px: the median of the full columns in each small one."""
-    columns = ((np.arange(surface.size) + 0.5) / ground.factor).astype(int).clip(0, ground.small.shape[1] - 1)
-    bounds = np.searchsorted(columns, np.arange(ground.small.shape[1] + 1))
-    out = np.full(ground.small.shape[1], np.nan)
+def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
+    """The surface in px of `factor` columns each: the median of the full columns in each."""
+    count = max(1, round(surface.size / factor))
+    columns = ((np.arange(surface.size) + 0.5) / factor).astype(int).clip(0, count - 1)
+    bounds = np.searchsorted(columns, np.arange(count + 1))
+    out = np.full(count, np.nan)
     for i, (a, b) in enumerate(pairwise(bounds)):
         piece = surface[a:b]
         piece = piece[np.isfinite(piece)]
         if piece.size:
-            out[i] = (np.median(piece) + 0.5) / ground.factor - 0.5
+            out[i] = (np.median(piece) + 0.5) / factor - 0.5
     return out
-
 
 
 def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, factor, options, roi) -> Repose:
