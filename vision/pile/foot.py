@@ -7,6 +7,7 @@ from vision.pile.heap import MAX_PLATE_SLOPE, BaseLine
 from vision.pile.region import Region
 
 UNKNOWN_PLUMB_SD_DEG = 0.5
+LEVEL = np.tan(np.radians(2.0))
 CURVED = 0.05  # of the heap's height: a foot that hangs lower than this away from the wall was seen from above
 DEEP = 0.4  # of the heap's height: a foot that hangs lower in the middle holds a mirror image (a camera 10° high: 0.35 at 25°)
 SEEDS = 8.0  # independent pieces of the foot at least: the seeds along it
@@ -28,7 +29,7 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
     leaning = middle in (columns[0], columns[-1])
     tall = float(np.median(bottom) - top.min())
     line, source = _fitted(columns, bottom, middle, half), "foot"
-    if leaning and line[2] > CURVED * tall:
+    if leaning and (line[2] > CURVED * tall or abs(line[1] - level) > LEVEL):  # a tilt or a bow: from here they look alike
         line, source = _fitted(columns, bottom - level * columns, middle, half, tilted=False), "toe"
         line = (line[0], line[1] + level, line[2], np.radians(UNKNOWN_PLUMB_SD_DEG))
     if line[2] > DEEP * tall:

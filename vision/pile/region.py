@@ -16,6 +16,8 @@ SEARCH_PX, SEEK_PX, CUT_PX = 96, 480, 480  # longest side: of the grid of triang
 WORDS = 20  # kinds of colour and texture that a picture is described by
 SHELL = 0.45  # how far beyond the triangle its surroundings reach, of its height and half widths
 SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
+FORM = 0.6  # of mask and triangle together that both cover: less is no heap
+GRAINY = 1.0  # texture of the least grainy tenth of seeds (plain paper and its noise have 0 to 0.9, seeds in focus 2 to 5)
 TRIES, ROUNDS, KEPT = 6000, 5, 24
 
 
@@ -23,10 +25,14 @@ TRIES, ROUNDS, KEPT = 6000, 5, 24
 class Region:
     """Which pixels are seeds: mask of a close-up whose px are `factor` full px each and whose corner is `origin` in the picture.
 
-    contrast: how well they differ from what is around (0–1); triangle: apex x, apex y, foot y, width to the left, to the right.
+    grown: the same by texture, a little too large; seedlike: whether inside is grainy all over, and more so than around it;
+    contrast: how well colours and texture differ from those around (0–1); triangle: apex x, apex y, foot y, width to the left, to the
+    right, in px of the picture.
     """
 
     mask: np.ndarray
+    grown: np.ndarray
+    seedlike: bool
     factor: float
     origin: tuple[int, int]
     contrast: float
@@ -76,7 +82,24 @@ def find_region(image: np.ndarray) -> Region | None:
     where = np.float32([[factor / zoom, 0, (0.5 * factor - 0.5 - x0) / zoom], [0, factor / zoom, (0.5 * factor - 0.5 - y0) / zoom]])
     grown = cv2.warpAffine(rough.astype(np.uint8), where, close.shape[1::-1], flags=cv2.INTER_NEAREST)
     mask = _heap_of(_sharpened(as_float(close), grown, 4 * factor / zoom), (triangle - [x0, y0, y0, 0, 0]) / zoom)
-    return None if mask is None else Region(mask, zoom, (x0, y0), contrast, triangle)
+    if mask is None:
+        return None
+    grainy = cv2.warpAffine(features[..., 4], where, close.shape[1::-1])
+    seedlike = _seedlike(mask, grainy, (triangle - [x0, y0, y0, 0, 0]) / zoom, 4 * factor / zoom)
+    return Region(mask, grown > 0, seedlike, zoom, (x0, y0), contrast, triangle)
+
+
+def _seedlike(mask: np.ndarray, grainy: np.ndarray, triangle: np.ndarray, halo: float) -> bool:
+    """Whether nine tenths of the inside are grainier than most of what lies around it, and its form is a heap's."""
+    discs = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (1.0, 1.5, 6.0)]
+    seeds = mask.astype(np.uint8)
+    core = cv2.erode(seeds, discs[0]) > 0
+    around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
+    form = _drawn(mask.shape, triangle, 0.0)
+    if not core.any() or not around.any() or (mask & form).sum() < FORM * (mask | form).sum():
+        return False
+    inside = float(np.percentile(grainy[core], 10))
+    return inside > GRAINY and inside > float(np.median(grainy[around])) + GRAINY / 2
 
 
 def _heap_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
@@ -104,7 +127,7 @@ def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, 
 
 def _sharpened(close: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
     """The rough outline, up to `halo` px too far out where texture was averaged, cut anew by colour alone."""
-    disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
+    disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (1.5, 0.5)]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
     mask = np.where(core > 0, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(grown > 0, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
     mask = np.ascontiguousarray(mask, dtype=np.uint8)

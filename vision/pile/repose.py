@@ -15,12 +15,12 @@ from vision.pile.boundary import Ground, Silhouette, edge, find_ground, silhouet
 from vision.pile.centroid import centroid_angle
 from vision.pile.foot import foot_line
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
-from vision.pile.region import find_region
+from vision.pile.region import Region, find_region
 from vision.pile.slope import Slope, fit_slope
 from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
-SAME = 0.85  # of the area above the base line in common: two ways of reading found the same heap
+APART = 0.1  # of the heap's area, or height: farther apart two readings are of different things
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,20 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
     if min(cut.shape[:2]) < 24:
         raise MeasurementError(f"the picture is {cut.shape[1]} × {cut.shape[0]} px; a pile needs at least 24 px each way")
     smooth = _before_one_background(cut, camera, options, roi)
-    seeds = _before_any_background(cut, camera, options, roi)
-    if isinstance(seeds, str):
-        if isinstance(smooth, str):
-            raise MeasurementError(smooth)
-        return smooth
-    if isinstance(smooth, Repose) and _same_heap(smooth, seeds):
-        return smooth  # its edges are read off the full picture
+    region = find_region(cut)
+    by_hand = options.roi is not None or options.baseline is not None
+    if region is None or not (region.seedlike or (by_hand and isinstance(smooth, str))):
+        return _or_raise(smooth)
+    seeds = _as_seeds(cut, region, camera, options, roi)
+    if isinstance(seeds, str) or (isinstance(smooth, Repose) and _same_heap(smooth, seeds, region)):
+        return _or_raise(smooth)  # its edges are read off the full picture
     return seeds
+
+
+def _or_raise(found: Repose | str) -> Repose:
+    if isinstance(found, str):
+        raise MeasurementError(found)
+    return found
 
 
 def _before_one_background(cut: np.ndarray, camera: Camera, options: PileOptions, roi) -> Repose | str:
@@ -92,28 +98,35 @@ def _before_one_background(cut: np.ndarray, camera: Camera, options: PileOptions
     return best
 
 
-def _before_any_background(cut: np.ndarray, camera: Camera, options: PileOptions, roi) -> Repose | str:
-    """The heap that is told from its surroundings by being seeds; the reason in words where there is none."""
-    region = find_region(cut)
-    if region is None:
-        return "no pile in the picture: nothing in it looks like a heap of seeds"
+def _as_seeds(cut: np.ndarray, region: Region, camera: Camera, options: PileOptions, roi) -> Repose | str:
+    """The heap that is told from its surroundings by being seeds; the reason in words where it cannot be measured."""
     base = given_base(options.baseline, cut.shape, roi) or foot_line(region, np.tan(np.radians(camera.plumb_deg or 0.0)))
     if base is None:
         return "no line is seen that the pile stands on: name it by --baseline"
-    surface = base.at(np.arange(cut.shape[1]))
-    columns = np.flatnonzero(region.mask.any(axis=0))
+    surface = np.minimum(_upper(region, region.mask, cut.shape[1]), base.at(np.arange(cut.shape[1])))
+    return _angles(surface, base, region.factor, camera, options, roi, cut.shape)
+
+
+def _upper(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
+    """The upper border of a mask of the region's close-up in every column of the picture, inf where it has none."""
+    columns = np.flatnonzero(mask.any(axis=0))
+    rows = mask[:, columns].argmax(axis=0) * region.factor - 0.5 + region.origin[1]
     x = (columns + 0.5) * region.factor - 0.5 + region.origin[0]
-    rows = region.mask[:, columns].argmax(axis=0) * region.factor - 0.5 + region.origin[1]
-    inside = slice(max(0, int(np.ceil(x[0]))), int(x[-1]) + 1)
-    surface[inside] = np.minimum(np.interp(np.arange(cut.shape[1])[inside], x, rows), surface[inside])
-    return _angles(surface, base, max(1.0, region.factor), camera, options, roi, cut.shape)
+    return np.interp(np.arange(width), x, rows, left=np.inf, right=np.inf)
 
 
-def _same_heap(one: Repose, other: Repose) -> bool:
-    """Whether two readings take nearly the same part of the picture for the pile."""
-    a, b = (np.clip(r.base.at(np.arange(r.surface.size)) - r.surface, 0, None) for r in (one, other))
-    a, b = np.nan_to_num(a), np.nan_to_num(b)
-    return bool(np.minimum(a, b).sum() > SAME * np.maximum(a, b).sum())
+def _same_heap(smooth: Repose, seeds: Repose, region: Region) -> bool:
+    """Whether the surface before a smooth background is that of the seeds: it leaves few out, takes in nothing that is not
+    grainy, and stands on the same line."""
+    x = np.arange(seeds.surface.size)
+    foot = seeds.base.at(x)
+    surface = np.fmin(smooth.surface, foot)
+    area = float((foot - seeds.surface).sum())
+    grainy = np.minimum(_upper(region, region.grown, x.size), foot)
+    left_out, taken_in = np.clip(surface - seeds.surface, 0, None).sum(), np.clip(grainy - surface, 0, None).sum()
+    under = foot - seeds.surface > 0
+    apart = np.abs(smooth.base.at(x) - foot)[under].mean()
+    return bool(max(left_out, taken_in) < APART * area and apart < APART * np.ptp(seeds.surface[under]))
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
