@@ -16,6 +16,7 @@ SEARCH_PX, SEEK_PX, CUT_PX = 96, 480, 480  # longest side: of the grid of triang
 WORDS = 20  # kinds of colour and texture that a picture is described by
 SHELL = 0.45  # how far beyond the triangle its surroundings reach, of its height and half widths
 SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
+LOCAL = 0.08  # of the close-up's width: how far away colours count for what is seeds and what is not
 FORM = 0.6  # of mask and triangle together that both cover: less is no heap
 GRAINY = 1.0  # texture of the least grainy tenth of seeds (plain paper and its noise have 0 to 0.9, seeds in focus 2 to 5)
 TRIES, ROUNDS, KEPT = 6000, 5, 24
@@ -41,8 +42,7 @@ class Region:
 
 def describe(small: np.ndarray) -> np.ndarray:
     """Colour and texture at every pixel, float32 (h, w, 6): L, a, b, and logs of local contrast, of isotropy, of dark gaps."""
-    rgb = np.ascontiguousarray(small[..., :3] if small.shape[2] >= 3 else np.repeat(small, 3, axis=2)) / np.float32(255)
-    lab = cv2.cvtColor(rgb, cv2.COLOR_RGB2LAB)
+    lab = cv2.cvtColor(_coloured(small), cv2.COLOR_RGB2LAB)
     light = cv2.GaussianBlur(lab[..., 0], (0, 0), 0.7)
     reach = small.shape[1] / 120
     mean = cv2.GaussianBlur(light, (0, 0), reach)
@@ -126,15 +126,46 @@ def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, 
 
 
 def _sharpened(close: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
-    """The rough outline, up to `halo` px too far out where texture was averaged, cut anew by colour alone."""
-    disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (1.5, 0.5)]
+    """The rough outline, up to `halo` px too far out where texture was averaged, cut anew by colour, sharp and local."""
+    disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
     mask = np.where(core > 0, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(grown > 0, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
     mask = np.ascontiguousarray(mask, dtype=np.uint8)
-    rgb = close if close.shape[2] == 3 else np.repeat(close[..., :1], 3, axis=2)
+    lab = cv2.cvtColor(_coloured(close), cv2.COLOR_RGB2LAB)
+    odds = _local_odds(words(lab, 2 * WORDS), core > 0, reach == 0)
+    picture = np.dstack([255 * odds, 2.55 * lab[..., 0], 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)])
     cv2.setRNGSeed(1)
-    cv2.grabCut(rgb.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 3, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 3, cv2.GC_INIT_WITH_MASK)
     return (mask == cv2.GC_FGD) | (mask == cv2.GC_PR_FGD)
+
+
+def _coloured(small: np.ndarray) -> np.ndarray:
+    """Float RGB 0–1, whatever the channels."""
+    return np.ascontiguousarray(small if small.shape[2] == 3 else np.repeat(small[..., :1], 3, axis=2), dtype=np.float32) / 255
+
+
+def _chroma(lab: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """The direction in a, b from what is around towards the seeds."""
+    off = lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0) if seeds.any() and others.any() else np.ones(2)
+    return (off / max(float(np.linalg.norm(off)), 1e-6)).astype(np.float32)
+
+
+def _local_odds(kinds: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """How much more often a pixel's colour is met among the seeds than among the surroundings nearest to it, 0 to 1."""
+    size = (max(4, kinds.shape[1] // 4), max(4, kinds.shape[0] // 4))
+    near = LOCAL * max(size)
+
+    def density(where: np.ndarray, sigma: float) -> np.ndarray:
+        return cv2.GaussianBlur(cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA), (0, 0), sigma)
+
+    whole = [density(where, near) + 1e-6 for where in (seeds, others)]
+    odds = np.zeros(kinds.shape, np.float32)
+    for k in range(kinds.max() + 1):
+        here = kinds == k
+        inside, outside = (density(here & where, near) / total for where, total in zip((seeds, others), whole))
+        log = cv2.resize(np.log((inside + 0.003) / (outside + 0.003)), kinds.shape[1::-1])
+        odds[here] = log[here]
+    return np.clip(cv2.GaussianBlur(odds, (0, 0), 0.7) / 8 + 0.5, 0, 1)
 
 
 def _best_triangle(kinds: np.ndarray, features: np.ndarray, coarse: float) -> tuple[np.ndarray | None, float]:
