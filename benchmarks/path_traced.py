@@ -158,7 +158,7 @@ def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
     x0, y0 = (int(v) for v in np.maximum(frame.min(axis=0) - np.array([2.0, 1.5]) * margin, 0))
     x1, y1 = (int(v) for v in np.minimum(frame.max(axis=0) + 2 * margin, [width, height]))
     if shot.wall:
-        x0 = int(seen(np.array([[0.0, 0, 0]]))[0, 0])
+        x0 = int(seen(np.array([[0.06 * radius, 0, 0]]))[0, 0])  # right of all of the wall
     foot = seen(np.array([[-radius, 0.0, 0.0], [radius, 0.0, 0.0]]))
     (left, left_y), (end, right_y) = foot.tolist()
     return Photo(_spoil(picture, rng), true_angle(grains, shot.wall), (x0, y0, x1 - x0, y1 - y0), (left, left_y, end, right_y))

@@ -112,14 +112,16 @@ def main() -> None:
         side = "right" if shot.wall else ""
         row, found = measure(shot, photo, PileOptions(side=side))
         alone.append(row)
-        helped.append(measure(shot, photo, PileOptions(side=side, roi=photo.roi, baseline=photo.baseline))[0])
+        by_hand, with_hand = measure(shot, photo, PileOptions(side=side, roi=photo.roi, baseline=photo.baseline))
+        helped.append(by_hand)
         for r, how in ((alone[-1], "alone"), (helped[-1], "roi, baseline")):
             mark = "WRONG" if r.wrong else "good" if r.good else "doubtful" if r.measured else "failed"
             print(f"{shot.name:32s} {photo.angle_deg:5.1f}°  {how:13s} {r.error:+6.2f} ± {r.sd:4.2f}  {mark:8s} {r.reason}", flush=True)
         if chosen.overlays:
             chosen.overlays.mkdir(parents=True, exist_ok=True)
-            picture = photo.pixels if found is None else draw_repose(photo.pixels, found)
-            Image.fromarray(picture).save(chosen.overlays / f"{shot.name}.png")
+            for name, one in ((shot.name, found), (f"{shot.name}-by-hand", with_hand)):
+                picture = photo.pixels if one is None else draw_repose(photo.pixels, one)
+                Image.fromarray(picture).save(chosen.overlays / f"{name}.png")
     print()
     for background in BACKGROUNDS:
         if some := [r for r in alone if r.shot.background == background]:

@@ -27,8 +27,7 @@ class Line:
     slope_sd: one standard deviation (value ± 1.96 sd is a 95 % interval); rms: residual (unit of y); n: points used;
     left_out: fraction of points farther than 4 robust standard deviations; lengths: roughness correlation lengths in the window;
     slope_low, slope_high: smallest and largest local slope of the cubic through the same points; bent: fraction of the residual's
-    variance that the cubic takes away (grains leave little to it, an S-shaped surface nearly all); bent_by_chance: how probable that is
-    of a straight surface as rough as this one.
+    variance that the cubic takes away (grains leave little to it, an S-shaped surface nearly all).
     """
 
     slope: float
@@ -43,7 +42,6 @@ class Line:
     slope_low: float
     slope_high: float
     bent: float
-    bent_by_chance: float
 
     def at(self, x: Any) -> Any:
         """y at x, a number or an array."""
@@ -85,12 +83,11 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
     s = _long_wave_sd(xk, rk, lengths)
     extent = np.sqrt(np.sum((xk - xk.mean()) ** 2))
     slope_sd = float(np.hypot(s / extent, floor / (xk[-1] - xk[0]) * 2))
-    low, high, bent, chance = _cubic(xk, rk)
+    low, high, bent = _cubic(xk, rk)
     return Line(
         slope=float(slope), intercept=float(intercept), x_low=float(x[0]), x_high=float(x[-1]), slope_sd=slope_sd,
         rms=float(np.sqrt(np.mean(rk**2))), n=int(keep.sum()), left_out=float(1 - keep.mean()), lengths=lengths,
         slope_low=slope + low, slope_high=slope + high, bent=bent,
-        bent_by_chance=chance,
     )  # fmt: skip
 
 
@@ -123,14 +120,12 @@ def _long_wave_sd(x: np.ndarray, residual: np.ndarray, lengths: float) -> float:
     return float(np.sqrt(np.mean(spectrum**2)) * student.ppf(0.975, k) / 1.96)
 
 
-def _cubic(x: np.ndarray, residual: np.ndarray) -> tuple[float, float, float, float]:
-    """Smallest and largest slope of the residual's cubic inside the window, the fraction of its variance that it explains, and the
-    probability that as many independent heights as the rest of it holds give two coefficients so large (a Beta distribution's tail)."""
+def _cubic(x: np.ndarray, residual: np.ndarray) -> tuple[float, float, float]:
+    """Smallest and largest slope of the residual's cubic inside the window, and the fraction of its variance that it explains."""
     centre, half = (x[0] + x[-1]) / 2, (x[-1] - x[0]) / 2
     u = (x - centre) / half
     cubic = np.polynomial.Polynomial.fit(u, residual, 3, domain=[-1, 1], window=[-1, 1])
     slopes = cubic.deriv()(np.linspace(-1, 1, 21)) / half
-    total, rest = float(residual @ residual), residual - cubic(u)
-    explained = 1 - float(rest @ rest) / total if total > 0 else 0.0
-    free = max(_correlation_lengths(rest) - 4, 0.0)
-    return float(slopes.min()), float(slopes.max()), explained, float(np.clip(1 - explained, 0, 1) ** (free / 2))
+    total = float(residual @ residual)
+    explained = 1 - float(np.sum((residual - cubic(u)) ** 2)) / total if total > 0 else 0.0
+    return float(slopes.min()), float(slopes.max()), explained

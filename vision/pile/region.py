@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.stats import theilslopes
 
 from vision.pile.image import as_float, shrink
 
@@ -17,7 +18,8 @@ WORDS = 20  # kinds of colour and texture that a picture is described by
 SHELL = 0.45  # how far beyond the triangle its surroundings reach, of its height and half widths
 SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
 LOCAL = 0.08  # of the close-up's width: how far away colours count for what is seeds and what is not
-FORM = 0.6  # of mask and triangle together that both cover: less is no heap
+FLANK = (0.3, 0.85)  # of the height: the part of a flank that tells where it meets the foot
+FORM = 0.55  # of mask and triangle together that both cover: less is no heap
 GRAINY = 1.0  # texture of the least grainy tenth of seeds (plain paper and its noise have 0 to 0.9, seeds in focus 2 to 5)
 TRIES, ROUNDS, KEPT = 6000, 5, 24
 
@@ -81,11 +83,13 @@ def find_region(image: np.ndarray) -> Region | None:
     close = cv2.resize(image[y0:y1, x0:x1], None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA)
     where = np.float32([[factor / zoom, 0, (0.5 * factor - 0.5 - x0) / zoom], [0, factor / zoom, (0.5 * factor - 0.5 - y0) / zoom]])
     grown = cv2.warpAffine(rough.astype(np.uint8), where, close.shape[1::-1], flags=cv2.INTER_NEAREST)
-    mask = _heap_of(_sharpened(as_float(close), grown, 4 * factor / zoom), (triangle - [x0, y0, y0, 0, 0]) / zoom)
+    inner = (triangle - [x0, y0, y0, 0, 0]) / zoom
+    lab = cv2.cvtColor(_coloured(as_float(close)), cv2.COLOR_RGB2LAB)
+    mask = _heap_of(_sharpened(lab, grown, 4 * factor / zoom), inner)
     if mask is None:
         return None
     grainy = cv2.warpAffine(features[..., 4], where, close.shape[1::-1])
-    seedlike = _seedlike(mask, grainy, (triangle - [x0, y0, y0, 0, 0]) / zoom, 4 * factor / zoom)
+    seedlike = _seedlike(mask, grainy, inner, 4 * factor / zoom)
     return Region(mask, grown > 0, seedlike, zoom, (x0, y0), contrast, triangle)
 
 
@@ -104,7 +108,7 @@ def _seedlike(mask: np.ndarray, grainy: np.ndarray, triangle: np.ndarray, halo: 
 
 def _heap_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
     """The one piece that fills most of the triangle, thin lines and single seeds beside it cut off, its gaps filled."""
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (max(3, round(0.08 * (triangle[2] - triangle[1]))) | 1,) * 2)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (max(3, round(0.1 * (triangle[2] - triangle[1]))) | 1,) * 2)
     count, labels = cv2.connectedComponents(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), connectivity=4)
     inside = np.bincount(labels[_drawn(mask.shape, triangle, 0.0)], minlength=count)
     inside[0] = 0
@@ -113,7 +117,29 @@ def _heap_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
     whole = np.zeros(mask.shape, np.uint8)
     contours = cv2.findContours((labels == inside.argmax()).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(whole, contours, -1, 1, cv2.FILLED)
+    low, high = _toes(whole)
+    whole[:, :low], whole[:, high:] = 0, 0
     return whole.astype(bool)
+
+
+def _toes(mask: np.ndarray) -> tuple[int, int]:
+    """First and last column (+ 1) that may belong to the heap: each flank's own line meets the foot there, what lies farther out is
+    a stray seed beside it."""
+    columns = np.flatnonzero(mask.any(axis=0))
+    top = mask[:, columns].argmax(axis=0).astype(float)
+    bottom = mask.shape[0] - 1.0 - mask[::-1, columns].argmax(axis=0)
+    foot, crest = float(np.percentile(bottom, 20)), int(top.argmin())  # seen from above the foot hangs lower in the middle
+    height, ends = (foot - top) / (foot - top[crest] + 1e-9), [int(columns[0]), int(columns[-1]) + 1]
+    for side, flank in enumerate((np.arange(columns.size) <= crest, np.arange(columns.size) >= crest)):
+        inside = flank & (height > FLANK[0]) & (height < FLANK[1])
+        if inside.sum() < 8:
+            continue
+        slope, start = theilslopes(height[inside][::2], columns[inside][::2])[:2]
+        if slope * (1 - 2 * side) <= 0:
+            continue
+        at = -start / slope + (2 * side - 1) * 0.04 * columns.size
+        ends[side] = max(ends[0], int(at)) if side == 0 else min(ends[1], int(at) + 1)
+    return (ends[0], ends[1]) if ends[1] - ends[0] > 0.5 * columns.size else (int(columns[0]), int(columns[-1]) + 1)
 
 
 def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, int, int, int], float]:
@@ -125,13 +151,12 @@ def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, 
     return (x0, y0, x1, y1), max(1.0, max(x1 - x0, y1 - y0) / CUT_PX)
 
 
-def _sharpened(close: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
+def _sharpened(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
     """The rough outline, up to `halo` px too far out where texture was averaged, cut anew by colour, sharp and local."""
     disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
     mask = np.where(core > 0, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(grown > 0, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
     mask = np.ascontiguousarray(mask, dtype=np.uint8)
-    lab = cv2.cvtColor(_coloured(close), cv2.COLOR_RGB2LAB)
     odds = _local_odds(words(lab, 2 * WORDS), core > 0, reach == 0)
     picture = np.dstack([255 * odds, 2.55 * lab[..., 0], 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)])
     cv2.setRNGSeed(1)

@@ -126,7 +126,9 @@ def _same_heap(smooth: Repose, seeds: Repose, region: Region) -> bool:
     left_out, taken_in = np.clip(surface - seeds.surface, 0, None).sum(), np.clip(grainy - surface, 0, None).sum()
     under = foot - seeds.surface > 0
     apart = np.abs(smooth.base.at(x) - foot)[under].mean()
-    return bool(max(left_out, taken_in) < APART * area and apart < APART * np.ptp(seeds.surface[under]))
+    tall = float(np.ptp(seeds.surface[under]))
+    apart = max(apart, abs(float(surface.min() - seeds.surface.min())))
+    return bool(max(left_out, taken_in) < APART * area and apart < APART * tall)
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:

@@ -9,7 +9,7 @@ from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 
 STEEP_DEG = 50.0  # beyond this an angle is doubtful
 BENT_DEG = 8.0  # local slopes that differ by more than this inside the window: one line is the wrong model
-BY_CHANCE = 0.01  # bends that grains alone give more often than this say nothing
+BENT_SHARE = 0.8  # and the cubic takes this much of the residual: a bent surface leaves 0.03 to it, grains on a straight one 0.25 and more
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def _window(x, height, side, top, window) -> np.ndarray | None:
 
 def _slope_doubts(line: Line):
     bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
-    if bend > BENT_DEG and line.bent > 0.6 and line.bent_by_chance < BY_CHANCE:
+    if bend > BENT_DEG and line.bent > BENT_SHARE:
         low, high = sorted(abs(np.degrees(np.arctan([line.slope_low, line.slope_high]))))
         yield f"the surface is bent ({low:.0f}° to {high:.0f}° inside the window): one line is the wrong model"
     if line.left_out > 0.1:
