@@ -129,6 +129,8 @@ def readers() -> dict[str, Reader]:
         "photo.jpg": photo("jpeg"),
         "photo.tif": photo("tiff"),
         "photo.bmp": photo("bmp"),
+        "photo.webp": photo("webp"),
+        "photo.heic": photo("heif"),
         "result.json": Reader(json.dumps(RESULT, indent=1).encode(), ":", exported),
     }  # fmt: skip
     for name in sorted(tables):

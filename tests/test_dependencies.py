@@ -30,6 +30,7 @@ NOT_DECLARED = {  # imported for another reason than a declaration
     "fastapi": "nicegui's",
     "uvicorn": "nicegui's",
     "grainlearning": "a peer, in an environment of its own: it asks for numpy 1",
+    "drjit": "mitsuba's",
     "coexist": "a peer, beside it",
 }
 

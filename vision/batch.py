@@ -16,7 +16,7 @@ from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, MeasurementError, Observation, Quantity, failed
 from vision.overlay.contact_sheet import ContactSheet
 from vision.pile.repose import PileOptions, measure_repose
-from vision.recording import Recording, find_recordings
+from vision.recording import Recording, find_recordings, unread
 from vision.summary import Line, as_table, summarise
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
@@ -142,6 +142,16 @@ def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
                 entry = replace(entry, id=f"{entry.id}-{seen[entry.id]}")
         unique.append(entry)
     return unique
+
+
+def unread_notes(paths: Sequence[Path], entries: list[Recording | MeasurementError]) -> list[tuple[str, str]]:
+    """(folder, note) for every folder with files that nothing here reads, so that none is passed over without a word."""
+    missed = {folder: names for path in paths for folder, names in unread(path, entries)}
+    return [(folder.name, f"not read: {_listed(names)} (of no kind that is known here)") for folder, names in missed.items()]
+
+
+def _listed(names: list[str], most: int = 8) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def measure(

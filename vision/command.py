@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vision.batch import Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo
+from vision.batch import Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo, unread_notes
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.pile.repose import PileOptions
 from vision.summary import Line
@@ -53,6 +53,7 @@ def measure_command(
 
 def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, seeds: bool, quiet: bool) -> pd.DataFrame:
     entries = find_all(paths)
+    results.notes += unread_notes(paths, entries)
     bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
     with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
         task = progress.add_task("measuring", total=len(entries))

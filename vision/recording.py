@@ -22,6 +22,7 @@ RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")
+BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # what lies beside evidence without being any
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,21 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
         nothing.recording = path.resolve().name
         return [nothing]
     return flat
+
+
+def unread(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
+    """Files that no reader knows, by folder: under `path`, in it and in the folders that the recordings `found` came from."""
+    used = {f.resolve() for r in found if isinstance(r, Recording) for f in r.files}
+    folders = {path.resolve(): path} if path.is_dir() else {}
+    for file in used:
+        folders |= {p: p for p in file.parents if p.is_relative_to(path.resolve())}
+    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *BESIDE)
+    missed = []
+    for real, folder in sorted(folders.items()):
+        names = [f.name for f in sorted(real.iterdir()) if f.is_file() and not f.name.startswith(".") and f not in used]
+        if names := [name for name in names if Path(name).suffix.lower() not in known]:
+            missed.append((folder, names))
+    return missed
 
 
 def write_recording(recording: Recording) -> Path:

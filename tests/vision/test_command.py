@@ -55,6 +55,19 @@ def test_doubtful_ones_stand_first(run, photos, tmp_path):
     assert table[table.recording == "z blank"].quality.tolist() == ["failed"]
 
 
+def test_phone_photos_are_measured_and_what_is_not_read_is_named(run, photos, tmp_path):
+    Image.open(photos / "a.png").save(photos / "phone.HEIC")
+    (photos / "phone.AAE").write_bytes(b"edits")
+    (photos / "notes.txt").write_text("the first heap")
+    result = run(photos, "--out", tmp_path / "out")
+    table = pd.read_csv(tmp_path / "out" / "measurements.csv")
+    angles = table[table.quantity == "repose_angle"].set_index("recording").value
+    assert angles["phone"] == pytest.approx(28, abs=0.3)
+    notes = pd.read_csv(tmp_path / "out" / "notes.csv").set_index("recording").note
+    assert notes[photos.name].startswith("not read: phone.AAE (")
+    assert "phone.AAE" in result.output
+
+
 def test_a_bad_file_does_not_stop_the_batch(run, photos, tmp_path):
     (photos / "broken.png").write_bytes((photos / "a.png").read_bytes()[:200])
     (photos / "empty.jpg").write_bytes(b"")

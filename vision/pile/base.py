@@ -20,12 +20,8 @@ def find_base_line(
 ) -> BaseLine:  # fmt: skip
     """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
     edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
-    if baseline is not None:
-        x1, y1, x2, y2 = baseline
-        if x1 == x2 or not -cut.shape[0] < (y1 + y2) / 2 - roi[1] < 2 * cut.shape[0]:
-            raise MeasurementError(f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture")
-        slope = (y2 - y1) / (x2 - x1)
-        return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
+    if (given := given_base(baseline, cut.shape, roi)) is not None:
+        return given
     plate = _line_through(surface, ground.factor, share=0.08 * surface.size)
     if plate is not None and not _gaps_below(surface, *plate[:2]):
         return BaseLine(*plate, "plate")
@@ -43,6 +39,17 @@ def find_base_line(
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+
+
+def given_base(baseline: Segment | None, shape: tuple[int, ...], roi: tuple[int, int, int, int]) -> BaseLine | None:
+    """The base line as stated in px of the whole picture, told in px of the part that is read; None where none is stated."""
+    if baseline is None:
+        return None
+    x1, y1, x2, y2 = baseline
+    if x1 == x2 or not -shape[0] < (y1 + y2) / 2 - roi[1] < 2 * shape[0]:
+        raise MeasurementError(f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture")
+    slope = (y2 - y1) / (x2 - x1)
+    return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
 
 
 def _line_through(profile: np.ndarray, factor: float, share: float, below: float = 0.15) -> tuple[float, float, float] | None:
