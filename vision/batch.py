@@ -13,6 +13,7 @@ import pandas as pd
 from PIL import Image
 
 from vision.evidence.photo import read_photo
+from vision.evidence.unusual import questions
 from vision.measurement import FAILED, MeasurementError, Observation, Quantity, failed
 from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import Recording, find_recordings
@@ -41,6 +42,12 @@ def observe(
     options: how pile photos are read; trim: leave out one highest and one lowest of repeated readings; progress: called with
     the fraction done.
     """
+    found = _observe(recording, options, trim, progress)
+    asked = questions(recording.seed)
+    return replace(found, notes=(*found.notes, *asked)) if asked else found
+
+
+def _observe(recording: Recording, options: PileOptions | None, trim: bool, progress: Progress | None) -> Observation:
     if recording.evidence == "readings.csv":
         from vision.evidence.readings import observe_readings
 

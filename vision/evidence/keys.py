@@ -17,7 +17,7 @@ MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
 SAID = "said"  # type of an error whose message says all but the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
-_SeedSize = Annotated[float, Field(gt=0.05, le=400, allow_inf_nan=False)]  # a basketball: 240
+_SeedSize = Annotated[float, Field(gt=0.05, le=2000, allow_inf_nan=False)]  # a grain of sand: 0.5, a basketball: 240
 _Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
 _Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -40,8 +40,9 @@ class Seed(_Section):
     length_mm: _SeedSize | None = None
     width_mm: _SeedSize | None = None
     thickness_mm: _SeedSize | None = None
-    mass_g: Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)] | None = None  # a bowling ball: 7,260
-    density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
+    mass_g: Annotated[float, Field(gt=0, le=100_000, allow_inf_nan=False)] | None = None  # a grain of sand: 0.0002, a bowling ball: 7,260
+    inertia_factor: Annotated[float, Field(gt=0.05, le=1, allow_inf_nan=False)] | None = None  # I/(m r²): solid 0.4, a shell 0.667
+    density_kg_m3: Annotated[float, Field(gt=0.1, lt=30_000, allow_inf_nan=False)] | None = None
     length_range_mm: _SizeRange | None = None  # least and greatest of about 100 seeds
     width_range_mm: _SizeRange | None = None
     thickness_range_mm: _SizeRange | None = None
@@ -111,7 +112,8 @@ class Roll(_Section):
     incline_deg: Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)] | None = None
     incline_length_mm: _Length | None = None
     direction: Literal["+x", "-x"] | None = None
-    rail_gap_mm: Annotated[float, Field(gt=0, lt=400, allow_inf_nan=False)] | None = None  # inside, of two rails; absent: a plate
+    rail_gap_mm: Annotated[float, Field(gt=0, lt=2000, allow_inf_nan=False)] | None = None  # inside, of two rails; absent: a plate
+    level: bool | None = None  # false: the seed stays on its incline; absent: as incline_length_mm and the rows say
     plate_mm: _TwoLengths | None = None
     orientation: Literal["across", "any"] | None = None
     axis_sd_deg: _NotNegative | None = None
