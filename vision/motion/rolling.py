@@ -29,7 +29,7 @@ class Inertia:
 def inertia_of(seed: Seed, rail_gap_mm: float | None) -> Inertia:
     """Of a seed on a plate, or on two rails so far apart inside; MeasurementError where it would fall between them."""
     sizes = sorted((s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s), reverse=True)
-    across = sizes[-2:] if len(sizes) > 1 else sizes * 2
+    across = sizes[1:] if len(sizes) == 3 else sizes[-1:] * 2
     radius = sum(across) / 4 if sizes else math.nan
     ball = len(sizes) > 1 and sizes[0] - sizes[-1] < ROUND * (sizes[0] + sizes[-1])
     own = sum(s**2 for s in across) / 20 / radius**2 if sizes else SOLID

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rolling_balls import Ball, way
 
-from tests.vision.motion.rolling_balls import Ball, way
 from vision.evidence.keys import Camera, Roll, Seed
 from vision.motion.incline import measure_roll
 from vision.motion.rolling import inertia_of
