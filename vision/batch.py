@@ -139,10 +139,29 @@ def measure(
 ) -> Iterator[Observation]:
     """Observations of all recordings under `paths` (one path or several), one after the other.
 
-    What cannot be measured is an Observation whose one quantity has failed and says why.
+    What cannot be measured is an Observation whose one quantity has failed and says why. Last comes what only several together say.
     """
+    rolls: list[tuple[Recording, Observation]] = []
     for entry in find_all([Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]):
-        yield observe_or_fail(entry, lambda recording: observe(recording, options, trim))
+        found = observe_or_fail(entry, lambda recording: observe(recording, options, trim))
+        yield found
+        remember(rolls, entry, found)
+    yield from of_all(rolls)
+
+
+def remember(rolls: list[tuple[Recording, Observation]], entry: Recording | MeasurementError, found: Observation) -> None:
+    """Keep what `of_all` asks of, without its pictures."""
+    if isinstance(entry, Recording) and entry.rig == "roll":
+        rolls.append((entry, replace(found, pictures={})))
+
+
+def of_all(rolls: list[tuple[Recording, Observation]]) -> list[Observation]:
+    """What only several recordings together say: the slope under rolls that were run both ways."""
+    if not rolls:
+        return []
+    from vision.motion.both_ways import slopes
+
+    return slopes(rolls)
 
 
 def observe_or_fail(

@@ -135,7 +135,8 @@ def run_of(roll, seed: Seed) -> Run:
         roll.recording, roll.session, time, x, spread, np.full(len(x), np.inf) if few else frame_lag(frame), way,
         -1.0 if direction == "-x" else 1.0, incline, length,
         _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way), notes=tuple(notes),
-        away=1e-3 * (roll.description["camera"].get("distance_mm") or 1e3 * ANY_DISTANCE_M), stays=stays(roll.description), gates=roll.gates,
+        away=1e-3 * (roll.description["camera"].get("distance_mm") or 1e3 * ANY_DISTANCE_M), stays=stays(roll.description),
+        gates=roll.gates,
         sd_m=roll.sd_mm / 1000 if few and len(roll.sd_mm) == len(x) else np.full(len(x), np.nan),
     )  # fmt: skip
 
