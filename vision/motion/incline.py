@@ -7,8 +7,8 @@ the same; a coefficient as a length is it times the radius). Each leg is a parab
 vertex: a seed that waits to be let go and one that has stopped are rows of the same three numbers. With both legs they share place, time
 and speed at the corner, but for what the corner takes. Drag bends each parabola a little (`Air`).
 
-Light gates know the place and read the time: a row's error is σ_t times the speed. A stated sd is used, unless the rows contradict it;
-otherwise the residuals give it, and with few rows Student's t makes the interval as wide as it must be.
+Light gates know the place and read the time: a row's error is σ_t times the speed, and the gate's own. A stated sd is used, unless
+the rows contradict it; otherwise the residuals give it, and with few rows Student's t makes the interval as wide as it must be.
 """
 
 import math
@@ -67,7 +67,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Rows:
-    """What is fitted: time [s], x [mm] along the motion, sd (n,), of x, or of time where `gates`; NaN where not stated."""
+    """What is fitted: time [s], x [mm] along the motion, sd (n,) of x, NaN where not stated; gates: their times are read."""
 
     time: np.ndarray
     x: np.ndarray
@@ -141,9 +141,8 @@ def rows_of(track: Track, recording: Recording) -> tuple[Rows, float]:
     x, gates = sign * track.x, recording.evidence == "gates.csv"
     if np.ptp(x) < LEAST_WAY_MM:
         raise MeasurementError(f"the seed does not roll: it moves {np.ptp(x):.3g} mm in all")
-    sd = track.sd / np.abs(np.gradient(track.x, track.t_s)) if gates else track.sd
     lag = np.full(len(x), np.inf) if len(x) < FEW_ROWS else frame_lag(track.frame)
-    return Rows(track.t_s, x, sd, lag, gates), sign
+    return Rows(track.t_s, x, track.sd, lag, gates), sign
 
 
 def _of_incline(rows: Rows, sign: float, recording: Recording) -> RunOut:
@@ -275,7 +274,7 @@ def fit_legs(rows: Rows, legs: Legs, start: np.ndarray, known: Known) -> Fitted:
 
     for turn in range(3):  # the later ones with the speeds and the noise that the one before found
         weight = np.ones(n)
-        if rows.gates:
+        if rows.gates and not stated:
             speed = np.abs(travel(legs(start, known), rows.time)[1])
             weight = 1 / np.maximum(speed, 0.05 * speed.max())
         weight = weight / rows.sd if stated else weight / np.median(weight)

@@ -11,6 +11,7 @@ from calibrate.twin.tracks import read_drops
 from vision.batch import observe
 from vision.measurement import FAILED, MeasurementError
 from vision.motion.run_out import ends_on_incline
+from vision.motion.track import GATE_SD_MM
 from vision.recording import read_recording
 
 READERS = {"drop": read_drops, "slide": read_slides, "roll": read_rolls, "pile": read_piles}
@@ -75,7 +76,7 @@ def test_a_gate_s_doubt_in_time_is_one_in_place_by_the_speed_there(tmp_path):
     time = np.linspace(0, 0.9, 7)
     roll(tmp_path / "a", "gates.csv", time, sd_s=np.full(7, 2e-3))
     (seen,) = read_rolls(tmp_path)
-    assert seen.sd_mm[1:-1] == pytest.approx(2e-3 * (200 + 1000 * time[1:-1]))
+    assert seen.sd_mm[1:-1] == pytest.approx(np.hypot(2e-3 * (200 + 1000 * time[1:-1]), GATE_SD_MM))
     assert (np.diff(seen.sd_mm) > 0).all()
 
 
@@ -149,7 +150,7 @@ def test_gates_belong_to_rolls_and_come_behind_a_track(tmp_path):
     roll(tmp_path / "a", "gates.csv", np.linspace(0, 0.9, 5))
     assert read_recording(tmp_path / "a").evidence == "gates.csv"
     (tmp_path / "a" / "recording.toml").write_text('rig = "drop"\n', encoding="utf8")
-    with pytest.raises(MeasurementError, match="light gates belong to a roll, not to a drop"):
+    with pytest.raises(MeasurementError, match="column y_mm is missing"):
         observe(read_recording(tmp_path / "a"))
     assert "belong to a roll" in read_drops(tmp_path)[0].trouble
     for name, evidence in (("impacts.csv", "gates.csv"), ("track.csv", "track.csv")):

@@ -11,6 +11,7 @@ from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag,
 from calibrate.diagnose.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # a simulated track may be exact; no camera is, and no path is straight to less than some micrometres
+TOLD_ROWS = 10  # to spare, from which they tell how exactly gates are passed: what is stated of them holds their places' error too
 USUAL_SD_M = 0.5e-3  # of rows of which nothing tells how exact they are
 STATED_LEVEL_SD = 0.3  # of ln of a stated noise's power
 DEGREE_DOWN, DEGREE_LEVEL = 3, 6
@@ -82,7 +83,7 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     for r, run in enumerate(runs):
         stated = float(np.median(run.sd_m / row_weight(run))) if few(run) else math.nan
         told = math.sqrt(power / spare) if spare >= 1 else USUAL_SD_M
-        sigma[r] = stated if math.isfinite(stated) and stated > 0 else told
+        sigma[r] = stated if stated > 0 and not (run.gates and spare >= TOLD_ROWS) else told
     if others is not None:
         sigma[long] = others.sigma
     stated_all = all(np.isfinite(run.sd_m).all() for run in runs if few(run))
