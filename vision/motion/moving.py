@@ -8,6 +8,7 @@ import numpy as np
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
+from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
 from vision.motion.impacts import measure_impacts
 from vision.motion.incline import measure_roll
@@ -67,7 +68,7 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
         pictures = {"flights": _plot_flights(result, recording)}
         return _observation(recording, result.quantities, (*track.notes, *result.notes), pictures, result.track, result.bounces)
     if recording.rig == "slide":
-        slide = measure_slide(track, recording)
+        slide = measure_a_slide(track, recording)
         pictures = {"slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities)}
         return _observation(recording, slide.quantities, (*track.notes, *slide.notes), pictures, track)
     roll = measure_roll(track, recording)

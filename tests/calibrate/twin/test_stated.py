@@ -146,13 +146,13 @@ def test_a_ball_that_falls_between_its_rails_is_refused(tmp_path):
     assert seen["rolls"] == "" and "rail_gap_mm = 15: a ball of 15 mm falls between such rails" in seen["falls"]
 
 
-def test_gates_belong_to_rolls_and_come_behind_a_track(tmp_path):
+def test_gates_are_those_of_their_rig_and_come_behind_a_track(tmp_path):
     roll(tmp_path / "a", "gates.csv", np.linspace(0, 0.9, 5))
     assert read_recording(tmp_path / "a").evidence == "gates.csv"
     (tmp_path / "a" / "recording.toml").write_text('rig = "drop"\n', encoding="utf8")
     with pytest.raises(MeasurementError, match="column y_mm is missing"):
         observe(read_recording(tmp_path / "a"))
-    assert "belong to a roll" in read_drops(tmp_path)[0].trouble
+    assert "y_mm is missing" in read_drops(tmp_path)[0].trouble
     for name, evidence in (("impacts.csv", "gates.csv"), ("track.csv", "track.csv")):
         (tmp_path / "a" / name).write_text("t_s\n", encoding="utf8")
         assert read_recording(tmp_path / "a").evidence == evidence
