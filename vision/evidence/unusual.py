@@ -4,7 +4,7 @@ from vision.evidence.keys import Seed
 
 USUAL_MM = (0.2, 60.0)  # a poppy seed; a coconut is larger, and asked about
 USUAL_G = (1e-5, 100.0)
-USUAL_KG_M3 = (200.0, 3000.0)
+USUAL_KG_M3 = (150.0, 12_000.0)  # of balls too: cork to lead
 
 
 def questions(seed: Seed) -> list[str]:
