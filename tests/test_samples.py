@@ -228,3 +228,30 @@ def test_the_python_of_the_docs_runs(tmp_path, monkeypatch, capsys):
             exec(compile(block, "docs", "exec"), {})
     said = capsys.readouterr().out
     assert "roll name ('slope',)" in said and "rolling_friction" in said and "drop-frames" in said
+
+
+def test_a_ball_past_gates_is_measured_both_ways_and_its_table_s_slope_named(tmp_path):
+    folder = SAMPLES / "gates-roll"
+    result = CliRunner().invoke(app, ["measure", str(folder), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index(["recording", "quantity"])
+    truth = pd.read_csv(folder / "truth.csv").set_index(["recording", "quantity"]).value
+    for key, value in truth.drop(("mean", "rolling_friction")).items():
+        assert abs(table.loc[key].value - value) <= 3.5 * table.loc[key].sd, (key, table.loc[key].value, value)
+    friction = table.xs("rolling_friction", level="quantity")
+    assert friction.value.mean() == pytest.approx(truth["mean", "rolling_friction"], abs=1e-3)  # the mean of both ways: no slope in it
+    said = CliRunner().invoke(app, ["diagnose", str(folder), "--out", str(tmp_path / "said"), "--no-twin"])
+    assert said.exit_code == 0, said.output
+    found = json.loads((tmp_path / "said" / "diagnosis.json").read_text(encoding="utf8"))["rigs"]["roll"]
+    assert found["alarm"] and "slope" in found["names"]
+
+
+def test_the_rolls_past_gates_are_what_their_script_draws(tmp_path):
+    import sys
+
+    sys.path.insert(0, str(SAMPLES))
+    from gates_roll import draw
+
+    draw(tmp_path / "bench")
+    drawn = {p.relative_to(tmp_path / "bench"): p.read_text() for p in (tmp_path / "bench").rglob("*") if p.is_file()}
+    assert drawn == {p.relative_to(SAMPLES / "gates-roll"): p.read_text() for p in (SAMPLES / "gates-roll").rglob("*") if p.is_file()}

@@ -13,6 +13,7 @@ import pandas as pd
 from PIL import Image
 
 from vision.evidence.photo import read_photo
+from vision.evidence.unusual import questions
 from vision.measurement import FAILED, MeasurementError, Observation, Quantity, failed
 from vision.overlay.contact_sheet import ContactSheet
 from vision.pile.repose import PileOptions, measure_repose
@@ -44,6 +45,12 @@ def observe(
     options: how pile photos are read; trim: leave out one highest and one lowest of repeated readings; progress: called with
     the fraction done.
     """
+    found = _observe(recording, options, trim, progress)
+    asked = questions(recording.seed)
+    return replace(found, notes=(*found.notes, *asked)) if asked else found
+
+
+def _observe(recording: Recording, options: PileOptions | None, trim: bool, progress: Progress | None) -> Observation:
     if recording.evidence == "readings.csv":
         from vision.evidence.readings import observe_readings
 
@@ -159,10 +166,29 @@ def measure(
 ) -> Iterator[Observation]:
     """Observations of all recordings under `paths` (one path or several), one after the other.
 
-    What cannot be measured is an Observation whose one quantity has failed and says why.
+    What cannot be measured is an Observation whose one quantity has failed and says why. Last comes what only several together say.
     """
+    rolls: list[tuple[Recording, Observation]] = []
     for entry in find_all([Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]):
-        yield observe_or_fail(entry, lambda recording: observe(recording, options, trim))
+        found = observe_or_fail(entry, lambda recording: observe(recording, options, trim))
+        yield found
+        remember(rolls, entry, found)
+    yield from of_all(rolls)
+
+
+def remember(rolls: list[tuple[Recording, Observation]], entry: Recording | MeasurementError, found: Observation) -> None:
+    """Keep what `of_all` asks of, without its pictures."""
+    if isinstance(entry, Recording) and entry.rig == "roll":
+        rolls.append((entry, replace(found, pictures={})))
+
+
+def of_all(rolls: list[tuple[Recording, Observation]]) -> list[Observation]:
+    """What only several recordings together say: the slope under rolls that were run both ways."""
+    if not rolls:
+        return []
+    from vision.motion.both_ways import slopes
+
+    return slopes(rolls)
 
 
 def observe_or_fail(

@@ -11,7 +11,17 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vision.batch import Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo, unread_notes
+from vision.batch import (
+    Results,
+    find_all,
+    measured_anything,
+    observe,
+    observe_or_fail,
+    observe_seeds_photo,
+    of_all,
+    remember,
+    unread_notes,
+)  # fmt: skip
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.pile.repose import PileOptions
 from vision.summary import Line
@@ -52,7 +62,7 @@ def measure_command(
 
 
 def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, seeds: bool, quiet: bool) -> pd.DataFrame:
-    entries = find_all(paths)
+    entries, rolls = find_all(paths), []
     results.notes += unread_notes(paths, entries)
     bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
     with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
@@ -61,8 +71,12 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
             progress.update(task, description=getattr(entry, "id", "?")[:40])
             advance = partial(_advance, progress, task, i)
             measure = observe_seeds_photo if seeds else partial(observe, options=options, trim=trim, progress=advance)
-            results.add(observe_or_fail(entry, measure, "seeds" if seeds else None))
+            observation = observe_or_fail(entry, measure, "seeds" if seeds else None)
+            results.add(observation)
+            remember(rolls, entry, observation)
             progress.update(task, completed=i + 1)
+    for together in of_all(rolls):
+        results.add(together)
     return results.finish()
 
 

@@ -17,7 +17,7 @@ MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
 SAID = "said"  # type of an error whose message says all but the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
-_SeedSize = Annotated[float, Field(gt=0.05, le=400, allow_inf_nan=False)]  # a basketball: 240
+_SeedSize = Annotated[float, Field(gt=0.05, le=2000, allow_inf_nan=False)]  # a grain of sand: 0.5, a basketball: 240
 _Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
 _Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -50,9 +50,9 @@ class Seed(_Section):
     """Middle axis."""
     thickness_mm: _SeedSize | None = None
     """Shortest axis."""
-    mass_g: Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)] | None = None  # a bowling ball: 7,260
+    mass_g: Annotated[float, Field(gt=0, le=100_000, allow_inf_nan=False)] | None = None  # sand: 0.0002, a bowling ball: 7,260
     """Of one seed; with the axes it gives the air drag. Or state the density."""
-    density_kg_m3: Annotated[float, Field(gt=10, lt=30_000, allow_inf_nan=False)] | None = None
+    density_kg_m3: Annotated[float, Field(gt=0.1, lt=30_000, allow_inf_nan=False)] | None = None
     """Of the seed's own substance, without the gaps between seeds. Or state the mass."""
     length_range_mm: _SizeRange | None = None
     """Least and greatest length of about 100 seeds."""
@@ -170,8 +170,10 @@ class Roll(_Section):
     """Path on the incline, from the release to its end."""
     direction: Literal["+x", "-x"] | None = None
     """Which way the seed rolls; the same plate run both ways tells whether it is level."""
-    rail_gap_mm: Annotated[float, Field(gt=0, lt=400, allow_inf_nan=False)] | None = None
+    rail_gap_mm: Annotated[float, Field(gt=0, lt=2000, allow_inf_nan=False)] | None = None
     """Inside width between two rails that a ball rolls on. Absent: a plate."""
+    level: bool | None = None
+    """No where the seed stays on its incline. Absent: as the incline's length and the rows say."""
     plate_mm: _TwoLengths | None = None
     """Length and width of the plate."""
     orientation: Literal["across", "any"] | None = None

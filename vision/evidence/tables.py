@@ -22,7 +22,8 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
 _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
-GATE_COLUMNS, GATE_EXTRA = ("x_mm", "t_s"), ("sd_s", "gate", "note")
+GATE_PLACE = {"drop": "y_mm", "slide": "x_mm", "roll": "x_mm"}  # of a gate: up from where the seed lands, or along the path
+GATE_EXTRA = ("sd_s", "sd_mm", "gate", "note")
 LEAST_SD_S = 1e-9  # of a time
 LEAST_GATES = 4  # place, speed and acceleration, and one more by which they are checked
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
@@ -68,29 +69,34 @@ def read_track(path: Path) -> Table:
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
-def read_gates(path: Path) -> Table:
-    """Read gates.csv: x_mm, each light gate's place along the path, t_s, when the seed's centre passed it, and sd_s if known.
+def read_gates(path: Path, rig: str) -> Table:
+    """Read gates.csv: each light gate's place (x_mm along the path; y_mm, up, of a drop), t_s, when the seed's centre passed it, and
+    sd_s, and sd_mm of the gates' places, if known.
 
     Rows come out in the order of time; gates that did not fire (empty cells) are left out and noted. An error: fewer than
-    LEAST_GATES, two passages at one time or of one gate, a seed that turns back, an sd_s that is not above nil.
+    LEAST_GATES, two passages at one time or of one gate, a seed that turns back on its path, an sd that is not above nil.
     """
-    rows = _read_csv(path)
-    _check_columns(path, rows, GATE_COLUMNS, GATE_EXTRA, numeric=[c for c in rows if c in (*GATE_COLUMNS, "sd_s")])
-    rows, notes = _drop_incomplete(path, rows, list(GATE_COLUMNS))
+    where, rows = GATE_PLACE[rig], _read_csv(path)
+    columns = (where, "t_s")
+    _check_columns(path, rows, columns, GATE_EXTRA, numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")])
+    rows, notes = _drop_incomplete(path, rows, list(columns))
     rows = rows.sort_values("t_s", kind="stable")
-    time, place = rows["t_s"].to_numpy(), rows["x_mm"].to_numpy()
+    time, place = rows["t_s"].to_numpy(), rows[where].to_numpy()
     if (np.diff(time) == 0).any():
-        where = int(np.argmax(np.diff(time) == 0)) + 1
-        raise MeasurementError(f"{path}: two gates at t_s = {time[where]:g} (row {rows.index[where] + 2}); keep one")
+        at = int(np.argmax(np.diff(time) == 0)) + 1
+        raise MeasurementError(f"{path}: two gates at t_s = {time[at]:g} (row {rows.index[at] + 2}); keep one")
     if len(rows) < LEAST_GATES:
-        raise MeasurementError(f"{path}: {len(rows)} passages; a roll past light gates needs at least {LEAST_GATES}")
+        raise MeasurementError(f"{path}: {len(rows)} passages; a {rig} past light gates needs at least {LEAST_GATES}")
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
+    if rig == "drop":  # it falls past them, and rises past some of them again
+        wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
     if wrong.any():
-        where = int(np.argmax(wrong)) + 1
-        said = f"x_mm = {place[where]:g} in row {rows.index[where] + 2} is out of its order"
+        at = int(np.argmax(wrong)) + 1
+        said = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
         raise MeasurementError(f"{path}: {said}; a seed passes the gates one after the other")
-    if "sd_s" in rows and len(wrong := rows.index[rows["sd_s"] <= 0]):
-        raise MeasurementError(f"{path}: sd_s = {rows['sd_s'][wrong[0]]:g} in row {wrong[0] + 2}; it should be above 0")
+    for sd in ("sd_s", "sd_mm"):
+        if sd in rows and len(faulty := rows.index[rows[sd] <= 0]):
+            raise MeasurementError(f"{path}: {sd} = {rows[sd][faulty[0]]:g} in row {faulty[0] + 2}; it should be above 0")
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 

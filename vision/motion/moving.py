@@ -8,12 +8,13 @@ import numpy as np
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
+from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
 from vision.motion.heard import observe_heard, sound_of, with_sound
 from vision.motion.impacts import measure_impacts
+from vision.motion.incline import measure_roll
 from vision.motion.plate import Plate, follow_slide, roll_path
 from vision.motion.rebound import Rebound, all_failed, measure_rebound, upright
-from vision.motion.run_out import measure_run_out
 from vision.motion.slide import measure_slide
 from vision.motion.track import Track, track_from_gates, track_from_table
 from vision.overlay.plot import plot
@@ -82,10 +83,10 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
         pictures = {"flights": _plot_flights(result, recording)}
         return _observation(recording, result.quantities, (*track.notes, *result.notes), pictures, result.track, result.bounces)
     if recording.rig == "slide":
-        slide = measure_slide(track, recording)
+        slide = measure_a_slide(track, recording)
         pictures = {"slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities)}
         return _observation(recording, slide.quantities, (*track.notes, *slide.notes), pictures, track)
-    roll = measure_run_out(track, recording)
+    roll = measure_roll(track, recording)
     pictures = {"roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
     return _observation(recording, roll.quantities, (*track.notes, *roll.notes), pictures, track)
 
@@ -128,7 +129,7 @@ def _roll_in_frames(recording: Recording, followed: Followed, notes: list[str]) 
     scale = recording.camera.mm_per_px or 1.0
     track = to_mm(along.track, recording.camera.mm_per_px)
     junction = None if along.junction is None else (along.junction[0] * scale, along.junction[1] * scale)
-    roll = measure_run_out(track, recording, junction=junction)
+    roll = measure_roll(track, recording, junction=junction)
     low = followed.scene.shape[0] - 1  # y counts up from the bottom row
     marks = [(c, low - y) for c, y in along.marks(None if roll.stop is None else roll.stop / scale)]
     legs = [((a[0], low - a[1]), (b[0], low - b[1])) for a, b in along.legs]

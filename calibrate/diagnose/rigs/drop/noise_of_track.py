@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
+from calibrate.diagnose.air import G_M_S2
 from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
-from calibrate.diagnose.rigs.drop.session import Session
+from calibrate.diagnose.rigs.drop.session import LEAST_ROWS, Session
 
 TELLING = 20  # flights that tell the noise's correlation
 DEGREE = 6  # of the curve; forces bend a flight in degrees 2 to 5
@@ -60,6 +61,9 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
 def _stretch(session: Session, flight: int, axis: int) -> Stretch:
     rows = slice(session.first[flight], session.stop[flight])
     tau, angle, phase = session.tau[rows], session.angle[rows], session.view.phase[rows, axis]
+    if len(tau) < LEAST_ROWS:  # gravity is known, and air bends so few rows alike
+        fallen = session.places[rows, axis] + axis * G_M_S2 * tau**2 / 2
+        return Stretch(legendre.legvander(tau / session.half[flight], 1), fallen - fallen.mean(), frame_lag(session.frame[rows]))
     degree = min(DEGREE, max(2, len(tau) // 25))  # a short flight's curve must not take the noise for motion
     columns = [legendre.legvander(tau / session.half[flight], degree)]
     if len(tau) > 60:  # a wave of less than a turn is what the curve shows already
