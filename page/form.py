@@ -66,7 +66,8 @@ class Section:
 
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     """The sections that a recording of `rig` has; content: its recording.toml; defaults: the bench.toml."""
-    wanted = [*OWN_FIRST, *([rig] if rig in RIGS else []), *(["reading"] if rig == "slide" else []), "air"]
+    beside = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
+    wanted = [*OWN_FIRST, *([rig] if rig in RIGS else []), *beside, "air"]
     top = tuple(_field("", key, info, content, defaults) for key, info in Keys.model_fields.items() if not _section(info))
     sections = [Section("", "Recording", "", top)]
     for name in wanted:

@@ -1,6 +1,8 @@
 """Photos, thumbnails and single frames as the browser shows them; the originals stay as they are."""
 
 import io
+from bisect import bisect_left
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from vision.evidence.frames import FrameSource, open_frames
 from vision.evidence.photo import read_photo
 from vision.recording import Recording
 
-THUMB_PX, SHOWN_PX = 320, 2600  # largest side
+THUMB_PX, SHOWN_PX, FRAME_PX = 320, 2600, 1600  # largest side
 KEPT_PHOTOS = 3  # decoded at once: one of 12 megapixels takes 36 MB
 
 
@@ -55,7 +57,11 @@ class Film:
 
     def __init__(self, recording: Recording):
         self.source: FrameSource = open_frames(recording)
+        self.video = recording.files[0] if recording.evidence == "video" else None
         self.kept: dict[int, bytes] = {}
+        self.times: list[int] = []  # of a video's frames, in its own clock
+        height, width = next(self.source.iterate()).pixels.shape[:2]
+        self.size = (width, height)
 
     @property
     def count(self) -> int:
@@ -65,8 +71,30 @@ class Film:
         """JPEG of frame `index` (its number at the bench); IndexError where there is none."""
         if index not in self.kept:
             first = max(0, index - self.KEPT // 2)
-            frames = self.source.picked(self.KEPT, (first, first + self.KEPT - 1))
-            self.kept = {f.index: shown(f.pixels, 1600)[0] for f in frames}
+            if self.video:
+                self.kept = dict(self._decoded(self.video, first, first + self.KEPT))
+            else:
+                frames = self.source.picked(self.KEPT, (first, first + self.KEPT - 1))
+                self.kept = {f.index: shown(f.pixels, FRAME_PX)[0] for f in frames}
         if index not in self.kept:
             raise IndexError(index)
         return self.kept[index]
+
+    def _decoded(self, file: Path, first: int, stop: int) -> Iterator[tuple[int, bytes]]:
+        """Frames from `first` up to `stop`, decoded from the key frame before them."""
+        import av
+
+        with av.open(str(file)) as container:
+            stream = container.streams.video[0]
+            if not self.times:
+                self.times = sorted(p.pts for p in container.demux(stream) if p.pts is not None)
+            if first >= len(self.times):
+                return
+            container.seek(self.times[first], stream=stream, backward=True)
+            for frame in container.decode(stream):
+                index = bisect_left(self.times, frame.pts or 0)
+                if index >= stop:
+                    return
+                if index >= first:
+                    turned = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90) % 4)
+                    yield index, shown(np.ascontiguousarray(turned), FRAME_PX)[0]

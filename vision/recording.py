@@ -13,7 +13,7 @@ from typing import Any
 
 import tomli_w
 
-from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, merge, read_toml, validate
+from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, Tracking, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.evidence.sound import SOUND_SUFFIXES, only_sound
 from vision.measurement import MeasurementError
@@ -46,6 +46,7 @@ class Recording:
     conditions: Mapping[str, float | str] = field(default_factory=dict, hash=False)
     reading: Reading = field(default_factory=Reading)
     air: Air = field(default_factory=Air)
+    track: Tracking = field(default_factory=Tracking)
     drop: Drop = field(default_factory=Drop)
     slide: Slide = field(default_factory=Slide)
     roll: Roll = field(default_factory=Roll)
@@ -100,7 +101,7 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
         sound=beside[0] if beside else None,
         session=fields.session,
         provenance=fields.provenance or "measured",
-        **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", *RIGS)},
+        **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", "track", *RIGS)},
     )
 
 
@@ -162,7 +163,7 @@ def write_recording(recording: Recording) -> Path:
     content = {key: value for key, value in content.items() if value is not None}
     if recording.conditions:
         content["conditions"] = dict(recording.conditions)
-    for name in ("seed", "camera", "reading", "air", recording.rig):
+    for name in ("seed", "camera", "reading", "air", "track", recording.rig):
         if name:
             section = getattr(recording, name).model_dump(exclude_none=True, mode="json")
             if section:

@@ -76,7 +76,10 @@ export default {
       this.$nextTick(this.measure);
     },
     wheel(event) { this.zoom(event.deltaY > 0 ? 1.2 : 1 / 1.2, this.place(event)); },
-    down(event) { this.start = {at: this.place(event), view: [...this.view]}; this.$refs.svg.setPointerCapture(event.pointerId); },
+    down(event) {
+      if (this.tool === 'follow') { const p = this.place(event); this.$emit('moved', {what: 'follow', value: [this.frame, p[0], p[1]]}); return; }
+      this.start = {at: this.place(event), view: [...this.view]}; this.$refs.svg.setPointerCapture(event.pointerId);
+    },
     grab(event, h) { this.held = h.id; this.$refs.svg.setPointerCapture(event.pointerId); },
     move(event) {
       const p = this.place(event);

@@ -6,7 +6,7 @@ from typing import Any
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-TOOLS = ("", "base", "roi", "window", "ruler", "plumb", "strike")
+TOOLS = ("", "base", "roi", "window", "ruler", "plumb", "strike", "follow")
 
 
 class Picture(Element, component="../static/look.js"):
@@ -18,7 +18,7 @@ class Picture(Element, component="../static/look.js"):
 
     def __init__(self, source: str, size: tuple[int, int], label: str, moved: Callable[[str, Any], Any]):
         super().__init__()
-        self._props.update(src=source, width=size[0], height=size[1], label=label, layers={}, tool="", frame=-1)
+        self._props.update(src=source, width=size[0], height=size[1], label=label, layers={}, tool="", frame=0)
 
         async def send(event: GenericEventArguments) -> None:
             result = moved(event.args["what"], event.args["value"])

@@ -21,9 +21,9 @@ from vision.evidence.keys import read_toml
 from vision.measurement import MeasurementError
 from vision.recording import Recording, find_recordings
 
-TOOL_KEYS = {"base": "b", "roi": "r", "window": "w", "ruler": "u", "plumb": "p", "strike": "x", "": "Escape"}
 TOOL_NAMES = {
-    "": "Look", "base": "Base line", "roi": "Region", "window": "Window", "ruler": "Ruler", "plumb": "Plumb line", "strike": "Strike out",
+    "": "Look", "base": "Base line", "roi": "Region", "window": "Window", "ruler": "Ruler", "plumb": "Plumb line",
+    "strike": "Strike out", "follow": "Follow",
 }  # fmt: skip
 KEPT_AS = {"base": ("pile", "baseline_px"), "roi": ("pile", "roi_px"), "window": ("pile", "window_pct")}
 
@@ -119,19 +119,16 @@ class View:
 
     async def _film(self) -> None:
         film = await asyncio.to_thread(self.site.film, self.recording)
-        first = await asyncio.to_thread(film.frame, 0)
-        import io
-
-        with Image.open(io.BytesIO(first)) as picture:
-            self.size = picture.size
-        self._tools(("", "ruler", "plumb"))
+        self.size = film.size
+        self._tools(("", "strike", "follow", "ruler", "plumb"))
         self.picture = Picture(self._frame(0), self.size, f"Film of {self.recording.id}", self._moved)
         with ui.row().classes("w-full items-center no-wrap"):
             last = max(film.count - 1, 0)
             slider = ui.slider(min=0, max=last, value=0, step=1).props('label aria-label="Frame"').classes("grow")
             ui.label().bind_text_from(slider, "value", lambda v: f"frame {int(v)} of {last}")
         slider.on_value_change(lambda e: self._show(src=self._frame(int(e.value)), frame=int(e.value)))
-        ui.label("Arrow keys step from frame to frame when the slider has the focus.").classes("soft text-xs")
+        words = "Arrow keys step from frame to frame. Strike out: click the places that are wrong. Follow: click the seed."
+        ui.label(words).classes("soft text-xs")
         self.plots = ui.column().classes("w-full")
 
     def _frame(self, index: int) -> str:
@@ -180,6 +177,9 @@ class View:
     async def _measure_other(self) -> list[str]:
         found = await asyncio.to_thread(self.site.seen, self.recording)
         self.numbers.set_content(quantities_table({"measured": found.quantities}))
+        if found.places is not None:
+            rows = [[int(r.frame), round(r.x_px, 2), round(r.y_px, 2), bool(r.left_out)] for r in found.places.itertuples()]
+            self._show(layers={"track": rows})
         self.plots.clear()
         with self.plots:
             for picture in found.pictures:
@@ -206,6 +206,11 @@ class View:
             self.ruler = value
         elif what == "plumb":
             await self._keep({("camera", "plumb_deg"): round(looking.plumb(value), 3)})
+        elif what == "follow":
+            await self._keep({("track", "follow_px"): [round(float(v), 1) for v in value]})
+        elif what == "strike":
+            struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
+            await self._keep({("track", "left_out_frames"): sorted(struck) or None})
         elif what in KEPT_AS:
             kept = [int(v) for v in value] if what == "roi" else [round(float(v), 2) for v in value]
             await self._keep({KEPT_AS[what]: kept})
@@ -219,7 +224,7 @@ class View:
         await self._keep({("camera", "mm_per_px"): float(f"{scale:.6g}"), ("camera", "mm_per_px_sd"): float(f"{sd:.2g}")})
 
     async def _automatic(self) -> None:
-        keys = [*KEPT_AS.values()] if self.is_pile else []
+        keys = [*KEPT_AS.values()] if self.is_pile else [("track", "left_out_frames"), ("track", "follow_px")]
         self.tool.set_value("")
         await self._keep(dict.fromkeys(keys))
 

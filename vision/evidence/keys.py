@@ -217,6 +217,15 @@ class Pile(_Section):
     """What is left when the photo is taken."""
 
 
+class Tracking(_Section):
+    """Corrections of what is followed in a film."""
+
+    left_out_frames: Annotated[tuple[Annotated[int, Field(ge=0)], ...], _List] | None = None
+    """Numbers of frames whose place is wrong and no fit should use."""
+    follow_px: Annotated[tuple[_Finite, _Finite, _Finite], _List] | None = None
+    """What to follow, where another thing was followed: frame, x, y in the picture (y down)."""
+
+
 def _checked(conditions: Any) -> Any:
     if not isinstance(conditions, dict):
         return conditions
@@ -241,6 +250,7 @@ class Keys(_Section):
     conditions: Annotated[dict[str, float | str], BeforeValidator(_checked)] = {}
     reading: Reading = Reading()
     air: Air = Air()
+    track: Tracking = Tracking()
     drop: Drop = Drop()
     slide: Slide = Slide()
     roll: Roll = Roll()

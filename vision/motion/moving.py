@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
@@ -38,7 +39,7 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
         return _observe_impacts(recording)
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
-        return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
+        return _observe_track(recording, _corrected(track_from_table(table.rows, recording.camera, table.notes), recording))
     if recording.evidence == "gates.csv":
         return _observe_track(recording, track_from_gates(recording))
     if recording.evidence == "sound":
@@ -96,14 +97,25 @@ def _observe_frames(recording: Recording, progress) -> Observation:
     if recording.rig == "slide":
         followed, plate = follow_slide(source, recording, progress)
     else:
-        followed = follow(source, falling=recording.rig == "drop", progress=progress)
+        followed = follow(source, falling=recording.rig == "drop", progress=progress, at=recording.track.follow_px)
+    followed = replace(followed, track=_corrected(followed.track, recording))
     recording, notes = _with_scale(recording, followed)
     notes = [*source.notes, *notes]
+    x, y = plate.places if recording.rig == "slide" else (followed.track.x, followed.scene.shape[0] - 1 - followed.track.y)
+    places = pd.DataFrame({"frame": followed.track.frame, "x_px": x, "y_px": y, "left_out": followed.track.outlier})
     if recording.rig == "drop":
-        return _drop_in_frames(recording, followed, notes)
-    if recording.rig == "slide":
-        return _slide_in_frames(recording, followed, plate, notes)
-    return _roll_in_frames(recording, followed, notes)
+        seen = _drop_in_frames(recording, followed, notes)
+    elif recording.rig == "slide":
+        seen = _slide_in_frames(recording, followed, plate, notes)
+    else:
+        seen = _roll_in_frames(recording, followed, notes)
+    return replace(seen, places=places)
+
+
+def _corrected(track: Track, recording: Recording) -> Track:
+    """The track without the frames that the recording strikes out."""
+    struck = recording.track.left_out_frames
+    return track.marked(np.isin(track.frame, struck)) if struck else track
 
 
 def _drop_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
