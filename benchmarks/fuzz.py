@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 import warnings
+import wave
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -103,6 +104,23 @@ def track(rig: str) -> Reader:
     return Reader(few, ",", lambda file: told(file.parent), {"recording.toml": (folder / "recording.toml").read_bytes()})
 
 
+def heard(name: str) -> Reader:
+    folder = SAMPLES / "heard-drop" / name
+    file = next(folder.glob("sound.*"))
+    return Reader(file.read_bytes(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
+
+
+def clicks() -> Reader:
+    """A second of three clicks as .wav."""
+    sound = np.random.default_rng(0).normal(0, 30, 8000)
+    sound[[2000, 4400, 5840]] = 20_000
+    file = io.BytesIO()
+    with wave.open(file, "wb") as out:
+        out.setparams((1, 2, 8000, 0, "NONE", ""))
+        out.writeframes(sound.astype("<i2").tobytes())
+    return Reader(file.getvalue(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
+
+
 def photo(suffix: str, *, deep: bool = False) -> Reader:
     ramp = np.add.outer(np.arange(60), np.arange(80)) * (400 if deep else 1)
     file = io.BytesIO()
@@ -124,6 +142,12 @@ def readers() -> dict[str, Reader]:
         "recording.toml": Reader((drawn / "drop-track/recording.toml").read_bytes(), "=", lambda f: told(f.parent), few),
         "bench.toml": Reader((drawn / "bench.toml").read_bytes(), "=", lambda f: told(f.parent),
                              {"drop/recording.toml": b'rig = "drop"\n', "drop/track.csv": few["track.csv"]}),
+        "impacts.csv of known sd": Reader(b"t_s,sd_s\n0.27,1e-4\n0.55,1e-4\n0.70,2e-4\n0.79,1e-4\n", ",", lambda f: told(f.parent),
+                                          {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
+        "sound.wav": clicks(),
+        "sound.ogg": heard("drop-01"),
+        "sound.mp3": heard("drop-02"),
+        "sound.m4a": heard("drop-03"),
         "photo.png": photo("png"),
         "deep.png": photo("png", deep=True),
         "photo.jpg": photo("jpeg"),

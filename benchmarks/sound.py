@@ -11,8 +11,9 @@ after their common shift is taken off, which encoders may put in.
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.signal import butter, lfilter, sosfilt
@@ -42,7 +43,8 @@ class Scene:
 
 SCENES = (
     Scene("white"), Scene("white, 10 dB", (10, 10)), Scene("white, 0 dB", (0, 0)), Scene("white, -10 dB", (-10, -10)),
-    Scene("pink", noise="pink"), Scene("hum", noise="hum"), Scene("pink, 10 dB", (10, 10), "pink"), Scene("lively (e .8-.95)", e=(0.8, 0.95)),
+    Scene("pink", noise="pink"), Scene("hum", noise="hum"), Scene("pink, 10 dB", (10, 10), "pink"),
+    Scene("lively (e .8-.95)", e=(0.8, 0.95)),
     Scene("dead (e .2-.4)", (25, 40), e=(0.2, 0.4)), Scene("scatter of e .06", e_scatter=0.06),
     Scene("echoes 5-60 ms", noise="pink", echoes=2), Scene("handling", noise="pink", thumps=True),
     Scene("speech, faint", noise="pink", speech=0.05), Scene("speech, loud", (25, 40), "pink", speech=0.4),
@@ -71,16 +73,16 @@ def draw(scene: Scene, rng: np.random.Generator) -> Drawn:
     height = float(rng.uniform(100, 600))
     mean = rng.uniform(*scene.e)
     fall = np.sqrt(2 * G * height / 1000)
-    speeds, e = [fall], []
+    speeds, each = [fall], []
     while len(speeds) < 12 and 2 * speeds[-1] * mean / G > 0.03:
-        e.append(float(np.clip(mean + scene.e_scatter * rng.standard_normal(), 0.05, 0.98)))
-        speeds.append(speeds[-1] * e[-1])
+        each.append(float(np.clip(mean + scene.e_scatter * rng.standard_normal(), 0.05, 0.98)))
+        speeds.append(speeds[-1] * each[-1])
     times = rng.uniform(0.7, 1.5) + np.concatenate([[0.0], np.cumsum(2 * np.array(speeds[1:]) / G)])
-    e = np.array(e)
+    e = np.array(each)
     count = int((times[-1] + rng.uniform(0.5, 1.0)) * rate)
     db = rng.uniform(*scene.db) + 24 * np.log10(np.array(speeds[: len(times)]) / fall) + 2.0 * rng.standard_normal(len(times))
     db[0] = max(db[0], scene.db[0])
-    out = sum(_placed(ring, t, rate, count) for ring, t in zip(_rings(scene, rate, db, rng), times))
+    out = np.sum([_placed(ring, t, rate, count) for ring, t in zip(_rings(scene, rate, db, rng), times)], axis=0)
     for _ in range(scene.echoes):
         out = out + _echo(out, rate, rng)
     loud = np.abs(out).max()
@@ -96,7 +98,7 @@ def draw(scene: Scene, rng: np.random.Generator) -> Drawn:
 def _rings(scene: Scene, rate: int, db: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
     """The sound of each impact: the same tones, struck otherwise each time."""
     tones = rng.uniform(2000, 8000, int(rng.integers(2, 6)))
-    decay = np.exp(rng.uniform(*np.log(scene.decay_ms), len(tones))) / 1000
+    decay = np.exp(rng.uniform(np.log(scene.decay_ms[0]), np.log(scene.decay_ms[1]), len(tones))) / 1000
     t = np.arange(int(0.1 * rate)) / rate
     usual = rng.uniform(0.3, 1.0, len(tones))
     touch = np.hanning(max(3, int(rng.uniform(3e-5, 1e-4) * rate) | 1) + 2)  # the contact's own length
@@ -161,7 +163,8 @@ def _speech(count: int, rate: int, rng: np.random.Generator) -> np.ndarray:
             part *= shape
             if kind == "burst":
                 short = int(rng.uniform(0.005, 0.02) * rate)
-                hiss = rng.standard_normal(short) * np.exp(-np.arange(short) / (0.4 * short)) * np.minimum(1, np.arange(short) / (1e-3 * rate))
+                count_up = np.arange(short)
+                hiss = rng.standard_normal(short) * np.exp(-count_up / (0.4 * short)) * np.minimum(1, count_up / (1e-3 * rate))
                 part = np.concatenate([0.25 * hiss, np.zeros(int(0.02 * rate)), part])
         part /= max(np.abs(part).max(), 1e-9)
         part *= rng.uniform(0.3, 1.0)
@@ -192,9 +195,9 @@ def write(drawn: Drawn, codec: str, folder: Path, name: str) -> Path:
     import av
 
     kind, _, bits = (codec or "flac").partition(" ")
-    file = folder / f"{name}.{ {'flac': 'flac', 'aac': 'm4a', 'libmp3lame': 'mp3', 'libvorbis': 'ogg', 'libopus': 'ogg'}[kind]}"
+    file = folder / f"{name}.{ {'flac': 'flac', 'aac': 'm4a', 'libmp3lame': 'mp3', 'libvorbis': 'ogg', 'libopus': 'ogg'}[kind] }"
     with av.open(str(file), "w") as container:
-        stream = container.add_stream(kind, rate=drawn.rate, layout="mono")
+        stream: Any = container.add_stream(kind, rate=drawn.rate, layout="mono")
         if bits:
             stream.bit_rate = int(bits)
         whole = np.round(np.clip(drawn.samples, -1, 1) * 32767).astype(np.int16)[None]
@@ -221,8 +224,8 @@ def heard(file: Path, height_mm: float | None) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(eq=False)
 class Score:
-    """Counts and errors of many drops: first four impacts and those of them that are clear, found ones, all that were said and those that are none, errors of times
-    with their sds and loudness, errors of e."""
+    """Counts and errors of many drops: the first four impacts and those of them that are clear, found ones, all that were said and
+    those that are none, seconds of work and of sound; errors of times with sd and loudness, errors of e."""
 
     due: int = 0
     found: int = 0
@@ -232,11 +235,8 @@ class Score:
     invented: int = 0
     seconds: float = 0.0
     listened: float = 0.0
-    times: list = None
-    e: list = None
-
-    def __post_init__(self):
-        self.times, self.e = [], []
+    times: list = field(default_factory=list)
+    e: list = field(default_factory=list)
 
     def add(self, drawn: Drawn, times: np.ndarray, sds: np.ndarray, compressed: bool) -> None:
         near = np.abs(times[:, None] - drawn.times[None]) if len(times) else np.zeros((0, len(drawn.times)))
@@ -275,7 +275,9 @@ def study(scene: Scene, drops: int, seed: int) -> Score:
     return score
 
 
-HEAD = f"{'scene':28} {'found':>7} {'of 0 dB':>7} {'invented':>8} {'rms ms':>7} {'>= 10 dB':>8} {'in 2 sd':>7} {'e < .005':>8} {'s / 10 s':>8}"
+HEAD = (
+    f"{'scene':28} {'found':>7} {'of 0 dB':>7} {'invented':>8} {'rms ms':>7} {'>= 10 dB':>8} {'in 2 sd':>7} {'e < .005':>8} {'s / 10 s':>8}"
+)
 
 
 def row(name: str, score: Score) -> str:
@@ -284,9 +286,12 @@ def row(name: str, score: Score) -> str:
     e = np.abs(score.e)
     rms = [1000 * np.sqrt(np.mean(np.square(x))) if len(x) else np.nan for x in (off, off[loud])]
     inside = np.mean(np.abs(off) < 1.96 * sd) if len(off) else np.nan
+    shares = (score.found / score.due, score.clear_found / max(score.clear, 1), score.invented / max(score.said, 1))
+    found, clear, invented = (100 * share for share in shares)
+    good = 100 * np.mean(e < 0.005) if len(e) else np.nan
     return (
-        f"{name:28} {100 * score.found / score.due:6.1f}% {100 * score.clear_found / max(score.clear, 1):6.1f}%{100 * score.invented / max(score.said, 1):7.1f}% {rms[0]:7.3f} {rms[1]:8.3f}"
-        f" {100 * inside:6.1f}% {100 * np.mean(e < 0.005) if len(e) else np.nan:7.1f}% {10 * score.seconds / score.listened:8.2f}"
+        f"{name:28} {found:6.1f}% {clear:6.1f}% {invented:7.1f}% {rms[0]:7.3f} {rms[1]:8.3f}"
+        f" {100 * inside:6.1f}% {good:7.1f}% {10 * score.seconds / score.listened:8.2f}"
     )
 
 

@@ -146,6 +146,29 @@ def test_a_key_is_not_read_by_accident_and_is_revealed_when_asked(capsys):
     assert main(["reveal", "nowhere"]) == 2
 
 
+def test_the_heard_drops_are_what_their_script_makes_and_are_measured_right(tmp_path):
+    """The truth within 3.5 sds, every impact drawn within .6 ms (an encoder smears the first of drop-03), e of each within .005."""
+    import heard_drop
+
+    stored = SAMPLES / "heard-drop"
+    truth = heard_drop.make(tmp_path / "bench")
+    there = pd.read_csv(stored / "truth.csv")
+    np.testing.assert_allclose(truth.value, there.value, rtol=1e-4)
+    assert (tmp_path / "bench" / "bench.toml").read_text() == (stored / "bench.toml").read_text()
+    assert all(p.stat().st_size < 60_000 for p in stored.rglob("sound.*"))
+    out = tmp_path / "out"
+    assert CliRunner().invoke(app, ["measure", str(stored), "--out", str(out)]).exit_code == 0
+    table, bounces = pd.read_csv(out / "measurements.csv").set_index(["recording", "quantity"]), pd.read_csv(out / "bounces.csv")
+    for row in there.itertuples():
+        if row.quantity.startswith("t_"):
+            times = bounces.t_s[bounces.recording == row.recording]
+            last = row.quantity == f"t_{len(times) + 1}"  # it ends the last bounce and begins none
+            assert last or np.abs(times - row.value).min() < 6e-4, row
+        else:
+            found = table.loc[(row.recording, row.quantity)]
+            assert abs(found.value - row.value) < 3.5 * found.sd and found.value == pytest.approx(row.value, rel=0.01), row
+
+
 def test_the_damp_slides_are_what_their_script_makes(tmp_path, monkeypatch):
     """Two of the films, to the last digit but one, the readings and the key."""
     import damp_slides

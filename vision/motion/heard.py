@@ -5,6 +5,7 @@ a file of its own begins when it likes): one shift brings the impacts heard upon
 it. What both give is their mean, weighted; where they contradict each other, that is said and both are in doubt.
 """
 
+import itertools
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -58,23 +59,23 @@ def hear(file: Path, recording: Recording) -> Heard:
     onsets = find_onsets(sound)
     chain = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
     if len(chain.impacts) < 2:
-        said = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts" if len(onsets) else "no impact"
-        raise MeasurementError(f"{file}: {said}; lay the phone beside the plate, let nothing else sound, and record until all is still")
+        said = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
+        todo = "lay the phone beside the plate, let nothing else sound, and record until all is still"
+        raise MeasurementError(f"{file}: {said if len(onsets) else 'no impact is heard'}; {todo}")
     rows, first, notes = _unbroken(chain, onsets)
     doubt = "" if chain.odds > LEAST_SURE else "few impacts, and other sounds nearly as likely to be them"
     if len(rows) == 2 and len(chain.impacts) == 2 and not recording.drop.height_mm:
         doubt = "two impacts, one interval: nothing shows that no other came between"
-    listed = f"{len(rows)} impacts heard, the first at {onsets.time_s[rows[0]]:.4f} s, to ± {1000 * np.median(onsets.sd_s[rows]):.2g} ms each"
-    return Heard(
-        sound, onsets, chain, onsets.time_s[rows], onsets.sd_s[rows], first, doubt, (*sound.notes, listed, *notes, *_removed(chain, onsets))
-    )  # fmt: skip
+    times, sd = onsets.time_s[rows], onsets.sd_s[rows]
+    listed = f"{len(rows)} impacts heard, the first at {times[0]:.4f} s, to ± {1000 * np.median(sd):.2g} ms each"
+    notes = [*sound.notes, listed, *notes, *_removed(chain, onsets)]
+    return Heard(sound, onsets, chain, times, sd, first, doubt, tuple(notes))
 
 
 def _unbroken(chain: Chain, onsets: Onsets) -> tuple[np.ndarray, bool, list[str]]:
     """The longest row of impacts with none missing between, whether it has the first of all, notes."""
     edges = [0, *np.flatnonzero(chain.missed), len(chain.impacts)]
-    parts = [(a, b) for a, b in zip(edges[:-1], edges[1:])]
-    a, b = max(parts, key=lambda part: (part[1] - part[0], -part[0]))
+    a, b = max(itertools.pairwise(edges), key=lambda part: (part[1] - part[0], -part[0]))
     notes = [
         f"an impact between {onsets.time_s[chain.impacts[k - 1]]:.3f} and {onsets.time_s[chain.impacts[k]]:.3f} s was not heard"
         for k in np.flatnonzero(chain.missed)
@@ -89,10 +90,8 @@ def _removed(chain: Chain, onsets: Onsets) -> list[str]:
     by_reason: dict[str, list[str]] = {}
     for row, why in chain.removed.items():
         by_reason.setdefault(why, []).append(f"{onsets.time_s[row]:.3f}")
-    return [
-        f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s" + (f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else "") + f": {why}"
-        for why, at in by_reason.items()
-    ]  # fmt: skip
+    more = {why: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else "" for why, at in by_reason.items()}
+    return [f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s{more[why]}: {why}" for why, at in by_reason.items()]
 
 
 def observe_heard(recording: Recording, file: Path) -> Observation:
@@ -101,9 +100,11 @@ def observe_heard(recording: Recording, file: Path) -> Observation:
     quantities, bounces, notes = measure_impacts(heard.times, heard.sd, recording, first=heard.first)
     if heard.doubt:
         quantities = tuple(q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(heard.doubt) for q in quantities)
-    caption = ", ".join(f"{q.name} {q.value:.4g} +/- {q.sd:.2g}" for q in quantities if q.name.startswith("restitution") and q.value > 0)
-    picture = draw_sound(heard.sound, heard.onsets, heard.chain, caption)
-    return Observation(recording.id, "drop", tuple(quantities), tuple(dict.fromkeys((*heard.notes, *notes))), {"sound": picture}, None, bounces)
+    shown = [q for q in quantities if q.name.startswith("restitution") and q.value > 0]
+    caption = ", ".join(f"{q.name} {q.value:.4g} ± {q.sd:.2g}" for q in shown)
+    pictures = {"sound": draw_sound(heard.sound, heard.onsets, heard.chain, caption)}
+    said = tuple(dict.fromkeys((*heard.notes, *notes)))
+    return Observation(recording.id, "drop", tuple(quantities), said, pictures, None, bounces)
 
 
 def with_sound(seen: Observation, recording: Recording, file: Path) -> Observation:
@@ -125,7 +126,8 @@ def with_sound(seen: Observation, recording: Recording, file: Path) -> Observati
     if not agree:
         quantities = tuple(q if q.quality == FAILED else q.doubt(note) for q in quantities)
     bounces = seen.bounces if shift is None else _sharpened(seen.bounces, heard.bounces, shift)
-    return replace(seen, quantities=quantities, notes=tuple(dict.fromkeys((*seen.notes, *heard.notes, note))), pictures=pictures, bounces=bounces)
+    said = tuple(dict.fromkeys((*seen.notes, *heard.notes, note)))
+    return replace(seen, quantities=quantities, notes=said, pictures=pictures, bounces=bounces)
 
 
 def _shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[float | None, str, bool]:

@@ -66,9 +66,8 @@ def measure_impacts(
         by_height = math.sqrt(top / height)
         by_height_sd = by_height / 2 * math.hypot(float(bounces.height_sd_mm[0]) / top, HEIGHT_SD_MM / height)
         if (lost := 1 - fall_speed**2 / (2 * G * height / 1000)) > MOST_LOST:
-            notes.append(
-                f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) = {by_height:.4g} is no restitution; the ratio of the speeds is given"
-            )
+            said_of = f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) = {by_height:.4g} is no restitution"
+            notes.append(f"{said_of}; the ratio of the speeds is given")
             by_height, by_height_sd = float(e[0]), float(e_sd[0])
         quantities.insert(1, Quantity("restitution", by_height, by_height_sd, "1"))
         quantities.insert(2, Quantity("impact_speed", fall_speed, fall_sd, "m/s"))
@@ -147,7 +146,10 @@ def _qualities(e: np.ndarray, fallen: bool) -> list[str]:
 
 
 def usual_sds(times: np.ndarray) -> np.ndarray:
-    """(n,), all alike: the sd [s] of times that nobody states one of: at least their rounding, and what their scatter says beside that of e."""
+    """(n,), all alike: the sd [s] of times that nobody states one of.
+
+    At least their rounding, and what their scatter says beside that of e.
+    """
     least = _rounding(times) / math.sqrt(12)
     sigma = np.maximum(np.geomspace(2e-6, 2e-2, 41), least)
     log_weight = -0.5 * (np.log(sigma / USUAL_SD_S) / math.log(USUAL_FACTOR)) ** 2
