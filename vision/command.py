@@ -11,8 +11,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from vision.batch import Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo, of_all, remember
-from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError, Observation
 from vision.pile.repose import PileOptions
+from vision.recording import Recording
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
 _ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
@@ -48,7 +49,8 @@ def measure_command(
 
 
 def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, seeds: bool, quiet: bool) -> pd.DataFrame:
-    entries, rolls = find_all(paths), []
+    entries = find_all(paths)
+    rolls: list[tuple[Recording, Observation]] = []
     bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
     with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
         task = progress.add_task("measuring", total=len(entries))
