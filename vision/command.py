@@ -12,18 +12,11 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from vision.batch import (
-    Results,
-    find_all,
-    measured_anything,
-    observe,
-    observe_or_fail,
-    observe_seeds_photo,
-    of_all,
-    remember,
-    unread_notes,
+    Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo, of_all, remember, unread_notes,
 )  # fmt: skip
-from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError, Observation
 from vision.pile.repose import PileOptions
+from vision.recording import Recording
 from vision.summary import Line
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
@@ -62,8 +55,9 @@ def measure_command(
 
 
 def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, seeds: bool, quiet: bool) -> pd.DataFrame:
-    entries, rolls = find_all(paths), []
+    entries = find_all(paths)
     results.notes += unread_notes(paths, entries)
+    rolls: list[tuple[Recording, Observation]] = []
     bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
     with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
         task = progress.add_task("measuring", total=len(entries))

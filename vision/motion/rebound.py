@@ -65,7 +65,8 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        return Rebound(all_failed(reason), None, flights, marked, (*notes, *([doubt] if doubt else [])))
+        quantities = (*_fall_alone(flights, used, recording), *all_failed(reason))
+        return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
     values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
     air = _air_error(flown, used, up, across, flights, values, gravity, recording)
@@ -76,6 +77,14 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
     notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
     return Rebound(quantities, bounces, flights, marked, tuple(notes))
+
+
+def _fall_alone(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
+    """What a fall without an impact says, in mm and s: the acceleration of a parabola through it, air and all."""
+    if track.unit != "mm" or not track.timed or not flights.free > 0:
+        return ()
+    sd = math.hypot(flights.free_sd, recording.camera.scale_sd * flights.free)
+    return (Quantity("fall_acceleration", flights.free / 1000, sd / 1000, "m/s²"),)
 
 
 def upright(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:

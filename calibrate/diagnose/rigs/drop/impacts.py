@@ -125,7 +125,7 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
         radius = float(np.prod(half)) ** (1 / len(half))
         long = (half.max() - half.min()) / (half.max() + half.min()) if len(half) > 1 else ONE_SIZE_LONG
         reach = float(half.max() - half.min()) if len(half) > 1 else 2 * ONE_SIZE_LONG * radius
-        rows.append((radius, long, reach, 0.4 * float((half**2).mean()), tilt))
+        rows.append((radius, long, reach, seed.get("inertia_factor", 0.4) * float((half**2).mean()), tilt))
     return Seeds(*np.array(rows).reshape(-1, 5).T)
 
 

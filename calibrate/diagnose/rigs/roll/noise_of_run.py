@@ -65,7 +65,8 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     """White noise: as stated, or of one σ from what parabolas leave, about its mean over runs past the same gates."""
     long = [r for r, run in enumerate(runs) if not few(run)]
     others = estimate_noise(tuple(runs[r] for r in long), turn[long]) if long else None
-    power, spare, left = 0.0, 0.0, {}
+    power, spare = 0.0, 0.0
+    left: dict[tuple | str, list[tuple[np.ndarray, int]]] = {}
     for run in (run for run in runs if few(run)):
         unknowns = 3 if run.stays else 5
         design = _few_columns(run)[:, :unknowns] / row_weight(run)[:, None]
