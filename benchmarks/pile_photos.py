@@ -74,13 +74,13 @@ class Row:
 
 def measure(shot: Shot, photo: Photo, options: PileOptions) -> tuple[Row, Repose | None]:
     """The photo through the reader."""
-    start = time.perf_counter()
+    start = time.process_time()
     try:
         found = measure_repose(photo.pixels, None, options)
     except MeasurementError as error:
-        return Row(shot, np.nan, np.nan, False, str(error), time.perf_counter() - start), None
+        return Row(shot, np.nan, np.nan, False, str(error), time.process_time() - start), None
     q = found.quantities[0]
-    return Row(shot, q.value - photo.angle_deg, q.sd, q.quality == GOOD, q.reason, time.perf_counter() - start), found
+    return Row(shot, q.value - photo.angle_deg, q.sd, q.quality == GOOD, q.reason, time.process_time() - start), found
 
 
 def told(name: str, rows: list[Row]) -> str:

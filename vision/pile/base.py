@@ -11,6 +11,7 @@ from vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
+TILT_DEG = 2.0  # that a plate may lie off level; a line farther off than this and three sds is none
 BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
 
 
@@ -23,19 +24,20 @@ def find_base_line(
     if (given := given_base(baseline, cut.shape, roi)) is not None:
         return given
     plate = _line_through(surface, ground.factor, share=0.08 * surface.size)
-    if plate is not None and not _gaps_below(surface, *plate[:2]):
+    if plate is not None and not _tilted(camera, *plate[1:]) and not _gaps_below(surface, *plate[:2]):
         return BaseLine(*plate, "plate")
-    if (line := plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)) is not None:
+    line = plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)
+    if line is not None and not _tilted(camera, line.slope, line.slope_sd):
         return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
     height = ground.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
         foot = edge(cut, ground, lower, silhouette.threshold, upward=True)
         enough = 0.4 * np.isfinite(foot).sum()
-        if (lowest := _line_through(foot, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*lowest, "foot")
-        if (middle := _line_through((surface + foot) / 2, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*middle, "mirror")
+        for rows, source in ((foot, "foot"), ((surface + foot) / 2, "mirror")):
+            lowest = _line_through(rows, ground.factor, share=enough, below=1.0)
+            if lowest is not None and not _tilted(camera, *lowest[1:]):
+                return BaseLine(*lowest, source)
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
@@ -72,6 +74,14 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
     if line.bent > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
         return None  # a slope running out, not a plate
     return line.intercept, line.slope, line.slope_sd
+
+
+def _tilted(camera: Camera, slope: float, slope_sd: float) -> bool:
+    """Whether a line contradicts the stated plumb: then it is not what the pile stands on (a shelf's edge, a pattern)."""
+    if camera.plumb_deg is None:
+        return False
+    sd = np.hypot(np.degrees(slope_sd), camera.plumb_sd)
+    return bool(abs(np.degrees(np.arctan(slope)) - camera.plumb_deg) > TILT_DEG + 3 * sd)
 
 
 def _gaps_below(surface: np.ndarray, intercept: float, slope: float) -> bool:

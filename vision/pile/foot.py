@@ -25,7 +25,7 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
         return None
     top = mask[:, columns].argmax(axis=0).astype(float)
     bottom = mask.shape[0] - 1.0 - mask[::-1, columns].argmax(axis=0)
-    middle, half = _span(columns, region)
+    middle, half = _span(columns, top)
     leaning = middle in (columns[0], columns[-1])
     tall = float(np.median(bottom) - top.min())
     line, source = _fitted(columns, bottom, middle, half), "foot"
@@ -43,12 +43,13 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
     return BaseLine(float(at - slope * (0.5 * f - 0.5 + x0)), float(slope), float(slope_sd), source)
 
 
-def _span(columns: np.ndarray, region: Region) -> tuple[float, float]:
+def _span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
     """Middle and half width of the ellipse that the foot would be: about the wall, where the heap leans on one."""
     left, right = float(columns[0]), float(columns[-1])
-    wide = region.triangle[3:]
-    if wide.min() < 0.15 * wide.max():
-        return (left if wide[0] < wide[1] else right), right - left
+    high = columns[top < top.min() + 0.1 * np.ptp(top)]
+    crest = float((np.median(high) - left) / (right - left))
+    if min(crest, 1 - crest) < 0.2:
+        return (left if crest < 0.5 else right), right - left
     return (left + right) / 2, (right - left) / 2
 
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.stats import theilslopes
 
 from vision.pile.image import as_float, shrink
 
@@ -18,7 +17,7 @@ WORDS = 20  # kinds of colour and texture that a picture is described by
 SHELL = 0.45  # how far beyond the triangle its surroundings reach, of its height and half widths
 SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
 LOCAL = 0.08  # of the close-up's width: how far away colours count for what is seeds and what is not
-FLANK = (0.3, 0.85)  # of the height: the part of a flank that tells where it meets the foot
+RIVAL = 0.9  # of the best triangle's score: another one beside it is as likely the heap
 FORM = 0.55  # of mask and triangle together that both cover: less is no heap
 GRAINY = 1.0  # texture of the least grainy tenth of seeds (plain paper and its noise have 0 to 0.9, seeds in focus 2 to 5)
 TRIES, ROUNDS, KEPT = 6000, 5, 24
@@ -28,18 +27,20 @@ TRIES, ROUNDS, KEPT = 6000, 5, 24
 class Region:
     """Which pixels are seeds: mask of a close-up whose px are `factor` full px each and whose corner is `origin` in the picture.
 
-    grown: the same by texture, a little too large; seedlike: whether inside is grainy all over, and more so than around it;
+    grown: the same by texture, a little too large; likeness: 1 where the inside is surely seeds, grainy all over and more so than
+    around it, and of a heap's form; lower where less;
     contrast: how well colours and texture differ from those around (0–1); triangle: apex x, apex y, foot y, width to the left, to the
-    right, in px of the picture.
+    right, in px of the picture; rival: the triangle of another part of it that looks as much like a heap.
     """
 
     mask: np.ndarray
     grown: np.ndarray
-    seedlike: bool
+    likeness: float
     factor: float
     origin: tuple[int, int]
     contrast: float
     triangle: np.ndarray
+    rival: np.ndarray | None
 
 
 def describe(small: np.ndarray) -> np.ndarray:
@@ -74,7 +75,7 @@ def find_region(image: np.ndarray) -> Region | None:
     small, factor = shrink(image, SEEK_PX)
     features = describe(small)
     kinds = words(features, WORDS)
-    triangle, contrast = _best_triangle(kinds, features, max(1.0, max(kinds.shape) / SEARCH_PX))
+    triangle, contrast, rival = _best_triangle(kinds, features, max(1.0, max(kinds.shape) / SEARCH_PX))
     if triangle is None:
         return None
     rough = _cut(small, features, kinds, triangle)
@@ -89,21 +90,8 @@ def find_region(image: np.ndarray) -> Region | None:
     if mask is None:
         return None
     grainy = cv2.warpAffine(features[..., 4], where, close.shape[1::-1])
-    seedlike = _seedlike(mask, grainy, inner, 4 * factor / zoom)
-    return Region(mask, grown > 0, seedlike, zoom, (x0, y0), contrast, triangle)
-
-
-def _seedlike(mask: np.ndarray, grainy: np.ndarray, triangle: np.ndarray, halo: float) -> bool:
-    """Whether nine tenths of the inside are grainier than most of what lies around it, and its form is a heap's."""
-    discs = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (1.0, 1.5, 6.0)]
-    seeds = mask.astype(np.uint8)
-    core = cv2.erode(seeds, discs[0]) > 0
-    around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
-    form = _drawn(mask.shape, triangle, 0.0)
-    if not core.any() or not around.any() or (mask & form).sum() < FORM * (mask | form).sum():
-        return False
-    inside = float(np.percentile(grainy[core], 10))
-    return inside > GRAINY and inside > float(np.median(grainy[around])) + GRAINY / 2
+    likeness = _likeness(mask, grainy, inner, 4 * factor / zoom)
+    return Region(mask, grown > 0, likeness, zoom, (x0, y0), contrast, triangle, None if rival is None else rival * factor)
 
 
 def _heap_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
@@ -117,29 +105,21 @@ def _heap_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
     whole = np.zeros(mask.shape, np.uint8)
     contours = cv2.findContours((labels == inside.argmax()).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(whole, contours, -1, 1, cv2.FILLED)
-    low, high = _toes(whole)
-    whole[:, :low], whole[:, high:] = 0, 0
     return whole.astype(bool)
 
 
-def _toes(mask: np.ndarray) -> tuple[int, int]:
-    """First and last column (+ 1) that may belong to the heap: each flank's own line meets the foot there, what lies farther out is
-    a stray seed beside it."""
-    columns = np.flatnonzero(mask.any(axis=0))
-    top = mask[:, columns].argmax(axis=0).astype(float)
-    bottom = mask.shape[0] - 1.0 - mask[::-1, columns].argmax(axis=0)
-    foot, crest = float(np.percentile(bottom, 20)), int(top.argmin())  # seen from above the foot hangs lower in the middle
-    height, ends = (foot - top) / (foot - top[crest] + 1e-9), [int(columns[0]), int(columns[-1]) + 1]
-    for side, flank in enumerate((np.arange(columns.size) <= crest, np.arange(columns.size) >= crest)):
-        inside = flank & (height > FLANK[0]) & (height < FLANK[1])
-        if inside.sum() < 8:
-            continue
-        slope, start = theilslopes(height[inside][::2], columns[inside][::2])[:2]
-        if slope * (1 - 2 * side) <= 0:
-            continue
-        at = -start / slope + (2 * side - 1) * 0.04 * columns.size
-        ends[side] = max(ends[0], int(at)) if side == 0 else min(ends[1], int(at) + 1)
-    return (ends[0], ends[1]) if ends[1] - ends[0] > 0.5 * columns.size else (int(columns[0]), int(columns[-1]) + 1)
+def _likeness(mask: np.ndarray, grainy: np.ndarray, triangle: np.ndarray, halo: float) -> float:
+    """How much nine tenths of the inside are grainier than most of what lies around it, and its form a heap's: 1 is enough."""
+    discs = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (1.0, 1.5, 6.0)]
+    seeds = mask.astype(np.uint8)
+    core = cv2.erode(seeds, discs[0]) > 0
+    around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
+    form = _drawn(mask.shape, triangle, 0.0)
+    if not core.any() or not around.any():
+        return 0.0
+    inside, outside = float(np.percentile(grainy[core], 10)), float(np.median(grainy[around]))
+    covered = float((mask & form).sum() / (mask | form).sum())
+    return min(covered / FORM, inside / GRAINY, (inside - outside) / (GRAINY / 2))
 
 
 def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, int, int, int], float]:
@@ -193,8 +173,8 @@ def _local_odds(kinds: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.
     return np.clip(cv2.GaussianBlur(odds, (0, 0), 0.7) / 8 + 0.5, 0, 1)
 
 
-def _best_triangle(kinds: np.ndarray, features: np.ndarray, coarse: float) -> tuple[np.ndarray | None, float]:
-    """Random triangles, the best refined: (apex x, apex y, foot y, left, right) in px of `kinds`, and its contrast."""
+def _best_triangle(kinds: np.ndarray, features: np.ndarray, coarse: float):
+    """Random triangles, the best refined: (apex x, apex y, foot y, left, right) in px of `kinds`, its contrast, and its rival."""
     height, width = (max(8, round(n / coarse)) for n in kinds.shape)
     layers = [cv2.resize((kinds == k).astype(np.float32), (width, height), interpolation=cv2.INTER_AREA) for k in range(kinds.max() + 1)]
     sums = np.zeros((height + 1, width, len(layers)), np.float32)
@@ -209,19 +189,28 @@ def _best_triangle(kinds: np.ndarray, features: np.ndarray, coarse: float) -> tu
     left[upright == 0], right[upright == 1] = 0.5, 0.5
     tries = np.c_[rng.uniform(0.02, 0.98, TRIES) * width, foot - tall, foot, left, right]
     score = _score(sums, tries, texture)
+    best, high = _refined(sums, tries, score, texture, rng)
+    if not high > 0:
+        return None, 0.0, None
+    beside = (tries[:, 0] + tries[:, 4] < best[0] - best[3]) | (tries[:, 0] - tries[:, 3] > best[0] + best[4])
+    rival, second = (best, 0.0)
+    if beside.any() and score[beside].max() > RIVAL * score.max():
+        rival, second = _refined(sums, tries[beside], score[beside], texture, rng)
+    contrast = float(_apart(*_histograms(sums, best[None]))[0])
+    return best * coarse, contrast, rival * coarse if second > RIVAL * high else None
+
+
+def _refined(sums: np.ndarray, tries: np.ndarray, score: np.ndarray, texture: np.ndarray, rng) -> tuple[np.ndarray, float]:
+    """The best of the triangles after small moves of the best few, and its score."""
     for step in 0.1 * 0.6 ** np.arange(ROUNDS):
         best = tries[np.argsort(score)[-KEPT:]]
         size = np.c_[best[:, 3] + best[:, 4], best[:, 2] - best[:, 1]]
-        moves = rng.normal(0, step, (40, KEPT, 5)) * np.c_[size[:, 0], size[:, 1], size[:, 1], size[:, 0], size[:, 0]]
+        moves = rng.normal(0, step, (40, len(best), 5)) * np.c_[size[:, 0], size[:, 1], size[:, 1], size[:, 0], size[:, 0]]
         moves[:, :, 3:][:, best[:, 3:] <= 0.5] = 0
         tries = np.concatenate([best[None], best + moves]).reshape(-1, 5)
         tries[:, 3:] = np.maximum(tries[:, 3:], 0.5)
         score = _score(sums, tries, texture)
-    at = int(score.argmax())
-    if not score[at] > 0:
-        return None, 0.0
-    inside, around = _histograms(sums, tries[at : at + 1])
-    return tries[at] * coarse, float(_apart(inside, around)[0])
+    return tries[int(score.argmax())], float(score.max())
 
 
 def _score(sums: np.ndarray, tries: np.ndarray, texture: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from vision.pile.slope import Slope, fit_slope
 from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
+LIKELY = 0.6  # of a sure likeness to seeds: where nothing else can be measured this is, with a doubt
 APART = 0.1  # of the heap's area, or height: farther apart two readings are of different things
 
 
@@ -66,12 +67,26 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
     smooth = _before_one_background(cut, camera, options, roi)
     region = find_region(cut)
     by_hand = options.roi is not None or options.baseline is not None
-    if region is None or not (region.seedlike or (by_hand and isinstance(smooth, str))):
+    enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LIKELY
+    if region is None or region.likeness < enough:
         return _or_raise(smooth)
     seeds = _as_seeds(cut, region, camera, options, roi)
     if isinstance(seeds, str) or (isinstance(smooth, Repose) and _same_heap(smooth, seeds, region)):
         return _or_raise(smooth)  # its edges are read off the full picture
-    return seeds
+    doubt = _which(region, by_hand)
+    return replace(seeds, quantities=tuple(q.doubt(doubt) for q in seeds.quantities)) if doubt else seeds
+
+
+def _which(region: Region, by_hand: bool) -> str:
+    """What is to be doubted about which part of the picture is the pile."""
+    if by_hand:
+        return ""
+    if region.rival is not None:
+        x, _, foot = region.rival[:3]
+        return f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as much like a heap: name the pile by --roi"
+    if region.likeness < 1:
+        return "it is not sure that what was taken for the pile (see the overlay) is all of it and only that: name it by --roi"
+    return ""
 
 
 def _or_raise(found: Repose | str) -> Repose:
