@@ -47,6 +47,13 @@ TOKENS = (
 )  # fmt: skip
 
 
+ROLL = b"""rig = "roll"
+seed = {length_mm = 7.5, width_mm = 7.1, density_kg_m3 = 1250.0}
+camera = {fps = 200.0, mm_per_px = 0.25}
+roll = {incline_deg = 15.0, incline_length_mm = 20.0}
+"""
+
+
 @dataclass(frozen=True)
 class Reader:
     """A valid file (bytes), what parts its cells, and what reads it: `read(file)` raises what a user would be shown."""
@@ -135,6 +142,8 @@ def readers() -> dict[str, Reader]:
     made = {
         "track.csv": track("drop"),
         "track.csv of a slide": track("slide"),
+        "track.csv of a roll": Reader((SAMPLES / "soybean-bench/roll-01/track.csv").read_bytes(), ",", lambda f: told(f.parent),
+                                      {"recording.toml": ROLL}),
         "impacts.csv": Reader((drawn / "drop-heard/impacts.csv").read_bytes(), ",", lambda f: told(f.parent),
                               {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
         "readings.csv": Reader((paper / "drop/readings.csv").read_bytes(), ",", lambda f: told(f.parent),

@@ -31,6 +31,7 @@ TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg
 
 MOST_BYTES = 500_000_000  # ten million rows
 LONGEST_LINE = 10_000
+SAME_TIME = 1e-6  # of the usual step: rows nearer to one another are of one time
 LARGEST = 1e10  # of any number: seconds since 1970 are fewer
 
 
@@ -61,8 +62,10 @@ def read_track(path: Path) -> Table:
         notes.append(f"{path.name}: {needed[0]} runs backwards at row {rows.index[first] + 2}; the rows were put in order")
         rows = rows.sort_values(needed[0], kind="stable")
         time = rows[needed[0]].to_numpy()
-    if (np.diff(time) == 0).any():
-        where = int(np.argmax(np.diff(time) == 0)) + 1
+    steps = np.diff(time)
+    same = steps <= (SAME_TIME * np.median(steps) if len(steps) else 0.0)
+    if same.any():
+        where = int(np.argmax(same)) + 1
         raise MeasurementError(f"{path}: two rows for {needed[0]} = {time[where]:g} (row {rows.index[where] + 2}); keep one")
     if len(rows) < 3:
         raise MeasurementError(f"{path}: {len(rows)} usable rows; a track needs at least 3")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.measurement import MeasurementError, Quantity, failed
-from vision.motion.correlated import fit, frame_lag
+from vision.motion.correlated import Fit, fit, frame_lag
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
 from vision.motion.rolling import inertia_in
@@ -43,7 +43,16 @@ class Drag:
         return np.interp(speed, self.speed, self.k) * speed**2
 
 
-def measure_level(track: Track, x: np.ndarray, junction: tuple[float, float], stop: float | None, recording: Recording) -> Quantity:
+@dataclass(frozen=True)
+class Level:
+    """rolling_resistance; rows (n,) from which it is, and the fitted way there [mm], one a row."""
+
+    resistance: Quantity
+    rows: np.ndarray
+    curve: np.ndarray
+
+
+def measure_level(track: Track, x: np.ndarray, junction: tuple[float, float], stop: float | None, recording: Recording) -> Level:
     """rolling_resistance of a seed on the level; failed, with the reason, where its rows do not tell.
 
     x (n,): way along the motion; junction: (place, sd), where the level begins; stop: where the seed came to rest, None where
@@ -54,9 +63,9 @@ def measure_level(track: Track, x: np.ndarray, junction: tuple[float, float], st
             missing = "mm_per_px" if track.unit != "mm" else "fps"
             raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; an acceleration needs lengths and times")
         rows = _rows(track, x, junction, x.max() if stop is None else stop, stop is not None)
-        return _resistance(track.take(rows), x[rows], recording)
+        return Level(*_resistance(track.take(rows), x[rows], rows, recording))
     except MeasurementError as error:
-        return failed(NAME, "1", str(error))
+        return Level(failed(NAME, "1", str(error)), np.zeros(len(x), dtype=bool), np.zeros(0))
 
 
 def _rows(track: Track, x: np.ndarray, junction: tuple[float, float], end: float, rests: bool) -> np.ndarray:
@@ -71,24 +80,25 @@ def _rows(track: Track, x: np.ndarray, junction: tuple[float, float], end: float
     return there
 
 
-def _resistance(track: Track, x: np.ndarray, recording: Recording) -> Quantity:
+def _resistance(track: Track, x: np.ndarray, rows: np.ndarray, recording: Recording) -> tuple[Quantity, np.ndarray, np.ndarray]:
     time = track.t_s - track.t_s.mean()
     lag, inertia = frame_lag(track.frame), inertia_in(recording)
     design = np.column_stack([np.ones(len(time)), time, -(time**2) / 2])
     drag, parabola = drag_of(recording), fit(design, x, lag).params
 
-    def slowing(share: float) -> tuple[float, float, float]:
-        """Deceleration by rolling alone [mm/s²], its sd, the noise [mm], with `share` of the drag."""
+    def slowing(share: float) -> Fit:
+        """The parabola of rolling alone, with `share` of the drag taken out; its third number is the deceleration [mm/s²]."""
         speed = parabola[1] - parabola[2] * time
         for _ in range(3):
             lost, bent = integrals(time, share * drag.deceleration(np.maximum(speed, 0.0)) / inertia.factor)
             found = fit(design, x + bent, lag)
             speed = found.params[1] - found.params[2] * time - lost
-        return float(found.params[2]), math.sqrt(found.cov[2, 2]), found.noise
+        return found
 
     known = math.isfinite(drag.sd)
-    slow, slow_sd, noise = slowing(1.0 if known else 0.0)
-    air = slow - slowing(1.0 + drag.sd)[0] if known else slow - slowing(1.0)[0]
+    found = slowing(1.0 if known else 0.0)
+    slow, slow_sd = float(found.params[2]), math.sqrt(found.cov[2, 2])
+    air = slow - float(slowing(1.0 + drag.sd if known else 1.0).params[2])
     value = slow * inertia.factor / G_MM_S2
     slope, slope_sd, to_all = _slope(recording)
     value += slope
@@ -97,11 +107,11 @@ def _resistance(track: Track, x: np.ndarray, recording: Recording) -> Quantity:
     own = [slow_sd * inertia.factor / G_MM_S2, 0.0 if to_all else slope_sd]
     common = math.hypot(*shared)
     quantity = Quantity(NAME, value, math.hypot(common, *own), "1", sd_common=common)
-    if noise > UNEVEN * np.ptp(x):
-        quantity = quantity.doubt(f"the seed does not slow down evenly: it is off by {noise:.2g} mm")
+    if found.noise > UNEVEN * np.ptp(x):
+        quantity = quantity.doubt(f"the seed does not slow down evenly: it is off by {found.noise:.2g} mm")
     if value < -2 * quantity.sd:
         quantity = quantity.doubt("negative: the seed gains speed on the level; is the plate level, is y up?")
-    return quantity
+    return quantity, rows, x - found.residuals
 
 
 def drag_of(recording: Recording) -> Drag:
@@ -130,10 +140,11 @@ def notes_of(recording: Recording, quantities: Sequence[Quantity]) -> list[str]:
     if not any(q.name == NAME and math.isfinite(q.value) for q in quantities):
         return []
     inertia, drag = inertia_in(recording), drag_of(recording)
-    said = [f"{NAME}: 1 + I/(m r²) = {inertia.factor:.4g} ± {inertia.factor * inertia.sd:.2g}, by the seed's stated shape"]
+    factor = f"1 + I/(m r²) = {inertia.factor:.4g} ± {inertia.factor * inertia.sd:.2g}"
+    said = [f"{NAME}: {factor}; [seed] inertia_factor says it of a hollow seed"]
     if math.isinf(drag.sd):
         said.append(f"{NAME}: air drag is not allowed for: [seed] sizes and mass_g or density_kg_m3 are unknown; the sd holds a soybean's")
     if recording.roll.slope_deg is None:
-        both = "" if recording.roll.direction else ", state [roll] direction and roll both ways"
-        said.append(f"{NAME}: the level is known to ± {LEVEL_SD_DEG:g}°{both}, or state [roll] slope_deg")
+        both = "rolled both ways it averages out" if recording.roll.direction else "state [roll] direction and roll both ways"
+        said.append(f"{NAME}: the plate is level to ± {LEVEL_SD_DEG:g}°, unless [roll] slope_deg says how it slopes; {both}")
     return said

@@ -81,11 +81,13 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     if length <= 0:
         raise MeasurementError(unseen or "the seed stops before the junction: it never reaches the level plate")
     rests = not unseen and stop <= x.max()
-    resistance = measure_level(track, x, (place, place_sd), stop if rests else None, recording)
+    level = measure_level(track, x, (place, place_sd), stop if rests else None, recording)
+    resistance, path = level.resistance, _smooth_path(time, x)
+    path[level.rows] = level.curve
     notes += notes_of(recording, [resistance])
     for text in unsure:
         resistance = resistance if resistance.quality == FAILED else resistance.doubt(text)
-    fitted = (time, sign * _smooth_path(time, x))
+    fitted = (time, sign * path)
     if unseen:
         both = (failed("run_out", "mm", unseen), failed("rolling_friction", "1", unseen))
         return RunOut((*both, resistance), sign * place, None, None, fitted, tuple(notes))

@@ -33,6 +33,7 @@ def test_a_plain_track(tmp_path):
         ("t_s,x_mm,y_mm,agle_deg\n0,0,0,1\n0.1,0,0,1\n0.2,0,0,1\n", "agle_deg"),
         ("t_s,x_mm,y_mm\n0,0,3\n0.1,zero,2\n0.2,0,1\n", "'zero' in row 3"),
         ("t_s,x_mm,y_mm\n0,0,3\n0.1,0,2\n0.1,0,1\n0.2,0,0\n", "two rows for t_s = 0.1"),
+        ("t_s,x_mm,y_mm\n0,0,3\n2.2e-308,0,2\n0.1,0,1\n0.2,0,0\n", "two rows for t_s = 2.2e-308"),
         ("t_s,x_mm,y_mm\n0,0,3\n0.1,,2\n0.2,nan,1\n0.3,0,1\n", "2 usable rows"),
     ],
 )

@@ -37,7 +37,9 @@ def rolled(slow: float, k: float = 0.0, noise: float = 0.0):
 
 
 def resistance(track, stop, recording=KNOWN):
-    return measure_level(track, track.x, (0.0, 0.1), stop, recording)
+    level = measure_level(track, track.x, (0.0, 0.1), stop, recording)
+    assert len(level.curve) == level.rows.sum()
+    return level.resistance
 
 
 @pytest.mark.parametrize("inertia", [None, 2 / 3])
