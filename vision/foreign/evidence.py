@@ -9,7 +9,7 @@ import pandas as pd
 
 from vision.evidence.tables import Table
 from vision.foreign import read_foreign
-from vision.foreign.fall import free_fall
+from vision.foreign.fall import fits_gravity, free_fall
 from vision.foreign.found import Found, Trail
 from vision.measurement import MeasurementError
 
@@ -33,7 +33,7 @@ def evidence_of(path: Path) -> Evidence:
         low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
         raise MeasurementError(f"{path}: the angle of a plate ({low:.3g} to {high:.3g}°), and no motion: {found.questions[0]}")
     trail, _ = chosen(path, found, None)
-    return Evidence("track.csv", "drop" if falls(trail) else "", found.keys)
+    return Evidence("track.csv", "drop" if falls(found, trail) else "", found.keys)
 
 
 def foreign_track(path: Path) -> Table:
@@ -63,16 +63,20 @@ def chosen(path: Path, found: Found, number: int | None) -> tuple[Trail, tuple[s
         raise MeasurementError(f"{path}: --track {number}: it holds {len(tracks)} track{'s' * (len(tracks) > 1)}")
     if number is not None or len(tracks) == 1:
         return tracks[(number or 1) - 1], ()
-    falling = [t for t in tracks if falls(t)]
+    falling = [t for t in tracks if falls(found, t)]
     best = max(falling or tracks, key=lambda t: len(t.time))
     place = next(k for k, t in enumerate(tracks, 1) if t is best)
     which = "the longest that falls" if falling else "the longest; none falls"
     return best, (f"{len(tracks)} tracks: number {place} ({best.name or 'without a name'}) is taken, {which}",)
 
 
-def falls(trail: Trail) -> bool:
+def falls(found: Found, trail: Trail) -> bool:
+    """Whether it falls freely: along a parabola, downwards, and as gravity wants it where units are known."""
     fall = free_fall(trail.time, trail.x, trail.y)
-    return fall is not None and fall.acceleration < 0
+    if fall is None or fall.acceleration > 0:
+        return False
+    units_known = found.length_unit == "mm" and found.time_unit == "s"
+    return not units_known or bool(found.doubt) or fits_gravity(fall.acceleration)
 
 
 def track_rows(found: Found, trail: Trail) -> pd.DataFrame:

@@ -30,6 +30,8 @@ class Source:
     def __init__(self, path: Path):
         self.path = path
         size = path.stat().st_size
+        if size == 0:
+            raise MeasurementError(f"{path}: the file is empty (0 bytes)")
         if size > MOST_BYTES:
             raise MeasurementError(f"{path}: {size / 1e6:.0f} MB; a file of another tool has {MOST_BYTES / 1e6:.0f} MB at most")
         with path.open("rb") as file:
@@ -151,10 +153,11 @@ def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
 
 
 def _separators(lines: Sequence[str]) -> Separators:
-    """Tab before semicolon before comma, whichever is in most lines: in some languages commas mark decimals."""
+    """Tab before semicolon before comma, whichever is in most lines; in some languages commas mark decimals, but never in words."""
     few = lines[:200]
-    heading = next((c for c in ("\t", ";", ",") if sum(c in line for line in few) > len(few) / 2), " ")
-    return separators(heading, lines)
+    words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
+    often = (c for c in ("\t", ";", ",") if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words))
+    return separators(next(often, " "), lines)
 
 
 def _decoded(content: bytes) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
+from vision.foreign.fall import free_fall, unit_doubt
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from vision.motion.follow import Followed, follow
 from vision.motion.impacts import measure_impacts
@@ -36,7 +37,9 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
         return _observe_impacts(recording)
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
-        return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
+        track = track_from_table(table.rows, recording.camera, table.notes)
+        _check_units(track, recording)
+        return _observe_track(recording, track)
     if recording.evidence == "gates.csv":
         return _observe_track(recording, track_from_gates(recording))
     if recording.evidence not in ("frames", "video"):
@@ -44,6 +47,15 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
             f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can"
         )
     return _observe_frames(recording, progress)
+
+
+def _check_units(track: Track, recording: Recording) -> None:
+    """MeasurementError where a drop falls so that its times or places cannot be in the units of their columns."""
+    if recording.rig != "drop" or track.unit != "mm" or not track.timed:
+        return
+    fall = free_fall(track.time, track.x, track.y)
+    if fall and (doubt := unit_doubt(fall.acceleration, bool((track.time == np.round(track.time)).all()))):
+        raise MeasurementError(f"{recording.files[0]}: t_s, x_mm, y_mm: {doubt}")
 
 
 def _observe_impacts(recording: Recording) -> Observation:
