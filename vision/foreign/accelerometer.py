@@ -95,10 +95,11 @@ def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]
 def _axes(headings: list) -> list[int]:
     """Columns of acceleration along x, y and z; [] unless there is one of each."""
     found: dict[str, dict[str, int]] = {}
+    bare = ("a", "") if "seconds_elapsed" in headings else ("a",)  # x, y, z of Sensor Logger; elsewhere they are places
     for k, heading in enumerate(headings):
         name, unit = name_and_unit(heading)
         axis = _AXIS.fullmatch(name)
-        if axis and (unit in _UNITS or not axis[1] or any(word in name for word in ("acc", "gf", "grav"))):
+        if axis and (unit in _UNITS or axis[1] in bare or any(word in name for word in ("acc", "gf", "grav"))):
             found.setdefault(axis[1], {})[axis[2]] = k
     whole = [axes for axes in found.values() if len(axes) == AXES]
     return [whole[0][axis] for axis in "xyz"] if whole else []

@@ -22,9 +22,3 @@ def ball(fps: float = 120.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     frame = np.arange(int(IMPACTS_S[3] * fps))
     t = frame / fps
     return frame, 0.1 + 0.02 * t, height_m(t)
-
-
-def restitution_of(t: np.ndarray, y: np.ndarray) -> float:
-    """√(H2/H1) of a track, from its highest places before and after the first impact."""
-    low = int(np.argmax(np.diff(y) > 0.05 * np.ptp(y) * 1e-2))
-    return float(np.sqrt((y[low:].max() - y.min()) / (y[0] - y.min())))
