@@ -62,8 +62,8 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     """The recordings in one file. rig: "" where it is not stated; track: the number of the one to take, else the likeliest."""
     if path.suffix.lower() in (*VIDEO_SUFFIXES, *PHOTO_SUFFIXES) and not tool_of(path):
         photo = path.suffix.lower() in PHOTO_SUFFIXES
-        guess = ("a photo is of a pile",) if photo and not rig else ()
-        yield Draft(path.stem, path, "photo" if photo else "video", rig or ("pile" if photo else ""), path.name, None, guesses=guess)
+        said = ("a photo is of a pile",) if photo and not rig else ()
+        yield Draft(path.stem, path, "photo" if photo else "video", rig or ("pile" if photo else ""), path.name, None, guesses=said)
         return
     found = read_foreign(path)
     if found.tilt is not None:
@@ -79,9 +79,9 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
             said = (f"run {number} of {len(found.runs)}: {name}",) if name else ()
             yield _draft(path, stem, found, rig or "drop", "impacts.csv", impact_rows(path, name, times), said)
     else:
-        trail, said = chosen(path, found, track)
+        trail, which = chosen(path, found, track)
         guess = () if rig else ('rig = "drop": it falls freely',) if falls(found, trail) else ()
-        yield _draft(path, path.stem, found, rig or ("drop" if guess else ""), "track.csv", track_rows(found, trail), (*said, *guess))
+        yield _draft(path, path.stem, found, rig or ("drop" if guess else ""), "track.csv", track_rows(found, trail), (*which, *guess))
 
 
 def _draft(path: Path, name: str, found: Found, rig: str, evidence: str, table: pd.DataFrame, said: tuple[str, ...]) -> Draft:

@@ -53,14 +53,13 @@ def test_text(tmp_path, decimal):
 def kva(calibrated: bool, fps: float | None = 120.0) -> str:
     places = zip(FRAME, PX_PER_M * X, 480 - PX_PER_M * Y)
     points = "".join(f"<TrackPoint>{x:.3f};{y:.3f};{9000 + 1502 * f}</TrackPoint>" for f, x, y in places)
-        f"<TrackPoint>{PX_PER_M * x:.3f};{480 - PX_PER_M * y:.3f};{9000 + 1502 * f}</TrackPoint>" for f, x, y in zip(FRAME, X, Y)
-    )
     line = """<Calibration><CalibrationLine><Length>50</Length><Segment><A>10;20</A><B>330;20</B></Segment></CalibrationLine>
 <Unit Abbreviation="cm">Centimeters</Unit></Calibration>"""
     rate = f"<CaptureFramerate>{fps}</CaptureFramerate>" if fps else ""
     return f"""\ufeff<?xml version="1.0" encoding="utf-8"?>
 <KinoveaVideoAnalysis><FormatVersion>2.1</FormatVersion><AverageTimeStampsPerFrame>1502</AverageTimeStampsPerFrame>{rate}
-{line if calibrated else ""}<Tracks><Track id="a" name="ball"><TrackPointList Count="{len(FRAME)}">{points}</TrackPointList></Track></Tracks>
+{line if calibrated else ""}
+<Tracks><Track id="a" name="ball"><TrackPointList Count="{len(FRAME)}">{points}</TrackPointList></Track></Tracks>
 </KinoveaVideoAnalysis>"""
 
 
