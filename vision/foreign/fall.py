@@ -3,68 +3,73 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 G_M_S2 = 9.81
 LOOSE = 0.25  # relative: perspective, a scale off by some percent, air
 LARGEST_MISFIT = 0.03  # rms beside a parabola, of its sagitta: a bounce in the window leaves 0.05
-LEAST_SAGITTA = 0.02  # of all of the motion along y
+LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise beside a roll
 LARGEST_SIDEWAYS = 0.15  # acceleration across, beside that along y: a roll down an incline has both
-MOST_POINTS = 3000
+MOST_POINTS = 1000
 _TIMES = {"milliseconds": 1e-3, "minutes": 60.0}
 _LENGTHS = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "micrometres": 1e-3}
 
 
 @dataclass(frozen=True)
 class Fall:
-    """The longest free flight in a track: its acceleration along y (positive upwards of y), and the time that it lasts."""
+    """A free flight in a track: its acceleration along y (positive towards greater y), the time that it lasts, and how well it is
+    told (its sagitta, less what its misfit takes from it), in the track's own units."""
 
     acceleration: float
     duration: float
+    worth: float
 
 
-def free_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:
-    """The flight of the greatest sagitta, in the track's own units; None where nothing falls.
+def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
+    """Windows of rows that are a flight: a parabola fits y to LARGEST_MISFIT of its sagitta, and x keeps its speed.
 
-    A window of rows is a flight where a parabola fits y to LARGEST_MISFIT of its sagitta, and x keeps its speed; a worse fit counts
-    against a longer window, so that the rest before a release stays out.
+    The times increase.
     """
     step = max(1, len(time) // MOST_POINTS)
     time, x, y = time[::step], x[::step], y[::step]
-    if len(time) < 5 or np.ptp(time) <= 0:
-        return None
-    best, greatest, height = None, 0.0, float(np.ptp(y))
-    lengths = sorted({int(n) for n in np.geomspace(5, len(time), 24)})
-    for n in lengths:
-        for start in range(0, len(time) - n + 1, max(1, n // 8)):
-            rows = slice(start, start + n)
-            t = time[rows] - time[rows].mean()
-            span = float(np.ptp(t))
-            if span <= 0:
-                continue
-            powers = np.column_stack([np.ones(n), t / span, (t / span) ** 2])
-            both = np.column_stack([y[rows], x[rows]])
-            fitted, *_ = np.linalg.lstsq(powers, both, rcond=None)
-            sagitta, aside = abs(fitted[2, 0]) / 4, abs(fitted[2, 1]) / 4
-            misfit = float(np.std(both[:, 0] - powers @ fitted[:, 0]))
-            worth = sagitta - misfit / LARGEST_MISFIT
-            if worth > greatest and sagitta > LEAST_SAGITTA * height and aside < LARGEST_SIDEWAYS * sagitta:
-                greatest, best = worth, Fall(2 * float(fitted[2, 0]) / span**2, span)
-    return best
+    extent, found = max(float(np.ptp(x)), float(np.ptp(y))) if len(x) else 0.0, []
+    for n in sorted({int(n) for n in np.geomspace(5, max(len(time), 5), 20)}):
+        if n > len(time):
+            break
+        t, across, up = (sliding_window_view(column, n)[:: max(1, n // 6)] for column in (time, x, y))
+        span = np.ptp(t, axis=1)
+        s = (t - t.mean(axis=1, keepdims=True)) / span[:, None]
+        powers = np.stack([np.ones_like(s), s, s**2], axis=2)  # windows × rows × 3
+        both = np.stack([up, across], axis=2)
+        squares = np.einsum("wri,wrj->wij", powers, powers)
+        fitted = np.linalg.pinv(squares, hermitian=True) @ np.einsum("wri,wrk->wik", powers, both)
+        misfit = np.std(up - np.einsum("wri,wi->wr", powers, fitted[:, :, 0]), axis=1)
+        sagitta, aside = np.abs(fitted[:, 2, 0]) / 4, np.abs(fitted[:, 2, 1]) / 4
+        worth = sagitta - misfit / LARGEST_MISFIT
+        for k in np.flatnonzero((worth > 0) & (sagitta > LEAST_SAGITTA * extent) & (aside < LARGEST_SIDEWAYS * sagitta)):
+            found.append(Fall(float(2 * fitted[k, 2, 0] / span[k] ** 2), float(span[k]), float(worth[k])))
+    return found
+
+
+def free_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:
+    """The flight that is told best; None where nothing falls. The rest before a release stays out: it would fit worse."""
+    return max(free_falls(time, x, y), key=lambda fall: fall.worth, default=None)
 
 
 def fits_gravity(acceleration_mm_s2: float) -> bool:
     return abs(abs(acceleration_mm_s2) / (1000 * G_M_S2) - 1) < LOOSE
 
 
-def unit_doubt(acceleration_mm_s2: float, whole: bool) -> str:
-    """A question where a fall's acceleration cannot be gravity's in millimetres and seconds; "" where it can.
+def unit_doubt(falls: list[Fall], mm: float, whole: bool) -> str:
+    """A question where no flight of a track can be gravity's in its units; "" where one can, or nothing flies.
 
-    whole: the times are whole numbers, as of frames. Accelerations up to three times off may have a wrong scale or frame rate,
-    which is told elsewhere.
+    mm: millimetres of a unit of length; times are in seconds. whole: the times are whole numbers, as of frames. Accelerations up to
+    three times off may have a wrong scale or frame rate, which is told elsewhere.
     """
-    given = abs(acceleration_mm_s2) / 1000
-    if not np.isfinite(given) or given == 0 or G_M_S2 / 3 < given < 3 * G_M_S2:
+    all_given = [abs(fall.acceleration) * mm / 1000 for fall in falls]
+    if not falls or any(G_M_S2 / 3 < given < 3 * G_M_S2 for given in all_given):
         return ""
+    given = all_given[max(range(len(falls)), key=lambda k: falls[k].worth)]
     near = [f"times {word}" for word, k in _TIMES.items() if fits_gravity(1000 * given / k**2)]
     near += [f"lengths {word}" for word, k in _LENGTHS.items() if fits_gravity(1000 * given * k)]
     if whole and not near:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vision.foreign.fall import Fall, fits_gravity, free_fall, unit_doubt
+from vision.foreign.fall import Fall, fits_gravity, free_falls, unit_doubt
 from vision.foreign.found import Found, Trail
 from vision.foreign.units import FRAMES, LENGTH, PIXELS, TIME
 from vision.measurement import MeasurementError
@@ -38,7 +38,8 @@ def settled(stated: Stated, keys: dict[str, dict[str, Any]], guesses: list[str],
     trails = tuple(replace(t, time=t.time * seconds) for t in stated.trails)
     if stated.up == "down":
         trails = tuple(replace(t, y=-t.y) for t in trails)
-    fall = _fall(trails)
+    falls = [f for t in trails for f in free_falls(t.time, t.x, t.y)]
+    fall = max(falls, key=lambda f: f.worth, default=None)
     if not stated.up:
         trails, fall = _upright(trails, fall, guesses, questions)
     if not stated.length_unit:
@@ -51,9 +52,9 @@ def settled(stated: Stated, keys: dict[str, dict[str, Any]], guesses: list[str],
         mm, length_unit = _known(stated.path, "length", stated.length_unit, LENGTH), "mm"
     trails = tuple(replace(t, x=t.x * mm, y=t.y * mm) for t in trails)
     doubt = ""
-    if fall is not None and time_unit == "s" and length_unit == "mm":
+    if time_unit == "s" and length_unit == "mm":
         whole = all((t.time == np.round(t.time)).all() for t in trails)
-        doubt = unit_doubt(fall.acceleration * mm, whole)
+        doubt = unit_doubt(falls, mm, whole)
     return Found(stated.tool, trails, time_unit, length_unit, keys=keys, guesses=tuple(guesses), questions=tuple(questions), doubt=doubt)
 
 
@@ -81,11 +82,6 @@ def _clock(stated: Stated, guesses: list[str], questions: list[str]) -> tuple[fl
         return 1e-3, "s"
     guesses.append(f"times in seconds, which the file does not say: the rows are {step:.4g} apart")
     return 1.0, "s"
-
-
-def _fall(trails: tuple[Trail, ...]) -> Fall | None:
-    falls = [f for t in trails if (f := free_fall(t.time, t.x, t.y)) is not None]
-    return max(falls, key=lambda f: f.duration, default=None)
 
 
 def _upright(

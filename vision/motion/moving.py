@@ -7,7 +7,7 @@ import numpy as np
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
-from vision.foreign.fall import free_fall, unit_doubt
+from vision.foreign.fall import free_falls, unit_doubt
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from vision.motion.follow import Followed, follow
 from vision.motion.impacts import measure_impacts
@@ -53,8 +53,8 @@ def _check_units(track: Track, recording: Recording) -> None:
     """MeasurementError where a drop falls so that its times or places cannot be in the units of their columns."""
     if recording.rig != "drop" or track.unit != "mm" or not track.timed:
         return
-    fall = free_fall(track.time, track.x, track.y)
-    if fall and (doubt := unit_doubt(fall.acceleration, bool((track.time == np.round(track.time)).all()))):
+    falls = free_falls(track.time, track.x, track.y)
+    if doubt := unit_doubt(falls, 1.0, bool((track.time == np.round(track.time)).all())):
         raise MeasurementError(f"{recording.files[0]}: t_s, x_mm, y_mm: {doubt}")
 
 
