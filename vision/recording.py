@@ -93,6 +93,9 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
 def _recording(path: Path, name: str, evidence: str | Evidence, files: tuple[Path, ...], stated: dict) -> Recording:
     """A recording of what is stated; what a file of another tool states counts where nobody states it."""
     if isinstance(evidence, Evidence):
+        if evidence.bare and (scale := stated.get("camera", {}).get("mm_per_px")):
+            said = f"its lengths have no unit, and [camera] mm_per_px = {scale} is of pixels"
+            raise MeasurementError(f"{files[0]}: {said}; write the unit into its heading, such as x (m)")
         kind, rig, stated = evidence.kind, evidence.rig or None, merge(evidence.keys, stated)
     else:
         kind, rig = evidence, "pile" if evidence == "photos" else None

@@ -147,4 +147,3 @@ def _comment(text: str):
 def _plain(text: str) -> str:
     """Text that a TOML comment may hold, in one line."""
     return "".join(c if c.isprintable() else " " for c in text.encode("utf8", "replace").decode("utf8"))[:400]
-

@@ -17,11 +17,12 @@ from vision.measurement import MeasurementError
 @dataclass(frozen=True)
 class Evidence:
     """kind: "track.csv" or "impacts.csv", of which the file is one. rig: "drop" where it can be nothing else, else "". keys: of
-    recording.toml, that the file states."""
+    recording.toml, that the file states. bare: its lengths have no unit at all."""
 
     kind: str
     rig: str
     keys: dict[str, dict[str, Any]]
+    bare: bool = False
 
 
 def evidence_of(path: Path) -> Evidence:
@@ -33,7 +34,7 @@ def evidence_of(path: Path) -> Evidence:
         low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
         raise MeasurementError(f"{path}: the angle of a plate ({low:.3g} to {high:.3g}°), and no motion: {found.questions[0]}")
     trail, _ = chosen(path, found, None)
-    return Evidence("track.csv", "drop" if falls(found, trail) else "", found.keys)
+    return Evidence("track.csv", "drop" if falls(found, trail) else "", found.keys, found.bare)
 
 
 def foreign_track(path: Path) -> Table:
@@ -44,7 +45,8 @@ def foreign_track(path: Path) -> Table:
     if found.doubt:
         raise MeasurementError(f"{path}: {found.doubt}")
     trail, said = chosen(path, found, None)
-    return Table(track_rows(found, trail), (*said, *(f"taken to be so: {guess}" for guess in found.guesses)))
+    guesses, questions = (f"taken to be so: {g}" for g in found.guesses), (f"not known: {q}" for q in found.questions)
+    return Table(track_rows(found, trail), (*said, *guesses, *questions))
 
 
 def foreign_impacts(path: Path) -> Table:

@@ -23,6 +23,8 @@ class Found:
 
     trails: in `length_unit` (mm or px) and `time_unit` (s or frame). runs: of impact times [s], each by its name. tilt: t_s and
     tilt_deg of a plate. keys: of recording.toml, {section: {key: value}}, that the file states. guesses: what was assumed, and
+    why. questions: what the file leaves open, to be asked of its owner. doubt: why its units cannot be what it says they are.
+    bare: its lengths have no unit, and nothing tells which; they count as pixels.
     """
 
     tool: str
@@ -35,3 +37,4 @@ class Found:
     guesses: tuple[str, ...] = ()
     questions: tuple[str, ...] = ()
     doubt: str = ""
+    bare: bool = False

@@ -33,7 +33,7 @@ class Stated:
 
 def settled(stated: Stated, keys: dict[str, dict[str, Any]], guesses: list[str], questions: list[str]) -> Found:
     """What the file comes down to. keys: of recording.toml that it states; guesses, questions: what its reader has to say before."""
-    guesses, questions = list(guesses), list(questions)
+    guesses, questions, bare = list(guesses), list(questions), False
     seconds, time_unit = _clock(stated, guesses, questions)
     trails = tuple(replace(t, time=t.time * seconds) for t in stated.trails)
     if stated.up == "down":
@@ -43,7 +43,7 @@ def settled(stated: Stated, keys: dict[str, dict[str, Any]], guesses: list[str],
     if not stated.up:
         trails, fall = _upright(trails, fall, guesses, questions)
     if not stated.length_unit:
-        mm, length_unit = _length(trails, fall, time_unit, guesses, questions)
+        mm, length_unit, bare = _length(trails, fall, time_unit, guesses, questions)
     elif stated.length_unit in PIXELS:
         mm, length_unit = 1.0, "px"
         if not any("mm_per_px" in q for q in questions) and "mm_per_px" not in keys.get("camera", {}):
@@ -55,7 +55,8 @@ def settled(stated: Stated, keys: dict[str, dict[str, Any]], guesses: list[str],
     if time_unit == "s" and length_unit == "mm":
         whole = all((t.time == np.round(t.time)).all() for t in trails)
         doubt = unit_doubt(falls, mm, whole)
-    return Found(stated.tool, trails, time_unit, length_unit, keys=keys, guesses=tuple(guesses), questions=tuple(questions), doubt=doubt)
+    found = Found(stated.tool, trails, time_unit, length_unit, keys=keys, doubt=doubt, bare=bare)
+    return replace(found, guesses=tuple(guesses), questions=tuple(questions))
 
 
 def _known(path: Path, what: str, unit: str, units: dict[str, float]) -> float:
@@ -96,16 +97,18 @@ def _upright(
     return tuple(replace(t, y=-t.y) for t in trails), replace(fall, acceleration=-fall.acceleration)
 
 
-def _length(trails: tuple[Trail, ...], fall: Fall | None, time_unit: str, guesses: list[str], questions: list[str]) -> tuple[float, str]:
-    """Millimetres of a unit that the file does not state, and "mm"; or 1 and "px"."""
+def _length(
+    trails: tuple[Trail, ...], fall: Fall | None, time_unit: str, guesses: list[str], questions: list[str]
+) -> tuple[float, str, bool]:
+    """Millimetres of a unit that the file does not state, and "mm"; or 1 and "px", and whether even that is not known."""
     if all((np.append(t.x, t.y) == np.round(np.append(t.x, t.y))).all() for t in trails):
         guesses.append("lengths are pixels: they are whole numbers")
         questions.append("how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios only")
-        return 1.0, "px"
+        return 1.0, "px", False
     fitting = [u for u in _WITHOUT_UNIT if fall is not None and time_unit == "s" and fits_gravity(fall.acceleration * LENGTH[u])]
     if len(fitting) == 1 and fall is not None:
         found = abs(fall.acceleration) * LENGTH[fitting[0]] / 1000
         guesses.append(f"lengths in {fitting[0]}, which the file does not say: so the fall accelerates by {found:.3g} m/s²")
-        return LENGTH[fitting[0]], "mm"
+        return LENGTH[fitting[0]], "mm", False
     questions.append("in which unit are its lengths? Taken as pixels: [camera] mm_per_px says how many millimetres is one")
-    return 1.0, "px"
+    return 1.0, "px", True

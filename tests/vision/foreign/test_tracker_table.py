@@ -96,6 +96,14 @@ def test_times_that_gravity_contradicts_are_asked_and_not_changed(tmp_path, head
         read_track(tmp_path / "run.csv")
 
 
+def test_lengths_without_a_unit_are_no_pixels_of_a_stated_scale(tmp_path):
+    """A roll in metres that the table does not name, beside a camera's scale: a run-out of a thousandth would be measured."""
+    (tmp_path / "recording.toml").write_text('rig = "roll"\n[camera]\nmm_per_px = 0.3\n')
+    (tmp_path / "run.txt").write_text("\n".join(["t\tx\ty", *lines("\t", False, T, 0.3 * (1 - np.exp(-T)), 0 * T)]))
+    (reason,) = {q.reason for o in measure(tmp_path) for q in o.quantities}
+    assert "run.txt: its lengths have no unit, and [camera] mm_per_px = 0.3 is of pixels; write the unit into its heading" in reason
+
+
 def test_own_tables_are_asked_too(tmp_path):
     (tmp_path / "recording.toml").write_text('rig = "drop"\n')
     (tmp_path / "track.csv").write_text("\n".join(["t_s,x_mm,y_mm", *lines(",", False, T / 60, 1000 * X, 1000 * Y)]))
