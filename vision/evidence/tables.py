@@ -210,7 +210,9 @@ def _parting(path: Path) -> Separators:
     if not by.decimal:
         said = f"its columns are parted by {by.column!r}, its numbers written in two ways"
         raise MeasurementError(f"{path}: {said}; save it with commas, and points in its numbers")
-    return Separators(",", ".") if by.column == " " else by
+    if by.column == " ":  # a single column
+        return Separators(";", by.decimal)
+    return by
 
 
 def _check_there(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:

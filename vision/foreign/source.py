@@ -21,6 +21,7 @@ MOST_BYTES = 100_000_000  # of a file, and of what is packed in it
 HEAD = 20_000  # bytes in which a tool is recognised
 Cell = str | float
 Rows = list[list[Cell]]
+_SAYS_UTF8 = re.compile(rb"""\s*<\?xml[^>]*encoding=["']utf-?8["']""", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
@@ -93,6 +94,11 @@ class Source:
 
     def parsed(self, content: bytes) -> Element:
         """XML without entities of its own, whose unfolding could fill the memory."""
+        try:
+            content.decode("utf-8")
+        except UnicodeDecodeError:
+            if _SAYS_UTF8.match(content):  # some tools say so and write letters of Windows
+                content = content.decode("cp1252", "replace").encode()
         try:
             return defusedxml.ElementTree.fromstring(content, forbid_dtd=False)
         except (ParseError, DefusedXmlException, ValueError, LookupError, RecursionError) as error:

@@ -17,7 +17,7 @@ from vision.foreign.units import LENGTH
 from vision.measurement import MeasurementError
 
 TOOL = "Tracker"
-_PANEL = "tracker.TrackerPanel"
+_PANEL, _ANY = "tracker.TrackerPanel", b"org.opensourcephysics.cabrillo.tracker."
 _CALIBRATIONS = ("TapeMeasure", "Calibration")
 
 
@@ -39,7 +39,7 @@ class _System:
 def holds(source: Source) -> bool:
     if source.packed:
         return any(name.lower().endswith(".trk") for name in source.members)
-    return source.is_xml and _PANEL.encode() in source.head
+    return source.is_xml and _ANY in source.head
 
 
 def read(source: Source) -> Found:
@@ -83,15 +83,16 @@ def _found(source: Source, panel: Element, inside: str, trails: tuple[Trail, ...
 
 def _panel(source: Source) -> tuple[Element, str]:
     """The TrackerPanel's element, and the name of the file it stands in."""
-    if not source.packed:
-        return source.xml, source.path.name
-    inside = [name for name in source.members if name.lower().endswith(".trk")]
-    if len(inside) > 1:
-        raise MeasurementError(f"{source.path}: {len(inside)} .trk files in it; unpack it and take one ({', '.join(inside)[:200]})")
-    panel = source.parsed(source.member(inside[0]))
+    panel, name = source.xml if not source.packed else None, source.path.name
+    if panel is None:
+        inside = [member for member in source.members if member.lower().endswith(".trk")]
+        if len(inside) > 1:
+            raise MeasurementError(f"{source.path}: {len(inside)} .trk files in it; unpack it and take one ({', '.join(inside)[:200]})")
+        name = inside[0]
+        panel = source.parsed(source.member(name))
     if _PANEL not in panel.get("class", ""):
-        raise MeasurementError(f"{source.path}: {inside[0]} in it holds several tabs or none; save one tab as .trk")
-    return panel, inside[0]
+        raise MeasurementError(f"{source.path}: {name} holds several tabs or none; save one tab as .trk")
+    return panel, name
 
 
 def _systems(source: Source, coords: Element | None) -> dict[int, _System]:

@@ -105,7 +105,14 @@ def test_of_several_the_longest_that_falls_is_taken_and_said(tmp_path):
     assert "2 tracks: number 2 (ball) is taken, the longest that falls" in table.notes[0]
 
 
+def test_letters_of_windows_in_what_says_it_is_utf8_are_no_fault(tmp_path):
+    text = trk(TAPE + drop_item()).replace("<property", '<property name="author" type="string">García</property>\n<property', 1)
+    (tmp_path / "drop.trk").write_bytes(text.encode("cp1252"))
+    assert len(read_track(tmp_path / "drop.trk").rows) == len(ball()[0])
+
+
 WRONG = {
+    "several tabs": (trk(drop_item()).replace("TrackerPanel", "TrackerTabs"), "several tabs or none; save one tab as .trk"),
     "a model": (trk(TAPE), "no point mass that was tracked"),
     "two places": (trk(point_mass("A", np.arange(2), np.ones(2), np.ones(2))), "no track of 3 or more places"),
     "no clock": (trk(drop_item()).replace("delta_t", "delta"), "delta_t = None"),
