@@ -77,8 +77,8 @@ def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
     if kind == "stops":
         times = np.array([c[0] for c in columns])
         return [times[np.isfinite(times) & (times > 0)]]
-    runs = []
-    for k in range(0, wide - 1, 2):
+    runs, stated = [], [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]  # people leave columns empty between
+    for k in (k for k in stated[::2] if k + 1 < wide):
         there = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
         time, gap = columns[k][there], columns[k + 1][there]
         if len(time):
