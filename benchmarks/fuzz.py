@@ -146,6 +146,7 @@ def of_other_tools() -> dict[str, tuple[bytes, str]]:
             f"Point {k + 1} {x} {y} 1.0 {k + 1}.0 1.0\n" for k, _, x, y, _ in places)).encode(), " "),
         "events.csv": (events.encode(), ","),
         "events.zip": (zipped({"All.csv": events.encode(), "meta/time.csv": clock.encode()}), ""),
+        "events.xlsx": (workbook({"All": EVENTS, "Metadata Time": "<row><c t='inlineStr'><is><t>event</t></is></c></row>"}), ""),
         "plate.csv": (("time (s),ax (g),ay (g),az (g)\n" + tilt).encode(), ","),
         "kinovea.csv": (('"Time","ball/0/X","ball/0/Y"\n' + "".join(f'"{s}","0.1","{y}"\n' for _, s, _, _, y in places)).encode(), ","),
         "kinovea.txt": (("#Kinovea Trajectory data export\n#T X Y\n" + "".join(
@@ -155,6 +156,31 @@ def of_other_tools() -> dict[str, tuple[bytes, str]]:
                       f"</CalibrationLine>\n<Unit>Centimeters</Unit></Calibration>\n<Tracks><Track name='b'><TrackPointList>\n{points}"
                       f"</TrackPointList></Track></Tracks></KinoveaVideoAnalysis>").encode(), "<"),
     }  # fmt: skip
+
+
+def workbook(sheets: dict[str, str]) -> bytes:
+    """An .xlsx of these sheets, by name: the least that the format wants."""
+    kind = "http://schemas.openxmlformats.org"
+    numbered = list(enumerate(sheets, 1))
+    listed = "".join(f'<sheet name="{n}" sheetId="{k}" r:id="r{k}"/>' for k, n in numbered)
+    related = "".join(f'<Relationship Id="r{k}" Type="{kind}/officeDocument/2006/relationships/worksheet" '
+                      f'Target="worksheets/sheet{k}.xml"/>' for k, _ in numbered)  # fmt: skip
+    return zipped({
+        "_rels/.rels": f'<Relationships xmlns="{kind}/package/2006/relationships"><Relationship Id="r0" '
+                       f'Type="{kind}/officeDocument/2006/relationships/officeDocument" Target="xl/workbook.xml"/>'
+                       "</Relationships>".encode(),
+        "xl/workbook.xml": f'<workbook xmlns="{kind}/spreadsheetml/2006/main" xmlns:r="{kind}/officeDocument/2006/relationships">'
+                           f"<sheets>{listed}</sheets></workbook>".encode(),
+        "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{kind}/package/2006/relationships">{related}'
+                                      "</Relationships>".encode(),
+        **{f"xl/worksheets/sheet{k}.xml": f'<worksheet xmlns="{kind}/spreadsheetml/2006/main"><sheetData>{sheets[n]}</sheetData>'
+           "</worksheet>".encode() for k, n in numbered},
+    })  # fmt: skip
+
+
+EVENTS = "<row><c t='inlineStr'><is><t>Event (s)</t></is></c><c t='inlineStr'><is><t>Interval (s)</t></is></c></row>" + "".join(
+    f"<row><c><v>{a}</v></c><c><v>{b}</v></c></row>" for a, b in ((1.0, 0.51), (1.51, 0.41), (1.92, 0.33), (2.25, 0))
+)
 
 
 def zipped(members: dict[str, bytes]) -> bytes:

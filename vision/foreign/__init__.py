@@ -25,7 +25,7 @@ def tool_of(path: Path) -> str:
     if suffix not in SUFFIXES:
         return ""
     try:
-        reader = _reader(Source(path))
+        _, reader = _opened(*_version(path))
     except (MeasurementError, OSError):
         reader = None
     return reader.TOOL if reader else "a damaged file" if suffix in SURE else ""
@@ -33,17 +33,27 @@ def tool_of(path: Path) -> str:
 
 def read_foreign(path: Path) -> Found:
     """What a file of another tool says. MeasurementError naming the file and what is wrong in it, or that no tool is known to write it."""
-    stat = path.stat()
-    return _read(path, stat.st_mtime_ns, stat.st_size)
+    return _read(*_version(path))
 
 
 @lru_cache(maxsize=64)
-def _read(path: Path, _time: int, _size: int) -> Found:
-    source = Source(path)
-    reader = _reader(source)
+def _read(path: Path, time: int, size: int) -> Found:
+    source, reader = _opened(path, time, size)
     if reader is None:
         raise MeasurementError(f"{path}: no tool is known to write such a file (docs/import.md lists those that are read)")
     return reader.read(source)
+
+
+@lru_cache(maxsize=2)
+def _opened(path: Path, time: int, size: int) -> tuple[Source, ModuleType | None]:
+    source = Source(path)
+    return source, _reader(source)
+
+
+def _version(path: Path) -> tuple[Path, int, int]:
+    """A file as it is now: what is read is kept, and read anew where the file has changed."""
+    stat = path.stat()
+    return path, stat.st_mtime_ns, stat.st_size
 
 
 def _reader(source: Source) -> ModuleType | None:

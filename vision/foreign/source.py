@@ -1,23 +1,22 @@
 """A file opened once for all readers: its text, its tables or its XML, whichever it holds; limits against hostile files."""
 
 import csv
-import io
 import re
 import zipfile
-import zlib
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError
 
 import defusedxml.ElementTree
 from defusedxml.common import DefusedXmlException
-from python_calamine import CalamineError, CalamineWorkbook
 
 from vision.evidence.separators import Separators, separators
+from vision.foreign.workbook import sheets_of
 from vision.measurement import MeasurementError
 
-MOST_BYTES = 100_000_000  # of a file, and of what is packed in it
+MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
+MOST_TABLES = 50  # in a packed file
 HEAD = 20_000  # bytes in which a tool is recognised
 Cell = str | float
 Rows = list[list[Cell]]
@@ -73,8 +72,8 @@ class Source:
         """Names of the files in a packed one."""
         try:
             with zipfile.ZipFile(self.path) as packed:
-                return [m.filename for m in packed.infolist() if not m.is_dir() and not m.filename.startswith("__MACOSX")]
-        except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError, UnicodeError) as error:
+                return [m.filename for m in packed.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
+        except Exception as error:  # of a damaged one the library raises what it happens to meet
             raise MeasurementError(f"{self.path}: the zip file is damaged or cut short ({error})") from error
 
     def member(self, name: str) -> bytes:
@@ -82,7 +81,7 @@ class Source:
         try:
             with zipfile.ZipFile(self.path) as packed, packed.open(name) as file:
                 content = file.read(MOST_BYTES + 1)
-        except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, OSError, KeyError, RuntimeError) as error:
+        except Exception as error:
             raise MeasurementError(f"{self.path}: {name} in it is damaged or locked ({error})") from error
         if len(content) > MOST_BYTES:
             raise MeasurementError(f"{self.path}: {name} unpacks to more than {MOST_BYTES / 1e6:.0f} MB")
@@ -110,8 +109,8 @@ class Source:
         if self.is_workbook:
             return self._workbook()
         if self.packed:
-            tables = [n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))]
-            return {PurePosixPath(n).with_suffix("").as_posix(): self._rows(_decoded(self.member(n))) for n in tables}
+            tables = [n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))][:MOST_TABLES]
+            return {n.rpartition(".")[0]: self._rows(_decoded(self.member(n))) for n in tables}
         return {self.path.stem: self._rows(self.text)}
 
     @cached_property
@@ -121,14 +120,9 @@ class Source:
 
     def _workbook(self) -> dict[str, Rows]:
         try:
-            book = CalamineWorkbook.from_filelike(io.BytesIO(self.path.read_bytes()))
-            raw = {name: book.get_sheet_by_name(name).to_python() for name in book.sheet_names}
-        except (CalamineError, ValueError, OSError, KeyError) as error:
-            raise MeasurementError(f"{self.path}: the workbook is damaged ({error})") from error
-        except BaseException as error:  # the library's own panic is no Exception
-            if isinstance(error, KeyboardInterrupt | SystemExit | MemoryError):
-                raise
-            raise MeasurementError(f"{self.path}: the workbook is damaged") from error
+            raw = sheets_of(self.path)
+        except ValueError as error:
+            raise MeasurementError(f"{self.path}: {error}") from error
         return {name: [[_cell(c, ".") for c in row] for row in rows] for name, rows in raw.items()}
 
     def _rows(self, text: str) -> Rows:

@@ -141,7 +141,20 @@ def without_gravity() -> bytes:
     return table([["Time (s)", *(f"Linear Acceleration {a} (m/s^2)" for a in "xyz")], *([s, *(f - f)] for s, f in zip(t, felt))]).encode()
 
 
+def spread_wide() -> bytes:
+    """A cell in the last column of the last row: as a dense table, 550 GB."""
+    far = '<row r="1048576"><c r="XFD1048576"><v>1</v></c></row></sheetData>'
+    with zipfile.ZipFile(io.BytesIO(FILES["clap.xlsx"])) as z, zipfile.ZipFile(out := io.BytesIO(), "w") as spread:
+        for name in z.namelist():
+            text = z.read(name).decode()
+            text = text.replace("<row>", '<row r="1">', 1).replace("</sheetData>", far) if name.endswith("sheet1.xml") else text
+            spread.writestr(name, text)
+    return out.getvalue()
+
+
 WRONG = {
+    "wide.xlsx": (spread_wide(), "spread too wide|more than 2,000,000 cells"),
+    "cut.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600, "the workbook is damaged"),
     "linear.csv": (without_gravity(), "gravity is not in it; record the acceleration with g"),
     "spectrum.xlsx": (
         workbook({"FFT": [["Frequency (Hz)", "Amplitude (a.u.)"], [1.0, 2.0]], "Metadata Time": [["event"]]}),
@@ -155,7 +168,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_one_sentence_with_the_file(tmp_path, name):
     (tmp_path / name).write_bytes(WRONG[name][0])
-    with pytest.raises(MeasurementError, match=rf"{name}: .*{WRONG[name][1]}"):
+    with pytest.raises(MeasurementError, match=rf"{name}: .*({WRONG[name][1]})"):
         read_foreign(tmp_path / name) if name != "back.csv" else read_impacts(tmp_path / name)
 
 
