@@ -7,6 +7,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 G_M_S2 = 9.81
 LOOSE = 0.25  # relative: perspective, a scale off by some percent, air
+LEAST, GREATEST = 0.05, 3.0  # of g: a light ball near its final speed; a scale or frame rate that is told to be wrong elsewhere
+MOST = 0.8  # of all flights: in another unit all are off alike, near a final speed each by as much as its speed
 LARGEST_MISFIT = 0.03  # rms beside a parabola, of its sagitta: a bounce in the window leaves 0.05
 LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise beside a roll
 LARGEST_SIDEWAYS = 0.15  # acceleration across, beside that along y: a roll down an incline has both
@@ -63,19 +65,19 @@ def fits_gravity(acceleration_mm_s2: float) -> bool:
 def unit_doubt(falls: list[Fall], mm: float, whole: bool) -> str:
     """A question where no flight of a track can be gravity's in its units; "" where one can, or nothing flies.
 
-    mm: millimetres of a unit of length; times are in seconds. whole: the times are whole numbers, as of frames. Accelerations up to
-    three times off may have a wrong scale or frame rate, which is told elsewhere.
+    mm: millimetres of a unit of length; times are in seconds. whole: the times are whole numbers, as of frames.
     """
-    all_given = [abs(fall.acceleration) * mm / 1000 for fall in falls]
-    if not falls or any(G_M_S2 / 3 < given < 3 * G_M_S2 for given in all_given):
+    given = np.array([abs(fall.acceleration) * mm / 1000 for fall in falls])
+    others = {f"times {word}": 1 / k**2 for word, k in _TIMES.items()} | {f"lengths {word}": k for word, k in _LENGTHS.items()}
+    near = [words for words, k in others.items() if given.size and np.mean(np.abs(k * given / G_M_S2 - 1) < LOOSE) > MOST]
+    possible = (given > (1 / 3 if near else LEAST) * G_M_S2) & (given < GREATEST * G_M_S2)
+    if not falls or possible.any():
         return ""
-    given = all_given[max(range(len(falls)), key=lambda k: falls[k].worth)]
-    near = [f"times {word}" for word, k in _TIMES.items() if fits_gravity(1000 * given / k**2)]
-    near += [f"lengths {word}" for word, k in _LENGTHS.items() if fits_gravity(1000 * given * k)]
+    best = float(given[max(range(len(falls)), key=lambda k: falls[k].worth)])
     if whole and not near:
-        near = [f"times frame numbers, at {np.sqrt(G_M_S2 / given):.4g} frames per second"]
+        near = [f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second"]
     meant = f": are the {' or the '.join(near)}?" if near else ": in which units are its times and lengths?"
-    return f"the fall accelerates by {_number(given)} m/s²{meant}"
+    return f"the fall accelerates by {_number(best)} m/s²{meant}"
 
 
 def _number(value: float) -> str:

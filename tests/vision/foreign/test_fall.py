@@ -43,6 +43,13 @@ def test_a_hand_that_lifts_before_a_fall_is_no_reason_to_ask():
     assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, False) == ""
 
 
+def test_a_light_ball_near_its_final_speed_is_no_reason_to_ask():
+    """v = v∞ tanh(g t / v∞) with v∞ = 4 m/s, seen from its first second on: what is left of g is a fifth at most."""
+    t = np.arange(0.6, 3, 1 / 15)
+    y = -(4**2) / G * np.log(np.cosh(G * t / 4))
+    assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, False) == ""
+
+
 @pytest.mark.parametrize(("times", "lengths", "said"), [
     (1000, 1000, "are the times milliseconds?"), (1 / 60, 1000, "are the times minutes?"), (1, 1, "are the lengths metres?"),
     (1, 100, "are the lengths centimetres?"), (37.3, 2.2, "in which units are its times and lengths?"), (1, 1000, ""), (1.3, 1000, ""),
