@@ -39,6 +39,24 @@ def measure(
     raise typer.Exit(measure_command(paths, out, window, roi, baseline, trim, seeds, overwrite, quiet))
 
 
+@app.command("import")
+def import_(
+    files: Annotated[list[Path], typer.Argument(help="Files of Tracker, ImageJ, phyphox, Kinovea, sensor apps; videos; folders.")],
+    out: Annotated[Path, typer.Option(help="Bench folder to be written: a folder a recording, bench.toml with the questions.")],
+    rig: Annotated[str, typer.Option(help="What all of them show: drop, slide, roll or pile; else told by the motion, or asked.")] = "",
+    track: Annotated[int | None, typer.Option(min=1, help="Of several tracks this one; else the longest that falls.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace a bench that this command wrote.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Import files of other tools as a bench folder: what they hold, every guess marked, everything unknown as a question.
+
+    Exit code 0: written, and what could not be read named; 1: nothing could be read; 2: the command was misused.
+    """
+    from vision.import_command import import_command
+
+    raise typer.Exit(import_command(files, out, rig, track, overwrite, quiet))
+
+
 @app.command()
 def simulate(
     rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, or cylinder (a pile from a lifting cylinder).")],

@@ -60,6 +60,29 @@ def test_the_drawn_bench_is_what_its_script_draws(tmp_path):
         assert (tmp_path / "bench" / name).read_text() == (SAMPLES / "drawn-bench" / name).read_text()
 
 
+def test_the_imported_drop_is_what_its_script_draws_and_meets_its_truth_directly_and_imported(tmp_path):
+    """Within 3.5 claimed sds. Imported, the ball's size and the height are unknown: the rebound is all that both files give."""
+    import sys
+
+    sys.path.insert(0, str(SAMPLES))
+    from imported_drop import draw
+
+    sample = SAMPLES / "imported-drop"
+    truth = draw(tmp_path / "drawn")
+    for name in ("film.txt", "clap.csv", "bench.toml", "truth.csv"):
+        assert (tmp_path / "drawn" / name).read_text(encoding="utf8") == (sample / name).read_text(encoding="utf8")
+    files = [str(sample / "film.txt"), str(sample / "clap.csv")]
+    assert CliRunner().invoke(app, ["import", *files, "--out", str(tmp_path / "bench")]).exit_code == 0
+    for bench, all_of_it in ((sample, True), (tmp_path / "bench", False)):
+        out = tmp_path / f"measured-{all_of_it}"
+        assert CliRunner().invoke(app, ["measure", str(bench), "--out", str(out)]).exit_code == 0
+        table = pd.read_csv(out / "measurements.csv").set_index(["recording", "quantity"])
+        for row in truth[all_of_it | (truth.quantity == "rebound_height")].itertuples():
+            found = table.loc[(row.recording, row.quantity)]
+            assert abs(found.value - row.value) <= 3.5 * found.sd, (row.recording, row.quantity, found.value, row.value)
+            assert found.value == pytest.approx(row.value, rel=0.02) and found.quality == "good"
+
+
 def test_the_readme_names_only_what_is_there():
     text = COMMANDS
     for option in set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text)):

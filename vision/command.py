@@ -12,7 +12,15 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from vision.batch import (
-    Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo, of_all, remember, unread_notes,
+    Results,
+    find_all,
+    measured_anything,
+    observe,
+    observe_or_fail,
+    observe_seeds_photo,
+    of_all,
+    remember,
+    unread_notes,
 )  # fmt: skip
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError, Observation
 from vision.pile.repose import PileOptions

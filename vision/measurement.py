@@ -47,7 +47,8 @@ class Observation:
 
     `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
     `track`, `bounces`, `readings` and `seeds` are tables with unit-suffixed columns, or None; `notes` say what was skipped
-    or assumed; `places` is where a film's seed was found (frame, x_px, y_px from the picture's top, left_out). `bench` (a folder's name), `session` and `conditions` are the recording's, so that repeats can be gathered.
+    or assumed; `places` is where a film's seed was found (frame, x_px, y_px from the picture's top, left_out).
+    `bench` (a folder's name), `session` and `conditions` are the recording's, so that repeats can be gathered.
     """
 
     recording: str

@@ -16,12 +16,14 @@ import tomli_w
 from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, Tracking, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.evidence.sound import SOUND_SUFFIXES, only_sound
+from vision.foreign import tool_of
+from vision.foreign.evidence import Evidence, evidence_of
 from vision.measurement import MeasurementError
 
 RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
-EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")
+EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool is the table that it comes down to
 BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # what lies beside evidence without being any
 
 
@@ -85,24 +87,42 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
     if not path.is_dir():
         raise MeasurementError(f"{path}: no such file or folder")
     if defaults is None:
-        defaults = read_toml(path.parent / "bench.toml") if (path.parent / "bench.toml").is_file() else {}
+        defaults = _defaults_beside(path)
     known = read_toml(path / "recording.toml") if (path / "recording.toml").is_file() else {}
-    fields = validate(merge(defaults, known), path / "recording.toml")
-    evidence, files = _find_evidence(path, fields.rig)
-    beside = _sounds(path) if evidence in ("frames", "video") else []
+    rig = validate(merge(defaults, known), path / "recording.toml").rig
+    evidence, files = _find_evidence(path, rig)
+    return _recording(path, path.resolve().name, evidence, files, merge(defaults, known))
+
+
+def _recording(path: Path, name: str, evidence: str | Evidence, files: tuple[Path, ...], stated: dict) -> Recording:
+    """A recording of what is stated; what a file of another tool states counts where nobody states it."""
+    if isinstance(evidence, Evidence):
+        if evidence.bare and (scale := stated.get("camera", {}).get("mm_per_px")):
+            said = f"its lengths have no unit, and [camera] mm_per_px = {scale} is of pixels"
+            raise MeasurementError(f"{files[0]}: {said}; write the unit into its heading, such as x (m)")
+        kind, rig, stated = evidence.kind, evidence.rig or None, merge(evidence.keys, stated)
+    else:
+        kind, rig = evidence, "pile" if evidence == "photos" else None
+    fields = validate(stated, (path if path.is_dir() else path.parent) / "recording.toml")
+    beside = _sounds(path) if path.is_dir() and kind in ("frames", "video") else []
     if len(beside) > 1:
         raise MeasurementError(f"{path}: {len(beside)} sounds; a recording holds one ({', '.join(s.name for s in beside)})")
     return Recording(
-        id=fields.id or path.resolve().name,
+        id=fields.id or name,
         path=path,
-        rig=fields.rig or ("pile" if evidence == "photos" else None),
-        evidence=evidence,
+        rig=fields.rig or rig,
+        evidence=kind,
         files=files,
         sound=beside[0] if beside else None,
         session=fields.session,
         provenance=fields.provenance or "measured",
         **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", "track", *RIGS)},
     )
+
+
+def _defaults_beside(path: Path) -> dict:
+    file = path.parent / "bench.toml"
+    return read_toml(file) if file.is_file() else {}
 
 
 def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording | MeasurementError]:
@@ -130,8 +150,8 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
             return [error]
     inside, closed = _folders(path)
     folders = [p for p in inside if _is_candidate(p)]
-    found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_photo_folder, p) for p in folders]
-    photos = [_attempt(_bare_file, p) for p in _photos(path)]
+    found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_loose_files, p, defaults) for p in folders]
+    photos = [_attempt(_bare_file, p) for p in _photos(path)] + [_attempt(_tool_file, p, defaults) for p in _tool_files(path)]
     found += [find_recordings(p, met) for p in inside if p not in folders and _is_bench(p, {path.resolve()})]
     found += [_attempt(_refuse, p) for p in closed]
     flat = [r for entry in (*found, *photos) for r in (entry if isinstance(entry, list) else [entry])]
@@ -227,7 +247,7 @@ def _is_recording(folder: Path) -> bool:
 
 
 def _is_candidate(folder: Path) -> bool:
-    return _is_recording(folder) or bool(_photos(folder))
+    return _is_recording(folder) or bool(_photos(folder) or _tool_files(folder))
 
 
 def _is_bench(folder: Path, met: set[Path]) -> bool:
@@ -240,8 +260,17 @@ def _is_bench(folder: Path, met: set[Path]) -> bool:
     return any(_is_recording(p) or _is_bench(p, met) for p in _folders(folder)[0])
 
 
-def _photo_folder(folder: Path) -> list[Recording]:
-    return [_bare_file(p) for p in _photos(folder)]
+def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementError]:
+    photos, tools = _photos(folder), _tool_files(folder)
+    return [_attempt(_bare_file, p) for p in photos] + [_attempt(_tool_file, p, defaults) for p in tools]
+
+
+def _tool_file(path: Path, defaults: dict) -> Recording:
+    """A file of another tool without a recording.toml beside it: what the bench states, and what it says itself."""
+    recording = _recording(path, path.stem, evidence_of(path), (path,), defaults)
+    if recording.rig is None:
+        raise MeasurementError(_WHICH_RIG.format(path))
+    return recording
 
 
 def _bare_file(path: Path) -> Recording:
@@ -251,9 +280,12 @@ def _bare_file(path: Path) -> Recording:
         return replace(whole, id=f"{whole.id}/{path.stem}", evidence=_kind(path), files=(path,))
     if _kind(path) == "photos":
         return Recording(id=path.stem, path=path, rig="pile", evidence="photos", files=(path,))
-    raise MeasurementError(
-        f'{path}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
-    )
+    if tool_of(path):
+        return _tool_file(path, _defaults_beside(path))
+    raise MeasurementError(_WHICH_RIG.format(path))
+
+
+_WHICH_RIG = '{}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
 
 
 def _kind(path: Path) -> str:
@@ -265,11 +297,17 @@ def _kind(path: Path) -> str:
         return "sound"
     if path.suffix.lower() in PHOTO_SUFFIXES:
         return "photos"
+    if tool_of(path):
+        return evidence_of(path).kind
     known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *SOUND_SUFFIXES, *TABLES)
-    raise MeasurementError(f"{path}: not something to measure (known are {', '.join(known)})")
+    raise MeasurementError(f"{path}: not something to measure (known are {', '.join(known)}, and files of other tools)")
 
 
-def _find_evidence(folder: Path, rig: str | None) -> tuple[str, tuple[Path, ...]]:
+def _tool_files(folder: Path) -> list[Path]:
+    return sorted(p for p in folder.iterdir() if not p.name.startswith(".") and p.is_file() and tool_of(p))
+
+
+def _find_evidence(folder: Path, rig: str | None) -> tuple[str | Evidence, tuple[Path, ...]]:
     for name in TABLES:
         if (folder / name).is_file():
             return name, (folder / name,)
@@ -286,6 +324,11 @@ def _find_evidence(folder: Path, rig: str | None) -> tuple[str, tuple[Path, ...]
         if len(sounds) > 1:
             raise MeasurementError(f"{folder}: {len(sounds)} sounds; a recording holds one ({', '.join(s.name for s in sounds)})")
         return "sound", tuple(sounds)
+    if tools := _tool_files(folder):
+        if len(tools) > 1:
+            names = ", ".join(f.name for f in tools)
+            raise MeasurementError(f"{folder}: {len(tools)} files of other tools; a recording holds one ({names})")
+        return evidence_of(tools[0]), tuple(tools)
     if photos := _photos(folder):
         return "photos", tuple(photos)
     raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or photos)")

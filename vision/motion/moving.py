@@ -8,6 +8,7 @@ import pandas as pd
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
+from vision.foreign.fall import free_falls, unit_doubt
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
@@ -39,7 +40,9 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
         return _observe_impacts(recording)
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
-        return _observe_track(recording, _corrected(track_from_table(table.rows, recording.camera, table.notes), recording))
+        track = _corrected(track_from_table(table.rows, recording.camera, table.notes), recording)
+        _check_units(track, recording)
+        return _observe_track(recording, track)
     if recording.evidence == "gates.csv":
         return _observe_track(recording, track_from_gates(recording))
     if recording.evidence == "sound":
@@ -60,6 +63,15 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
             raise MeasurementError(f"{error}; {both.notes[-1]}") from error
         return both
     return with_sound(seen, recording, file)
+
+
+def _check_units(track: Track, recording: Recording) -> None:
+    """MeasurementError where a drop falls so that its times or places cannot be in the units of their columns."""
+    if recording.rig != "drop" or track.unit != "mm" or not track.timed:
+        return
+    falls = free_falls(track.time, track.x, track.y)
+    if doubt := unit_doubt(falls, 1.0, bool((track.time == np.round(track.time)).all())):
+        raise MeasurementError(f"{recording.files[0]}: t_s, x_mm, y_mm: {doubt}")
 
 
 def _observe_impacts(recording: Recording) -> Observation:

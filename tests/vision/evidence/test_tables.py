@@ -23,6 +23,19 @@ def test_a_plain_track(tmp_path):
     assert table.notes == () and len(table.rows) == 4
 
 
+@pytest.mark.parametrize(("text", "name", "read"), [
+    ("t_s;x_mm;y_mm\n0;0;3\n0,1;0;2,5\n0,2;0;1\n", "track.csv", read_track),
+    ("t_s\tx_mm\ty_mm\n0\t0\t3\n0.1\t0\t2.5\n0.2\t0\t1\n", "track.csv", read_track),
+    ("x_mm;t_s\n0;0\n10;0,1\n20;0,2\n30;0,3\n", "gates.csv", read_gates),
+    ("t_s\n0\n0,1\n0,2\n", "impacts.csv", read_impacts),
+    ("# heard by a phone; in a corner\nt_s\n0\n0.1\n0.2\n", "impacts.csv", read_impacts),
+])  # fmt: skip
+def test_semicolons_tabs_and_decimal_commas_are_read_where_they_are_plain(tmp_path, text, name, read):
+    table = read(write(tmp_path, text, name))
+    assert table.rows["t_s"].to_numpy()[:3] == pytest.approx([0, 0.1, 0.2])
+    assert "y_mm" not in table.rows or table.rows["y_mm"].to_list() == [3, 2.5, 1]
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
