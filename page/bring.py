@@ -8,13 +8,16 @@ from pathlib import Path
 
 from page.folder import Folder, Refused, clean_name, whole_folder
 from vision.evidence.photo import PHOTO_SUFFIXES
+from vision.evidence.sound import SOUND_SUFFIXES
+from vision.foreign import SUFFIXES as TOOL_SUFFIXES
 from vision.recording import TABLES, VIDEO_SUFFIXES
 
-PHOTO, VIDEO, TABLE, KEYS = "photo", "video", "table", "keys"
+PHOTO, VIDEO, SOUND, TABLE, KEYS = "photo", "video", "sound", "table", "keys"
 KINDS = {  # suffix → what it is and how large one may be [bytes]
+    **dict.fromkeys(TOOL_SUFFIXES, (TABLE, 500_000_000)),
+    **dict.fromkeys(SOUND_SUFFIXES, (SOUND, 500_000_000)),
     **dict.fromkeys(PHOTO_SUFFIXES, (PHOTO, 200_000_000)),
     **dict.fromkeys(VIDEO_SUFFIXES, (VIDEO, 2_000_000_000)),
-    ".csv": (TABLE, 500_000_000),
     ".toml": (KEYS, 30_000),
 }
 LEAST_FRAMES = 12  # numbered pictures of one name are a film from this many on
@@ -90,7 +93,7 @@ def groups(arrived: list[Arrived]) -> list[Group]:
 
 def _is_evidence(file: Arrived) -> bool:
     name = file.name.rpartition("/")[2]
-    return name in (*TABLES, "recording.toml") or Path(name).suffix.lower() in VIDEO_SUFFIXES
+    return name in (*TABLES, "recording.toml") or Path(name).suffix.lower() in (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
 
 
 def _dropped_folder(name: str, files: list[Arrived], folders: dict[str, list[Arrived]]) -> Group:
@@ -110,11 +113,16 @@ def _loose(files: list[Arrived]) -> list[Group]:
         kind = KINDS[Path(name).suffix.lower()][0]
         if kind == PHOTO:
             out.append(Group("pile", {name: file.path}, "pile"))
-        elif kind == TABLE:
+        elif name.lower().endswith(".csv"):
             named.setdefault(Path(name).stem, {})[_table_name(name, file.path)] = file.path
         else:
             named.setdefault(Path(name).stem, {})[name] = file.path
-    return out + [Group(stem, inside, None) for stem, inside in named.items()]
+    return out + [Group(stem, inside, _rig_of(inside)) for stem, inside in named.items()]
+
+
+def _rig_of(inside: dict[str, Path]) -> str | None:
+    """What is heard and not seen is a drop."""
+    return "drop" if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside) else None
 
 
 def _films(files: list[Arrived]) -> dict[str, list[Arrived]]:

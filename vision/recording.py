@@ -164,7 +164,7 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
 
 def unread(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
     """Files that no reader knows, by folder: under `path`, in it and in the folders that the recordings `found` came from."""
-    used = {f.resolve() for r in found if isinstance(r, Recording) for f in r.files}
+    used = {f.resolve() for r in found if isinstance(r, Recording) for f in (*r.files, r.sound) if f}
     folders = {path.resolve(): path} if path.is_dir() else {}
     for file in used:
         folders |= {p: p for p in file.parents if p.is_relative_to(path.resolve())}

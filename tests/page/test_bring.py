@@ -57,12 +57,19 @@ def test_a_dropped_folder_keeps_its_files_and_its_name(drop):
     assert (drop.root / "drop-07" / "track.csv").is_file() and (drop.root / "roll-1" / "frames" / "002.png").is_file()
 
 
+def test_a_film_and_its_sound_are_one_recording_and_sound_alone_is_a_drop(drop):
+    made = drop(["fall.mp4", "fall.wav", "heard.m4a"])
+    assert sorted(p.name for p in made[0].iterdir()) == ["fall.mp4", "fall.wav", "recording.toml"]
+    assert sorted(p.name for p in made[1].iterdir()) == ["heard.m4a", "recording.toml"]
+    assert 'rig = "drop"' in (made[1] / "recording.toml").read_text()
+
+
 def test_what_was_brought_is_found(drop):
     drop(["a.jpg", "b.mp4"])
     assert [r.id for r in find_recordings(drop.root) if isinstance(r, Recording)] == ["b", "pile-01"]
 
 
-@pytest.mark.parametrize("name", ["virus.exe", "page.html", "script.svg", "archive.zip", "noend", "pickle.pkl"])
+@pytest.mark.parametrize("name", ["virus.exe", "page.html", "script.svg", "archive.tar", "noend", "pickle.pkl"])
 def test_other_kinds_are_refused(tmp_path, name):
     with pytest.raises(Refused, match="not something that benchtwin reads"):
         check(name, 10, Folder(tmp_path))
