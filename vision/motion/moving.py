@@ -1,5 +1,6 @@
 """The recipe for what moves: a recording of a drop, slide or roll → Observation."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import pandas as pd
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
 from vision.foreign.fall import free_falls, unit_doubt
-from vision.measurement import GOOD, MeasurementError, Observation, Quantity
+from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
 from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
 from vision.motion.heard import observe_heard, sound_of, with_sound
@@ -24,6 +25,8 @@ from vision.overlay.track import on_picture
 from vision.recording import Recording, with_camera
 
 MOVING_RIGS = ("drop", "slide", "roll")
+SIZE_SHARE = {"drop": 0.25, "slide": 0.13, "roll": 0.13}  # by which a silhouette's diameter may differ from the stated seed's: what
+# is missing of it, or too much, moves all places alike in a fall, but not along a path that bends
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
@@ -121,7 +124,27 @@ def _observe_frames(recording: Recording, progress) -> Observation:
         seen = _slide_in_frames(recording, followed, plate, notes)
     else:
         seen = _roll_in_frames(recording, followed, notes)
+    if doubt := _size_doubt(followed, recording):
+        seen = replace(seen, quantities=tuple(q if q.quality == FAILED else q.doubt(doubt) for q in seen.quantities))
     return replace(seen, places=places)
+
+
+def _size_doubt(followed: Followed, recording: Recording) -> str:
+    """Why what was followed is not all of the stated seed, or more than it; "" where sizes or scale are not stated, or agree.
+
+    A seed's silhouette has an area between those of its two smaller and its two larger axes, whichever way it turns.
+    """
+    seed, scale = recording.seed, recording.camera.mm_per_px
+    if not (scale and seed.length_mm and seed.width_mm) or (recording.rig == "slide" and (seed.count or 1) > 1):
+        return ""
+    axes = sorted((seed.length_mm, seed.width_mm, seed.thickness_mm or seed.width_mm))
+    least, greatest, across = math.sqrt(axes[0] * axes[1]), math.sqrt(axes[1] * axes[2]), followed.size * scale
+    share = SIZE_SHARE[recording.need_rig()]
+    if (1 - share) * least < across < (1 + share) * greatest:
+        return ""
+    what = "a part of it" if across < least else "its shadow, mirror image or blur with it"
+    stated = f"{least:.3g}" if greatest < 1.02 * least else f"{least:.3g} to {greatest:.3g}"
+    return f"what was followed is {across:.3g} mm across and the stated seed {stated} mm: {what} may have been taken for the seed"
 
 
 def _corrected(track: Track, recording: Recording) -> Track:
