@@ -157,7 +157,7 @@ def _shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[float | 
         said = f"the sound is shifted by {amount} against the pictures; only its intervals are used"
     else:
         said = f"sound and pictures are in step: {amount} apart"
-    return lag, f"{said} ({int(pairs.sum())} impacts both seen and heard)", True
+    return lag, f"{said} (impacts both seen and heard: {int(pairs.sum())})", True
 
 
 def _both(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:

@@ -126,7 +126,7 @@ def test_a_shift_of_the_sound_against_the_pictures_is_found_and_said(tmp_path, s
     times = drawn.times[:3] - shift + 1e-4 * np.array([1, -1, 1])
     recording = replace(drop(drawn.height_mm), evidence="video", files=(file,))
     both = with_sound(seen_drop(times, 2e-3, drawn.e[:3]), recording, file)
-    note = next(n for n in both.notes if "impacts both seen and heard" in n)
+    note = next(n for n in both.notes if "both seen and heard" in n)
     assert says in note.replace("−", "-")
     assert both.bounces.t_sd_s.max() < 2e-4 and both.quantities[0].sd < 0.005
     assert both.quantities[0].value == pytest.approx(drawn.e[0], abs=0.006)
