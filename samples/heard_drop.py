@@ -20,7 +20,7 @@ RATE = 48_000
 DROPS = {  # height [mm], restitution and its scatter, where the sound goes
     "drop-01": (310.0, 0.56, 0.015, "sound.ogg", "libopus", 64_000),
     "drop-02": (200.0, 0.58, 0.015, "sound.mp3", "libmp3lame", 96_000),
-    "drop-03": (100.0, 0.61, 0.015, "sound.m4a", "aac", 96_000),
+    "drop-03": (100.0, 0.61, 0.015, "sound.m4a", "aac", 160_000),
 }
 TONES_HZ, DECAYS_S = (2350.0, 4120.0, 6730.0), (9e-3, 5e-3, 2e-3)  # of the plate
 SHORTEST_S = 0.04  # a flight; shorter ones are not drawn

@@ -46,6 +46,16 @@ def has_sound(file: Path) -> bool:
         return False
 
 
+def film_fps(file: Path) -> float | None:
+    """Pictures a second by the file's own clock, which its sound runs by; None where it has none or cannot be opened."""
+    try:
+        with _opened(file) as container:
+            film = _film(container)
+            return float(film.average_rate) if film is not None and film.average_rate else None
+    except MeasurementError:
+        return None
+
+
 def only_sound(file: Path) -> bool:
     """Whether a file holds sound and no moving pictures; False where it cannot be opened. The cover of a piece of music is no film."""
     try:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vision.evidence.sound import Sound, has_sound, read_sound
+from vision.evidence.sound import Sound, film_fps, has_sound, read_sound
 from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
 from vision.motion.bouncing import Chain, find_chain
 from vision.motion.impacts import measure_impacts
@@ -22,6 +22,7 @@ from vision.recording import Recording
 
 LEAST_SURE = 5.5  # ln likelihood ratio of a chain of impacts that is believed without doubt
 CONTRADICT = 3.0  # sds
+SAME_CLOCK = 0.03  # by how much frame rates may differ that are one: a phone's own is not even
 LOST_S = 0.3  # a film's own sound is not further off than this
 SAME_S = 0.03  # an impact seen and one heard may be the same within this, or three sds
 MOST_LISTED = 6  # of what was removed, in one note
@@ -55,6 +56,11 @@ def hear(file: Path, recording: Recording) -> Heard:
     """The impacts in a sound. MeasurementError where there are not two of one bouncing body."""
     if recording.rig != "drop":
         raise MeasurementError(f"{file}: sound tells the impacts of a drop; a {recording.rig} needs pictures, a track or light gates")
+    stated, own = recording.camera.fps, film_fps(file) if recording.sound is None else None
+    if stated and own and abs(stated / own - 1) > SAME_CLOCK:
+        raise MeasurementError(
+            f"{file}: [camera] fps = {stated:g}, but the file plays {own:g} a second, and its sound with it: slow motion"
+        )
     sound = read_sound(file)
     onsets = find_onsets(sound)
     chain = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
@@ -157,7 +163,7 @@ def _shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[float | 
         said = f"the sound is shifted by {amount} against the pictures; only its intervals are used"
     else:
         said = f"sound and pictures are in step: {amount} apart"
-    return lag, f"{said} ({int(pairs.sum())} impacts both seen and heard)", True
+    return lag, f"{said} (impacts both seen and heard: {int(pairs.sum())})", True
 
 
 def _both(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:

@@ -36,8 +36,8 @@ ORDER_S = 8e-4  # how far back the noise is predicted from
 BANDS_HZ = np.geomspace(200, 20_000, 25)
 LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
 CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, with rings of several tones
-AHEAD_S = 5e-3  # of what follows a first jump; half a long block of AAC is 20 ms, but its shaping leaves less
-PRE_ECHO = 0.4  # of the amplitude that follows: what an encoder lets sound before a click is fainter
+AHEAD_S = 3e-3  # of what follows a first jump; a room's own sound is louder still later on
+PRE_ECHO = 0.25  # of the amplitude that follows: what an encoder lets sound before a click is fainter
 LOSSY_SD_S = 1e-4  # of an onset that an encoder has changed, however loud
 TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
 HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
@@ -51,7 +51,8 @@ class Onsets:
 
     time_s, sd_s (n,); strength (n,): minus the logarithm of how many peaks of noise a second are as strong; level_db (n,): power
     over the noise; timbre (n, bands): what share of the amplitude lies in each of BANDS_HZ, of length 1; rise_s (n,): from onset
-    to the loudest moment of 20 ms; lasting_db (n,): how loud its faintest 10 ms are in the next 50 ms, against its first 10 ms.
+    to half the greatest amplitude of the next 20 ms (a room's own sound may grow on); lasting_db (n,): how loud its faintest 10 ms are in
+    the next 50 ms, against its first 10 ms.
     """
 
     time_s: np.ndarray
@@ -206,7 +207,7 @@ def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
     first = max(here[:ten].mean() - 1, 1e-6)
     later = np.diff(np.cumsum(here)[ten::ten]) / ten - 1  # of every hundredth of a second after the first
     lasting = 10 * np.log10(max(float(later.min()), 1e-3 * first) / first)
-    return float(np.argmax(smooth) / rate), float(lasting)
+    return float(np.argmax(smooth > 0.25 * smooth.max()) / rate), float(lasting)
 
 
 def _moment(white, rate: float, lossy: bool, window, near: int, seen, before) -> tuple[float, float]:

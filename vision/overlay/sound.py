@@ -10,10 +10,11 @@ from vision.motion.onsets import Onsets
 from vision.overlay.canvas import FONT, plain
 from vision.overlay.plot import GRID, INK, ticks
 
-WIDE, LOUDNESS, STRIP, NEXT = 1500, 330, 200, 200
-LEFT, RIGHT, TOP, BETWEEN, BOTTOM = 80, 20, 64, 34, 120
+WIDE, LOUDNESS, STRIP = 1500, 330, 200
+LEFT, RIGHT, TOP, BETWEEN, BOTTOM = 80, 20, 64, 34, 156
 WAVE, IMPACT, REMOVED = (120, 150, 190), (0, 150, 40), (220, 60, 40)
 RANGE_DB = 80.0
+MOST_REASONS = 7
 MARGIN_S = 0.3
 MOST_HZ = 20_000.0
 
@@ -46,7 +47,7 @@ def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, caption: str) -> np.n
     _text(image, caption, (10, 22), INK, 0.55)
     _text(image, "loudness [dB]; green: impacts, with the sd of each in ms; red: no impact", (LEFT, TOP + LOUDNESS + 22), INK)
     _text(image, "t [s]", (WIDE // 2, TOP + LOUDNESS + BETWEEN + STRIP + 36), INK)
-    for k, (why, number) in enumerate(list(reasons.items())[:4]):
+    for k, (why, number) in enumerate(list(reasons.items())[:MOST_REASONS]):
         _text(image, f"{number}: {why}", (LEFT, TOP + LOUDNESS + BETWEEN + STRIP + 54 + 16 * k), REMOVED)
     return image
 
@@ -105,8 +106,8 @@ def _mark(image: np.ndarray, x: int, colour: tuple[int, int, int], text: str, *,
 
 
 def _kind(why: str) -> str:
-    """A reason without the numbers that differ from sound to sound."""
-    return why.split(",")[0] if why.startswith("an echo") else " ".join(w for w in why.split() if not w.replace(".", "").isdigit())
+    """A reason without the delay, which differs from sound to sound."""
+    return why.split(",")[0]
 
 
 def _text(image: np.ndarray, text: str, at: tuple[int, int], colour: tuple[int, int, int] = INK, size: float = 0.45) -> None:

@@ -126,7 +126,7 @@ def test_a_shift_of_the_sound_against_the_pictures_is_found_and_said(tmp_path, s
     times = drawn.times[:3] - shift + 1e-4 * np.array([1, -1, 1])
     recording = replace(drop(drawn.height_mm), evidence="video", files=(file,))
     both = with_sound(seen_drop(times, 2e-3, drawn.e[:3]), recording, file)
-    note = next(n for n in both.notes if "impacts both seen and heard" in n)
+    note = next(n for n in both.notes if "both seen and heard" in n)
     assert says in note.replace("−", "-")
     assert both.bounces.t_sd_s.max() < 2e-4 and both.quantities[0].sd < 0.005
     assert both.quantities[0].value == pytest.approx(drawn.e[0], abs=0.006)
@@ -162,6 +162,39 @@ def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):
             read_sound(file)
         assert str(file) in str(trouble.value) and "\n" not in str(trouble.value)
     assert not only_sound(cases["no sound track"])
+
+
+def test_an_impact_that_was_not_heard_makes_no_wrong_restitution(tmp_path):
+    """The third of a lively drop is cut out: what is given holds for impacts that follow one another, to .01."""
+    drawn = draw(replace(NAMED["pink"], db=(32, 35), e=(0.8, 0.85), decay_ms=(2, 6)), np.random.default_rng(21))
+    samples = drawn.samples.copy()
+    at, long = int((drawn.times[2] - 0.01) * drawn.rate), int(0.06 * drawn.rate)
+    samples[at : at + long] = samples[:long]
+    recording = recorded(tmp_path / "heard", replace(drawn, samples=samples))
+    seen = observe_heard(recording, recording.files[0])
+    assert any("was not heard" in note for note in seen.notes)
+    known = seen.bounces[np.isfinite(seen.bounces.restitution)]
+    assert len(known) > 4
+    for row in known.itertuples():
+        assert row.restitution == pytest.approx(drawn.e[np.abs(drawn.times - row.t_s).argmin()], abs=0.01)
+
+
+def test_the_sound_of_slow_motion_is_not_used(tmp_path):
+    drawn = draw(NAMED["pink"], np.random.default_rng(13))
+    file = tmp_path / "film.mp4"
+    with av.open(str(file), "w") as container:
+        film, sound = container.add_stream("mpeg4", rate=30, width=64, height=64), container.add_stream("aac", rate=48_000, layout="mono")
+        film.pix_fmt = "yuv420p"
+        for _ in range(10):
+            container.mux(film.encode(av.VideoFrame.from_ndarray(np.zeros((64, 64, 3), np.uint8), format="rgb24")))
+        container.mux(film.encode(None))
+        frame = av.AudioFrame.from_ndarray(drawn.samples[None, :1024], format="fltp", layout="mono")
+        frame.sample_rate = 48_000
+        container.mux(sound.encode(frame))
+        container.mux(sound.encode(None))
+    recording = replace(drop(fps=240.0), evidence="video", files=(file,))
+    with pytest.raises(MeasurementError, match="slow motion"):
+        hear(file, recording)
 
 
 def test_sound_of_another_rig_and_two_sounds(tmp_path):
