@@ -98,7 +98,8 @@ def test_times_that_gravity_contradicts_are_asked_and_not_changed(tmp_path, head
 
 @pytest.mark.parametrize(("heading", "times", "lengths", "said"), [
     ("t (s),x (m),y (m)", 30.0, 1.0, "are the times frame numbers, at 30"),
-    ("t (ms),x (m),y (m)", 1.0, 1.0, "are the times seconds or the lengths micrometres?"), ("t (s),x (m),y (m)", 1.0, 1000.0, "are the lengths millimetres?"),
+    ("t (ms),x (m),y (m)", 1.0, 1.0, "are the times seconds or the lengths micrometres?"),
+    ("t (s),x (m),y (m)", 1.0, 1000.0, "are the lengths millimetres?"),
 ])  # fmt: skip
 def test_what_is_asked_stands_beside_what_the_heading_says(tmp_path, heading, times, lengths, said):
     clock = np.arange(0, 1, 1 / 30) if times == 30 else T
