@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 import warnings
+import wave
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -47,6 +48,13 @@ TOKENS = (
     '"+x"', "#", "\0", "\ufeff", "𝄞", "2024-01-01", "../../x", "null", '{"value": null}', "-", "=", ",", ":", "a.b.c", "[seed]",
     "[[seed]]",
 )  # fmt: skip
+
+
+ROLL = b"""rig = "roll"
+seed = {length_mm = 7.5, width_mm = 7.1, density_kg_m3 = 1250.0}
+camera = {fps = 200.0, mm_per_px = 0.25}
+roll = {incline_deg = 15.0, incline_length_mm = 20.0}
+"""
 
 
 @dataclass(frozen=True)
@@ -104,6 +112,23 @@ def track(rig: str) -> Reader:
     lines = (folder / "track.csv").read_bytes().splitlines()
     few = b"\n".join([lines[0], *lines[1 :: max(1, len(lines) // 150)]])
     return Reader(few, ",", lambda file: told(file.parent), {"recording.toml": (folder / "recording.toml").read_bytes()})
+
+
+def heard(name: str) -> Reader:
+    folder = SAMPLES / "heard-drop" / name
+    file = next(folder.glob("sound.*"))
+    return Reader(file.read_bytes(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
+
+
+def clicks() -> Reader:
+    """A second of three clicks as .wav."""
+    sound = np.random.default_rng(0).normal(0, 30, 8000)
+    sound[[2000, 4400, 5840]] = 20_000
+    file = io.BytesIO()
+    with wave.open(file, "wb") as out:
+        out.setparams((1, 2, 8000, 0, "NONE", ""))
+        out.writeframes(sound.astype("<i2").tobytes())
+    return Reader(file.getvalue(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
 
 
 def brought_in(file: Path) -> bool:
@@ -222,6 +247,8 @@ def readers() -> dict[str, Reader]:
     made = {
         "track.csv": track("drop"),
         "track.csv of a slide": track("slide"),
+        "track.csv of a roll": Reader((SAMPLES / "soybean-bench/roll-01/track.csv").read_bytes(), ",", lambda f: told(f.parent),
+                                      {"recording.toml": ROLL}),
         "impacts.csv": Reader((drawn / "drop-heard/impacts.csv").read_bytes(), ",", lambda f: told(f.parent),
                               {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
         "readings.csv": Reader((paper / "drop/readings.csv").read_bytes(), ",", lambda f: told(f.parent),
@@ -229,11 +256,19 @@ def readers() -> dict[str, Reader]:
         "recording.toml": Reader((drawn / "drop-track/recording.toml").read_bytes(), "=", lambda f: told(f.parent), few),
         "bench.toml": Reader((drawn / "bench.toml").read_bytes(), "=", lambda f: told(f.parent),
                              {"drop/recording.toml": b'rig = "drop"\n', "drop/track.csv": few["track.csv"]}),
+        "impacts.csv of known sd": Reader(b"t_s,sd_s\n0.27,1e-4\n0.55,1e-4\n0.70,2e-4\n0.79,1e-4\n", ",", lambda f: told(f.parent),
+                                          {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
+        "sound.wav": clicks(),
+        "sound.ogg": heard("drop-01"),
+        "sound.mp3": heard("drop-02"),
+        "sound.m4a": heard("drop-03"),
         "photo.png": photo("png"),
         "deep.png": photo("png", deep=True),
         "photo.jpg": photo("jpeg"),
         "photo.tif": photo("tiff"),
         "photo.bmp": photo("bmp"),
+        "photo.webp": photo("webp"),
+        "photo.heic": photo("heif"),
         "result.json": Reader(json.dumps(RESULT, indent=1).encode(), ":", exported),
         **{name: Reader(content, parting, brought_in) for name, (content, parting) in of_other_tools().items()},
     }  # fmt: skip

@@ -1,6 +1,6 @@
 """What every measurement comes down to: quantities with a standard deviation, and how far each is to be trusted."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,7 +21,9 @@ class Quantity:
     """One measured number.
 
     `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small sample's wider interval is
-    already in it). `quality` is good, doubtful or failed, `reason` says why in words ("" when good).
+    already in it). `sd_common`, included in `sd`, is the part that is the same error in all recordings of one session: the
+    scale, the plumb line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or failed, `reason`
+    says why in words ("" when good).
     A failed quantity has value NaN.
     """
 
@@ -31,6 +33,7 @@ class Quantity:
     unit: str
     quality: str = GOOD
     reason: str = ""
+    sd_common: float = 0.0
 
     def doubt(self, reason: str) -> "Quantity":
         """The same quantity, trusted no further than doubtful, with one more reason."""
@@ -44,7 +47,8 @@ class Observation:
 
     `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
     `track`, `bounces`, `readings` and `seeds` are tables with unit-suffixed columns, or None; `notes` say what was skipped
-    or assumed.
+    or assumed; `places` is where a film's seed was found (frame, x_px, y_px from the picture's top, left_out).
+    `bench` (a folder's name), `session` and `conditions` are the recording's, so that repeats can be gathered.
     """
 
     recording: str
@@ -56,6 +60,10 @@ class Observation:
     bounces: pd.DataFrame | None = None
     readings: pd.DataFrame | None = None
     seeds: pd.DataFrame | None = None
+    places: pd.DataFrame | None = None
+    bench: str = ""
+    session: str | None = None
+    conditions: Mapping[str, float | str] = field(default_factory=dict)
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:

@@ -6,16 +6,23 @@ import numpy as np
 import pandas as pd
 from scipy.stats import t as student
 
+from vision.evidence.grid import grid_of
 from vision.evidence.tables import READING_COLUMNS, Table, read_readings
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
+from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, eq_3
 from vision.recording import Recording
 
+# What an instrument itself is off by, the same in every reading of a session: a protractor's zero, a ruler's, a release height,
+# a mark on an incline.
+INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2}
+HEIGHT_SD_MM = 1.0
 
 @dataclass(frozen=True)
 class Summary:
     """What n repeated readings come to.
 
-    sd_mean = sd / √n, widened by Student's t so that mean ± 1.96 sd_mean is a 95 % interval.
+    sd_mean = sd / √n, widened by Student's t so that mean ± 1.96 sd_mean is a 95 % interval. sd_rounding: what reading to a
+    grid leaves open, which repeats do not lessen where they scatter by less than the grid.
     """
 
     mean: float
@@ -24,6 +31,7 @@ class Summary:
     n: int
     low: float
     high: float
+    sd_rounding: float
 
 
 def summarise(values: np.ndarray, trim: bool = False) -> Summary:
@@ -35,10 +43,13 @@ def summarise(values: np.ndarray, trim: bool = False) -> Summary:
     values = np.sort(np.asarray(values, dtype=float))
     if trim and values.size >= 4:
         values = values[1:-1]
-    n = values.size
+    grid, n = grid_of(values), values.size
     sd = float(values.std(ddof=1)) if n > 1 else float("nan")
     sd_mean = float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96) if n > 1 else float("nan")
-    return Summary(float(values.mean()), sd, sd_mean, n, float(values[0]), float(values[-1]))
+    # A mean of rounded readings is off by at most grid/π exp(−2π² σ²/grid²), σ the scatter before rounding; all of it when σ = 0.
+    before = max(sd**2 - grid**2 / 12, 0.0) if n > 1 else 0.0
+    rounding = grid / np.sqrt(12) * np.exp(-2 * np.pi**2 * before / grid**2) if grid else 0.0
+    return Summary(float(values.mean()), sd, sd_mean, n, float(values[0]), float(values[-1]), float(rounding))
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
@@ -55,7 +66,8 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         column_rig, name, unit = READING_COLUMNS[column]
         values = table.rows[column].dropna().to_numpy()
         s = summarise(values, trim)
-        new = [_quantity(name, s.mean, s.sd_mean, unit, s.n), *_derived(recording, column_rig, s, notes)]
+        common = float(np.hypot(s.sd_rounding, INSTRUMENT_SD[unit]))
+        new = [_quantity(name, s.mean, s.sd_mean, common, unit, s.n), *_derived(recording, column_rig, s, common, notes)]
         doubts = list(_doubts(recording, column_rig, values, s))
         quantities += [q.doubt("; ".join(doubts)) for q in new] if doubts else new
         left_out = values.size - s.n
@@ -81,12 +93,13 @@ def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
         yield f"the reading {values[off.argmax()]:g} lies far from the others"
 
 
-def _quantity(name: str, value: float, sd: float, unit: str, n: int) -> Quantity:
+def _quantity(name: str, value: float, sd: float, common: float, unit: str, n: int) -> Quantity:
+    """sd: of the mean, by the readings' scatter; common: what no repeat lessens."""
     reason = "a single reading: no standard deviation" if n == 1 else ""
-    return Quantity(name, value, sd, unit, DOUBTFUL if reason else GOOD, reason)
+    return Quantity(name, value, float(np.hypot(sd, common)), unit, DOUBTFUL if reason else GOOD, reason, sd_common=common)
 
 
-def _derived(recording: Recording, rig: str, s: Summary, notes: list[str]) -> list[Quantity]:
+def _derived(recording: Recording, rig: str, s: Summary, common: float, notes: list[str]) -> list[Quantity]:
     """Eq. (1) e = √(H2/H1), Eq. (2) μ = tan α, Eq. (3) μ_r = S sin β / (S cos β + L); first-order error propagation."""
     if rig == "drop":
         h1 = recording.drop.height_mm
@@ -94,17 +107,18 @@ def _derived(recording: Recording, rig: str, s: Summary, notes: list[str]) -> li
             notes.append(f"{recording.toml}: [drop] height_mm is missing; without it no restitution (Eq. 1)")
             return []
         e = float(np.sqrt(s.mean / h1))
-        return [_quantity("restitution", e, e / 2 * s.sd_mean / s.mean, "1", s.n)]
+        shared = float(np.hypot(common / s.mean, HEIGHT_SD_MM / h1)) if s.mean else 0.0
+        return [_quantity("restitution", e, e / 2 * s.sd_mean / s.mean, e / 2 * shared, "1", s.n)]
     if rig == "slide":
         angle = np.radians(s.mean)
-        sd = float(np.radians(s.sd_mean) / np.cos(angle) ** 2)
-        return [_quantity("static_friction", float(np.tan(angle)), sd, "1", s.n)]
+        steep = float(np.radians(1.0) / np.cos(angle) ** 2)
+        return [_quantity("static_friction", float(np.tan(angle)), steep * s.sd_mean, steep * common, "1", s.n)]
     if rig == "roll":
         length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
         if length is None or beta is None:
             notes.append(f"{recording.toml}: [roll] incline_length_mm and incline_deg are needed for rolling_friction (Eq. 3)")
             return []
-        path = length * np.cos(np.radians(beta)) + s.mean
-        mu = float(length * np.sin(np.radians(beta)) / path)
-        return [_quantity("rolling_friction", mu, mu * s.sd_mean / path, "1", s.n)]
+        mu, by = eq_3(length, beta, s.mean)
+        shared = float(np.linalg.norm(by * [LENGTH_SD_MM, INCLINE_SD_DEG, common]))
+        return [_quantity("rolling_friction", mu, -by[2] * s.sd_mean, shared, "1", s.n)]
     return []

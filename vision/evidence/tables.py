@@ -23,7 +23,8 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
 _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
-GATE_COLUMNS, GATE_EXTRA = ("x_mm", "t_s"), ("sd_s", "gate", "note")
+GATE_PLACE = {"drop": "y_mm", "slide": "x_mm", "roll": "x_mm"}  # of a gate: up from where the seed lands, or along the path
+GATE_EXTRA = ("sd_s", "sd_mm", "gate", "note")
 LEAST_GATES = 4  # place, speed and acceleration, and one more by which they are checked
 SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
 LEAST_SD, GREATEST_SD = 1e-9, 1e6  # of any: outside, weights overflow and fits do not converge
@@ -32,6 +33,7 @@ TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg
 
 MOST_BYTES = 500_000_000  # ten million rows
 LONGEST_LINE = 10_000
+SAME_TIME = 1e-6  # of the usual step: rows nearer to one another are of one time
 LARGEST = 1e10  # of any number: seconds since 1970 are fewer
 
 
@@ -70,48 +72,56 @@ def read_track(path: Path) -> Table:
         notes.append(f"{path.name}: {needed[0]} runs backwards at row {rows.index[first] + 2}; the rows were put in order")
         rows = rows.sort_values(needed[0], kind="stable")
         time = rows[needed[0]].to_numpy()
-    if (np.diff(time) == 0).any():
-        where = int(np.argmax(np.diff(time) == 0)) + 1
+    steps = np.diff(time)
+    same = steps <= (SAME_TIME * np.median(steps) if len(steps) else 0.0)
+    if same.any():
+        where = int(np.argmax(same)) + 1
         raise MeasurementError(f"{path}: two rows for {needed[0]} = {time[where]:g} (row {rows.index[where] + 2}); keep one")
     if len(rows) < 3:
         raise MeasurementError(f"{path}: {len(rows)} usable rows; a track needs at least 3")
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
-def read_gates(path: Path) -> Table:
-    """Read gates.csv: x_mm, each light gate's place along the path, t_s, when the seed's centre passed it, and sd_s if known.
+def read_gates(path: Path, rig: str) -> Table:
+    """Read gates.csv: each light gate's place (x_mm along the path; y_mm, up, of a drop), t_s, when the seed's centre passed it, and
+    sd_s, and sd_mm of the gates' places, if known.
 
     Rows come out in the order of time; gates that did not fire (empty cells) are left out and noted. An error: fewer than
-    LEAST_GATES, two passages at one time or of one gate, a seed that turns back, an sd_s that is not above nil.
+    LEAST_GATES, two passages at one time or of one gate, a seed that turns back on its path, an sd that is not above nil.
     """
-    rows = _read_csv(path)
-    _check_columns(path, rows, GATE_COLUMNS, GATE_EXTRA, numeric=[c for c in rows if c in (*GATE_COLUMNS, "sd_s")])
-    rows, notes = _drop_incomplete(path, rows, list(GATE_COLUMNS))
+    where, rows = GATE_PLACE[rig], _read_csv(path)
+    columns = (where, "t_s")
+    _check_columns(path, rows, columns, GATE_EXTRA, numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")])
+    rows, notes = _drop_incomplete(path, rows, list(columns))
     rows = rows.sort_values("t_s", kind="stable")
-    time, place = rows["t_s"].to_numpy(), rows["x_mm"].to_numpy()
+    time, place = rows["t_s"].to_numpy(), rows[where].to_numpy()
     if (np.diff(time) == 0).any():
-        where = int(np.argmax(np.diff(time) == 0)) + 1
-        raise MeasurementError(f"{path}: two gates at t_s = {time[where]:g} (row {rows.index[where] + 2}); keep one")
+        at = int(np.argmax(np.diff(time) == 0)) + 1
+        raise MeasurementError(f"{path}: two gates at t_s = {time[at]:g} (row {rows.index[at] + 2}); keep one")
     if len(rows) < LEAST_GATES:
-        raise MeasurementError(f"{path}: {len(rows)} passages; a roll past light gates needs at least {LEAST_GATES}")
+        raise MeasurementError(f"{path}: {len(rows)} passages; a {rig} past light gates needs at least {LEAST_GATES}")
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
+    if rig == "drop":  # it falls past them, and rises past some of them again
+        wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
     if wrong.any():
-        where = int(np.argmax(wrong)) + 1
-        said = f"x_mm = {place[where]:g} in row {rows.index[where] + 2} is out of its order"
+        at = int(np.argmax(wrong)) + 1
+        said = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
         raise MeasurementError(f"{path}: {said}; a seed passes the gates one after the other")
     _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
 def read_impacts(path: Path) -> Table:
-    """Read impacts.csv: rows of t_s, strictly increasing, at least two; or another tool's file of them (vision/foreign)."""
+    """Read impacts.csv: rows of t_s, strictly increasing, at least two, and sd_s if known; or another tool's file of them
+    (vision/foreign)."""
     if _of_another_tool(path):
         from vision.foreign.evidence import foreign_impacts
 
         return foreign_impacts(path)
     rows = _read_csv(path)
-    _check_columns(path, rows, ("t_s",), ())
+    _check_columns(path, rows, ("t_s",), ("sd_s",))
     rows, notes = _drop_incomplete(path, rows, ["t_s"])
+    _check_sds(path, rows)
     time = rows["t_s"].to_numpy()
     if (np.diff(time) <= 0).any():
         first = int(np.argmax(np.diff(time) <= 0)) + 1

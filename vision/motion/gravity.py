@@ -15,6 +15,7 @@ from vision.recording import Recording
 OTHER_SD = 1e-3  # local gravity (9.780 to 9.832 m/s²), perspective and lens over a fall, relative
 UNKNOWN_AIR_SD = 0.01  # drag on a seed whose size and mass are not stated (a soybean over 310 mm: 1.4 % of g)
 UNKNOWN_DRAG_PER_M = 0.045  # of a seed not described: a soybean's (a maize kernel's is 0.03, a wheat grain's 0.08)
+UNKNOWN_FALL_M = 0.6  # of a fall of unknown height: rms of anything up to 1 m
 SHAPE_SD = 0.15  # drag coefficient of a seed beside that of a sphere, relative
 
 
@@ -66,14 +67,15 @@ def other_drag(flights: Flights, track: Track, gravity: Gravity, recording: Reco
     """The drag, per length unit of the track, one standard deviation from the one assumed; None where there is no air.
 
     Drag that was allowed for is known to SHAPE_SD. Where it was not, all of UNKNOWN_DRAG_PER_M is the error. Without a scale
-    gravity itself gives the picture's for it, and where the clock is unknown too, the fall is taken for 310 mm.
+    gravity itself gives the picture's for it, and where the clock is unknown too, the stated height; without one, UNKNOWN_FALL_M.
     """
     if recording.air.density_kg_m3 == 0:
         return None
     if gravity.drag > 0:
         return gravity.drag * (1 + SHAPE_SD)
     if not track.timed:
-        length_m = 1e-3 if track.unit == "mm" else 0.31 / max(flights.fall(), 1e-9)
+        fall_m = recording.drop.height_mm / 1000 if recording.drop.height_mm else UNKNOWN_FALL_M
+        length_m = 1e-3 if track.unit == "mm" else fall_m / max(flights.fall(), 1e-9)
     else:
         length_m = 1e-3 if gravity.value is not None else G_MM_S2 / 1000 / max(flights.free, 1e-9)
     return UNKNOWN_DRAG_PER_M * length_m

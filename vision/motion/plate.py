@@ -15,6 +15,7 @@ from vision.motion.track import Track
 from vision.recording import Recording
 
 LEAST_TURN_DEG = 0.3  # a plate that tilts by less in the whole film is not tilting
+UNPLUMBED_SD_DEG = 1.0  # of a camera whose level nobody stated
 
 
 @dataclass(frozen=True)
@@ -75,8 +76,12 @@ def follow_slide(
     tilt = np.array([np.degrees(lines[int(f)].angle) for f in followed.track.frame]) - plumb
     flip = -1.0 if np.median(tilt) < 0 else 1.0
     own = float(np.median([line.angle_sd for line in lines.values()]))
-    sd = float(np.hypot(recording.camera.plumb_sd, np.degrees(own)))
-    track = replace(followed.track, tilt_deg=flip * tilt, tilt_sd_deg=sd)
+    notes, level_sd = followed.track.notes, recording.camera.plumb_sd
+    if recording.camera.plumb_deg is None and recording.camera.plumb_sd_deg is None:
+        level_sd = UNPLUMBED_SD_DEG
+        notes = (*notes, f"{recording.toml}: [camera] plumb_deg is missing: the plate's angle is known to ± {level_sd:g}° only")
+    sd = float(np.hypot(level_sd, np.degrees(own)))
+    track = replace(followed.track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
     rows = strip.height - 1 - track.y
     strip_places = np.column_stack([track.x, rows, np.ones(len(track))])
     places = np.array([strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)])

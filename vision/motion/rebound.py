@@ -6,12 +6,14 @@ does not turn is the clearance of its lowest point, the `drop.height_mm` of the 
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from vision.measurement import MeasurementError, Quantity, failed
 from vision.motion.correlated import fit, frame_lag, propagate
+from vision.motion.few_flights import FEW_ROWS, fit_few, is_few
 from vision.motion.flight import Flights, Gravity, fit_flights, lateral
 from vision.motion.gravity import gravity_doubt, known_gravity, other_drag, release_seen, scale_note
 from vision.motion.track import Track
@@ -43,12 +45,15 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     try:
         if len(used) < 4:
             raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
-        flights = fit_flights(used.time, used.frame, up, across, used.sd, gravity)
+        flown = fit_flights
+        if recording.evidence == "gates.csv" or len(used) < FEW_ROWS:
+            flown = partial(fit_few, gates=recording.evidence == "gates.csv")
+        flights = flown(used.time, used.frame, up, across, used.sd, gravity)
         doubt = gravity_doubt(flights, used, recording, gravity)
         if doubt:  # gravity and the scale contradict each other: neither may bend the fit
             loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
             gravity = loose
-            flights = fit_flights(used.time, used.frame, up, across, used.sd, loose)
+            flights = flown(used.time, used.frame, up, across, used.sd, loose)
     except MeasurementError as error:
         return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
     mask = track.outlier.copy()
@@ -60,14 +65,26 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        return Rebound(all_failed(reason), None, flights, marked, (*notes, *([doubt] if doubt else [])))
-    values, cov = propagate(lambda p: _derived(flights, p), flights.params, flights.cov)
-    air = _air_error(used, up, across, flights, values, gravity, recording)
+        quantities = (*_fall_alone(flights, used, recording), *all_failed(reason))
+        return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
+    values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
+    values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
+    air = _air_error(flown, used, up, across, flights, values, gravity, recording)
     cov = cov + np.outer(air, air)
+    # Of the scale's prior error, which a session's recordings share, a fit that also has gravity keeps cov(·, ε)/sd(ε).
+    common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
     bounces = _bounce_table(flights, used, across, values, cov, recording)
-    quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, recording, doubt)
+    quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
     notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
     return Rebound(quantities, bounces, flights, marked, tuple(notes))
+
+
+def _fall_alone(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
+    """What a fall without an impact says, in mm and s: the acceleration of a parabola through it, air and all."""
+    if track.unit != "mm" or not track.timed or not flights.free > 0:
+        return ()
+    sd = math.hypot(flights.free_sd, recording.camera.scale_sd * flights.free)
+    return (Quantity("fall_acceleration", flights.free / 1000, sd / 1000, "m/s²"),)
 
 
 def upright(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
@@ -109,7 +126,7 @@ def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
     return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
 
 
-def _air_error(used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
+def _air_error(flown, used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
     """How far the derived values move when the drag is one standard deviation other than assumed: the flights are fitted again.
 
     It is common to a whole recording and bends all parabolas alike, so no residual shows it.
@@ -117,7 +134,7 @@ def _air_error(used: Track, up, across, flights: Flights, values, gravity: Gravi
     other = other_drag(flights, used, gravity, recording)
     if other is None:
         return np.zeros_like(values)
-    again = fit_flights(used.time, used.frame, up, across, used.sd, replace(gravity, drag=other))
+    again = flown(used.time, used.frame, up, across, used.sd, replace(gravity, drag=other))
     if len(again.rows) != len(flights.rows):
         return np.zeros_like(values)
     moved = _derived(again, again.params)
@@ -178,32 +195,36 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
     return pd.DataFrame(rows)
 
 
-def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, recording: Recording, doubt: str):
-    """The five quantities of the first bounce, and notes."""
+def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, common, recording: Recording, doubt: str):
+    """The five quantities of the first bounce, and notes. common: of `values`, what a session's recordings share."""
     physical = track.unit == "mm" and track.timed
     unit, suffix = ("m/s", "m_s") if physical else (f"{track.unit}/{track.time_unit}", f"{track.unit}_{track.time_unit}")
     sds = np.sqrt(np.maximum(np.diag(cov), 0))
     fall, fall_sd, top = values[-2], sds[-2], float(bounce[f"height_{track.unit}"])
 
-    def quantity(name: str, column: str, unit: str, suffix: str) -> Quantity:
-        return Quantity(name, float(bounce[f"{column}{suffix}"]), float(bounce[f"{column}_sd{suffix}"]), unit)
+    def quantity(name: str, column: str, unit: str, suffix: str, shared: float) -> Quantity:
+        sd = float(bounce[f"{column}_sd{suffix}"])
+        return Quantity(name, float(bounce[f"{column}{suffix}"]), sd, unit, sd_common=min(float(shared), sd))
 
-    height = quantity("rebound_height", "height", track.unit, f"_{track.unit}")
-    impact = quantity("impact_speed", "speed_before", unit, f"_{suffix}")
-    rebound = quantity("rebound_speed", "speed_after", unit, f"_{suffix}")
-    normal = quantity("restitution_normal", "restitution", "1", "")
+    factor = 1e-3 if physical else 1.0
+    height = quantity("rebound_height", "height", track.unit, f"_{track.unit}", common[4])
+    impact = quantity("impact_speed", "speed_before", unit, f"_{suffix}", factor * common[2])
+    rebound = quantity("rebound_speed", "speed_after", unit, f"_{suffix}", factor * common[3])
+    normal = quantity("restitution_normal", "restitution", "1", "", common[5])
     notes = []
     stated, seen = recording.drop.height_mm, release_seen(flights, track)
     if stated and track.unit == "mm":
         relative = math.hypot(height.sd / top, HEIGHT_SD_MM / stated) if top > 0 else math.nan
         e = math.sqrt(max(top, 0) / stated)
-        restitution = Quantity("restitution", e, e * relative / 2, "1")
+        shared = math.hypot(height.sd_common / top, HEIGHT_SD_MM / stated) if top > 0 else 0.0
+        restitution = Quantity("restitution", e, e * relative / 2, "1", sd_common=e * shared / 2)
         if seen and abs(fall - stated) > max(3 * math.hypot(fall_sd, HEIGHT_SD_MM), 0.02 * stated):
             text = f"the fall seen is {fall:.4g} mm but [drop] height_mm says {stated:g}: one of them is in a wrong unit or wrong"
             restitution, notes = restitution.doubt(text), [text]
     elif seen:
         turned = math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2 if top > 0 else math.nan
-        restitution = Quantity("restitution", float(values[-1]), math.hypot(sds[-1], values[-1] * turned), "1")
+        sd = math.hypot(sds[-1], values[-1] * turned)
+        restitution = Quantity("restitution", float(values[-1]), sd, "1", sd_common=min(float(common[-1]), sd))
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
         text = f"the release is not in the track; {recording.toml}: [drop] height_mm is needed"
@@ -217,6 +238,10 @@ def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, 
 def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Quantity:
     """What makes any of the five less than good."""
     first, second = flights.rows[0], flights.rows[1]
+    if is_few(flights):
+        if quantity.name != "impact_speed" and not 0.02 < e < 1:
+            quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
+        return quantity
     if quantity.name != "impact_speed":
         if len(second) < 5:
             quantity = quantity.doubt(f"only {len(second)} frames of the first rebound")

@@ -7,18 +7,21 @@ are constant, so the path is two parabolas and a rest; the junction is where spe
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from vision.measurement import MeasurementError, Quantity, failed
+from vision.measurement import FAILED, MeasurementError, Quantity, failed
 from vision.motion.correlated import estimate_rho, fit, frame_lag, mean, whiten
+from vision.motion.level import measure_level, notes_of
+from vision.motion.strays import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
 
 INCLINE_SD_DEG = 0.1  # of a stated incline
 LENGTH_SD_MM = 0.2  # of a stated way on the incline: a seed laid against a mark
+QUANTITIES = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
 FEW = "{} usable frames; a run-out needs at least 8"
 STILL_SHARE = 0.02  # a seed slower than this share of its greatest speed has stopped
 
@@ -36,12 +39,15 @@ class RunOut:
 
 
 def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float, float] | None = None) -> RunOut:
-    """run_out and rolling_friction. junction: (place, sd) along the path where the picture showed it, in the track's unit."""
+    """run_out, rolling_friction, rolling_resistance. junction: (place, sd) along the path where the picture showed it."""
     used = track.used()
+    wild = single_spikes(used.x)
     try:
-        return _measure(used, recording, junction)
+        found = _measure(used.take(~wild), recording, junction)
     except MeasurementError as error:
-        return RunOut((failed("run_out", "mm", str(error)), failed("rolling_friction", "1", str(error))))
+        return RunOut(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES))
+    said = [f"{wild.sum()} single rows far off their neighbours are left out"] if wild.any() else []
+    return replace(found, notes=(*said, *found.notes))
 
 
 def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
@@ -63,20 +69,45 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     _check_run(track, x, recording)
     notes: list[str] = []
     speed, top = _speeds(time, x)
-    stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
+    unseen = ""
+    try:
+        stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
+    except MeasurementError as error:
+        stop, stop_sd, stop_row, doubts, unseen = float(x[-1]), math.nan, len(x) - 1, [], str(error)
     place, place_sd, more, unsure = _junction(track, x, speed, stop_row, recording, sign, seen)
     notes += more
     doubts = [*doubts, *unsure, *_jumps(track, x, speed)]
     length = stop - place
     if length <= 0:
-        raise MeasurementError("the seed stops before the junction: it never reaches the level plate")
+        raise MeasurementError(unseen or "the seed stops before the junction: it never reaches the level plate")
+    rests = not unseen and stop <= x.max()
+    level = measure_level(track, x, (place, place_sd), stop if rests else None, recording)
+    resistance, path = level.resistance, _smooth_path(time, x)
+    path[level.rows] = level.curve
+    notes += notes_of(recording, [resistance])
+    for text in unsure:
+        resistance = resistance if resistance.quality == FAILED else resistance.doubt(text)
+    fitted = (time, sign * path)
+    if unseen:
+        both = (failed("run_out", "mm", unseen), failed("rolling_friction", "1", unseen))
+        return RunOut((*both, resistance), sign * place, None, None, fitted, tuple(notes))
     scale_sd = recording.camera.scale_sd if track.unit == "mm" else 0.0
-    run_out = Quantity("run_out", length, math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2), track.unit)
+    sd = math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2)
+    run_out = Quantity("run_out", length, sd, track.unit, sd_common=scale_sd * length)
     for text in doubts:
         run_out = run_out.doubt(text)
     friction = _friction(run_out, recording)
-    fitted = (time, sign * _smooth_path(time, x))
-    return RunOut((run_out, friction), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
+    notes += _beside(friction, resistance)
+    return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
+
+
+def _beside(friction: Quantity, resistance: Quantity) -> list[str]:
+    """A note where Eq. 3 is above the resistance by more than the sds of both allow."""
+    above = friction.value - resistance.value
+    if not above > 3 * math.hypot(friction.sd, resistance.sd) or resistance.value <= 0:
+        return []
+    said = f"rolling_friction (Eq. 3) is {100 * above / resistance.value:.2g} % above rolling_resistance"
+    return [f"{said}: it counts as friction what the air and the corner take"]
 
 
 def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
@@ -97,19 +128,25 @@ def _friction(run_out: Quantity, recording: Recording) -> Quantity:
     """Eq. 3 with ∂μ/∂S, ∂μ/∂β, ∂μ/∂L; failed, naming the key, when the incline is not described."""
     try:
         way = recording.need("roll.incline_length_mm", "for rolling_friction (Eq. 3)")
-        beta = math.radians(recording.need("roll.incline_deg", "for rolling_friction (Eq. 3)"))
+        beta = recording.need("roll.incline_deg", "for rolling_friction (Eq. 3)")
         if run_out.unit != "mm":
             recording.need("camera.mm_per_px", "for rolling_friction: the run-out is in pixels")
     except MeasurementError as error:
         return failed("rolling_friction", "1", str(error))
-    below = way * math.cos(beta) + run_out.value
-    value = way * math.sin(beta) / below
-    by_way = math.sin(beta) * run_out.value / below**2
-    by_beta = (way * math.cos(beta) * below + way**2 * math.sin(beta) ** 2) / below**2
-    by_length = -value / below
-    parts = (by_way * LENGTH_SD_MM, by_beta * math.radians(INCLINE_SD_DEG), by_length * run_out.sd)
-    quantity = Quantity("rolling_friction", value, math.sqrt(sum(p**2 for p in parts)), "1")
+    value, by = eq_3(way, beta, run_out.value)
+    parts = by * [LENGTH_SD_MM, INCLINE_SD_DEG, run_out.sd]
+    common = math.hypot(parts[1], by[2] * run_out.sd_common)
+    quantity = Quantity("rolling_friction", value, float(np.linalg.norm(parts)), "1", sd_common=common)
     return quantity.doubt(run_out.reason) if run_out.reason else quantity
+
+
+def eq_3(way_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
+    """μ_r = S sin β / (S cos β + L), and its derivatives by S [1/mm], β [1/°] and L [1/mm]."""
+    beta = math.radians(incline_deg)
+    below = way_mm * math.cos(beta) + run_out_mm
+    value = way_mm * math.sin(beta) / below
+    by_beta = (way_mm * math.cos(beta) * below + way_mm**2 * math.sin(beta) ** 2) / below**2
+    return value, np.array([math.sin(beta) * run_out_mm / below**2, math.radians(by_beta), -value / below])
 
 
 def _speeds(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
@@ -198,27 +235,23 @@ def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign:
     way = recording.roll.incline_length_mm
     if seen is not None:
         place, sd, notes = sign * seen[0], seen[1], []
-    elif way is not None and track.unit == "mm":
-        rest = _rest_rows(track, x, speed)
-        start, start_sd = mean(x[:rest], track.frame[:rest]) if rest else (0.0, LENGTH_SD_MM)
+    elif way is not None and track.unit == "mm" and (rest := _rest_rows(track, x, speed)):
+        start, start_sd = mean(x[:rest], track.frame[:rest])
         place, sd = start + way, math.hypot(start_sd, LENGTH_SD_MM)
-        where = "where the seed rests at first" if rest else "x = 0, taken to be the release"
-        notes = [f"the junction is {way:g} mm along the path from {where}"]
-        if not rest and kinematic is None:
-            return (
-                place,
-                sd,
-                notes,
-                ["the release is not in the track: x = 0 is taken for it, and no motion shows it"],
-            )
+        notes = [f"the junction is {way:g} mm along the path from where the seed rests at first"]
     elif kinematic is None:
-        raise MeasurementError(f"{recording.toml}: [roll] incline_length_mm is needed: the motion does not show the junction")
+        if way is None:
+            text = f"{recording.toml}: [roll] incline_length_mm is missing, and the motion does not show where the incline ends"
+        else:
+            text = "neither the release nor the end of the incline is in the track: begin it before the seed is let go"
+        raise MeasurementError(text)
     else:
-        return *kinematic, ["the junction is taken where speeding up turns into slowing down"], []
+        place, sd = kinematic
+        return place, sd, [f"the junction is where speeding up turns into slowing down, ± {sd:.2g} {track.unit}"], []
     if kinematic is None or abs(kinematic[0] - place) <= 4 * math.hypot(kinematic[1], sd) + 0.03 * np.ptp(x):
         return place, sd, notes, []
     check = "the scale" if seen is not None else "incline_length_mm and the scale"
-    off = f"the seed is fastest at {kinematic[0] - place:+.3g} {track.unit} from where the junction is taken to be: check {check}"
+    off = f"the seed is fastest at {kinematic[0] - place:+.3g} {track.unit} from the junction as stated: check {check}"
     return place, sd, notes, [off]
 
 

@@ -16,13 +16,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from vision.evidence.grid import grid_of
 from vision.measurement import MeasurementError, Quantity, failed
 from vision.motion.correlated import estimate_rho, fit, frame_lag, whiten
 from vision.motion.flight import G_MM_S2
+from vision.motion.strays import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
 
-TILT_SD_DEG = 0.05  # of a goniometer or inclinometer, common to a whole recording
+TILT_SD_DEG = 0.05  # of a goniometer or inclinometer, common to a whole session
+START_SD_DEG = 0.5  # of a stated angle at the first moment: a film may begin somewhat before the tilting
+RATE_SD = 0.01  # relative, of a stated rate
+ANGLE_MISSING = "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide] start_deg and tilt_rate_deg_s"
+START_MISSING = (
+    "[slide] start_deg is missing: the plate's angle [deg] at t = 0, 0 where it began level; the rate alone does not tell at which angle "
+    "the block let go (a tilt_deg column in track.csv does as well)"
+)
 QUANTITIES = (("slide_angle", "deg"), ("static_friction", "1"), ("kinetic_friction", "1"))
 
 
@@ -38,7 +47,10 @@ class Slide:
 
 @dataclass(frozen=True)
 class _Tilt:
-    """The plate's angle at each row [rad], its rate there, and their double integrals from the first row."""
+    """The plate's angle at each row [rad], its rate there, and their double integrals from the first row.
+
+    sd [deg]: what it is off by in all rows, and in all recordings of a session; pictured: had from the plate's edge.
+    """
 
     angle: np.ndarray
     rate: np.ndarray
@@ -48,12 +60,12 @@ class _Tilt:
     cos2: np.ndarray
     sd: float
     pictured: bool
-    assumed: str  # what the angle rests on beyond measurement; "" where it was measured
 
 
 def measure_slide(track: Track, recording: Recording) -> Slide:
     """slide_angle, static_friction, kinetic_friction; failed, with the reason, where the block never lets go."""
     used = track.used()
+    used = used.marked(single_spikes(used.x)).used()
     try:
         tilt, notes = _tilt(used, recording)
         return _measure(used, tilt, recording, notes)
@@ -78,8 +90,9 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
     onset_sd = math.sqrt(cov[0, 0])
     sd = math.hypot(rate * onset_sd, tilt.sd)
     radians = math.radians(angle)
-    slide_angle = Quantity("slide_angle", angle, sd, "deg")
-    static = Quantity("static_friction", math.tan(radians), math.radians(sd) / math.cos(radians) ** 2, "1")
+    steep = math.radians(1.0) / math.cos(radians) ** 2
+    slide_angle = Quantity("slide_angle", angle, sd, "deg", sd_common=tilt.sd)
+    static = Quantity("static_friction", math.tan(radians), steep * sd, "1", sd_common=steep * tilt.sd)
     if physical:
         kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording, rate)
     else:
@@ -87,8 +100,6 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
         kinetic = failed("kinetic_friction", "1", f"the acceleration is known in pixels or frames only; {unknown} is needed")
     quantities = [slide_angle, static, kinetic]
     quantities = [_doubts(q, track, onset, onset_sd, stop, found, noise, travel, kinetic, static) for q in quantities]
-    if tilt.assumed:
-        quantities = [q if q.quality == "failed" else q.doubt(tilt.assumed) for q in quantities]
     if found.rho > 0.3:
         notes.append(f"successive frames err together (AR(1) ρ = {found.rho:.2f}); the standard deviations allow for it")
     if stop < len(x):
@@ -97,25 +108,25 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
 
 
 def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
-    """The plate's angle from the track's column or from the stated rate; MeasurementError naming both when neither is there."""
-    time, notes, sd, assumed = track.time, [], TILT_SD_DEG, ""
-    rate = recording.slide.tilt_rate_deg_s
+    """The plate's angle from the track's column, or from the stated start and rate; MeasurementError naming what is missing."""
+    time, told, pictured = track.time, recording.slide, track.tilt_sd_deg is not None
+    rate, start, notes = told.tilt_rate_deg_s, told.start_deg, []
     if track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 4:
         known = np.isfinite(track.tilt_deg)
         angle = _smooth(time, track.tilt_deg, known)
-        sd = TILT_SD_DEG if track.tilt_sd_deg is None else track.tilt_sd_deg
-    elif rate is not None and track.timed:
-        angle = rate * time
-        sd = math.hypot(TILT_SD_DEG, 0.01 * 20)
-        assumed = f"the plate is taken to be level at t = 0 and to tilt at {rate:g} °/s throughout, known to 1 %"
-        notes.append(assumed)
+        sd = track.tilt_sd_deg or math.hypot(TILT_SD_DEG, grid_of(track.tilt_deg[known]) / math.sqrt(12))
+    elif rate is None or not track.timed:
+        raise MeasurementError(f"{recording.toml}: {ANGLE_MISSING}" + ("" if track.timed or not rate else " together with camera.fps"))
+    elif start is None:
+        raise MeasurementError(f"{recording.toml}: {START_MISSING}")
     else:
-        text = "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide] tilt_rate_deg_s"
-        raise MeasurementError(f"{recording.toml}: {text}" + ("" if track.timed or not rate else " together with camera.fps"))
+        angle = start + rate * time
+        sd = math.hypot(START_SD_DEG, RATE_SD * rate * float(np.abs(time).max()))
+        notes = [f"the plate's angle is as stated: {start:g}° at t = 0, ± {START_SD_DEG:g}°, and {rate:g} °/s, ± {100 * RATE_SD:g} %"]
     theta = np.radians(angle)
     gradient = np.gradient(theta, time)
-    integrals = (*_integrals(time, G_MM_S2 * np.sin(theta)), *_integrals(time, G_MM_S2 * np.cos(theta)))
-    return _Tilt(theta, gradient, *integrals, sd, track.tilt_sd_deg is not None, assumed), notes
+    double = (*integrals(time, G_MM_S2 * np.sin(theta)), *integrals(time, G_MM_S2 * np.cos(theta)))
+    return _Tilt(theta, gradient, *double, sd, pictured), notes
 
 
 def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -127,7 +138,7 @@ def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray
     return savgol_filter(filled, window, 1) if len(filled) > window else filled
 
 
-def _integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and second cumulative integral, from the first row; exact for values linear between rows."""
     h = np.diff(time)
     first = np.concatenate([[0.0], np.cumsum(h * (values[1:] + values[:-1]) / 2)])
@@ -151,7 +162,7 @@ def _turning(time: np.ndarray, x: np.ndarray, tilt: _Tilt) -> np.ndarray:
 
     Without it an onset at 2 °/s with μ_k = μ_s, where the acceleration starts from 0, is found 0.07° late.
     """
-    return _integrals(time, 2 * tilt.rate * (x - _first_mean(x)))[0]
+    return integrals(time, 2 * tilt.rate * (x - _first_mean(x)))[0]
 
 
 def _design(onset: float, time, tilt: _Tilt, turning, stop: int, physical: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -230,7 +241,7 @@ def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, re
     value = float(params[2])
     pull = math.tan(theta) - value
     parts = [math.sqrt(cov[2, 2]), pull * recording.camera.scale_sd, math.radians(tilt.sd) / math.cos(theta) ** 2]
-    return Quantity("kinetic_friction", value, math.sqrt(sum(p**2 for p in parts)), "1")
+    return Quantity("kinetic_friction", value, math.hypot(*parts), "1", sd_common=math.hypot(*parts[1:]))
 
 
 def _doubts(q: Quantity, track: Track, onset, onset_sd, stop, found, noise, travel, kinetic, static) -> Quantity:

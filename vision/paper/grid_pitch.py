@@ -43,14 +43,15 @@ class Strengths:
 
 @dataclass(frozen=True)
 class Pitch:
-    """The finest lines' distance: `ratio` waves, which are `mm`; `reason` is not empty when it rests on an assumption.
+    """The finest lines' distance: `ratio` waves, which are `mm`; None where papers of several kinds have their pattern of strengths.
 
-    `mm` is None when all lines are equally strong, so that nothing tells what they are.
+    may_be: the distances [mm] that the pattern allows; pattern: in words, "" where all lines of the paper are seen.
     """
 
     ratio: float
     mm: float | None
-    reason: str
+    may_be: tuple[float, ...]
+    pattern: str
     shift: tuple[int, int] = (0, 0)  # lines by which the heaviest of ten lies off the origin
 
 
@@ -127,12 +128,12 @@ _CLASSES = {  # pattern: class of each of ten lines, rising with strength
     "tenth": (1,) + (0,) * 9,
     "fifth and tenth": (2, 0, 0, 0, 0, 1, 0, 0, 0, 0),
 }
-_MEANING = {  # pattern: mm between the finest lines, what is assumed
-    "fifth and tenth": (1.0, ""),
-    "tenth": (1.0, ""),
-    "fifth": (1.0, "every fifth line is heavier, none is heaviest: the fine lines are taken as 1 mm apart (not 2 mm)"),
-    "second": (5.0, "only every second line is heavier: taken as 5-mm and 10-mm lines whose 1-mm lines cannot be seen"),
-    "equal": (None, "all lines are equally strong"),
+_MEANING = {  # pattern: mm that the finest lines may be apart, in words
+    "fifth and tenth": ((1.0,), ""),
+    "tenth": ((1.0,), ""),
+    "fifth": ((1.0, 2.0), "every fifth one heavier, none heaviest"),
+    "second": ((5.0,), "every second one heavier: 5-mm and 10-mm lines whose 1-mm lines cannot be seen"),
+    "equal": ((1.0, 5.0, 10.0), "all equally strong"),
 }
 
 
@@ -146,8 +147,8 @@ def _name(ratio: float, both: list[Strengths]) -> Pitch:
         told = [f[0] + price for f, s in zip(fits, both) if s.all_there]
         scores[pattern] = (sum(told), (fits[0][1], fits[1][1]))
     pattern = min(scores, key=lambda k: scores[k][0])
-    mm, reason = _MEANING[pattern]
-    return Pitch(ratio, mm, reason, scores[pattern][1])
+    apart, pattern_seen = _MEANING[pattern]
+    return Pitch(ratio, apart[0] if len(apart) == 1 else None, apart, pattern_seen, scores[pattern][1])
 
 
 def _misfit(strengths: Strengths, classes: np.ndarray) -> float:

@@ -74,7 +74,7 @@ def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD, seed: int = 0) 
     grey = darkest_channel(image)
     levels = pyramid(grey)
     rng = np.random.default_rng(seed)
-    equal: list[tuple[Fit, Pitch]] = []
+    untold: list[tuple[Fit, Pitch]] = []
     for candidate in find_seeds(levels)[:CANDIDATES]:
         grid = start_map(levels, candidate, (grey.shape[0], grey.shape[1]))
         fit = None if grid is None else _follow(levels, grid, candidate.at)
@@ -83,11 +83,11 @@ def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD, seed: int = 0) 
             continue
         if pitch.mm is not None:
             return _finish(fit, pitch, pitch.mm, levels, paper_sd)
-        equal.append((fit, pitch))
-        if len(equal) == 3:  # what three places say need not be asked of a fourth
+        untold.append((fit, pitch))
+        if len(untold) == 3:  # what three places say need not be asked of a fourth
             break
-    if equal:
-        raise MeasurementError(_equal_lines(*equal[0]))
+    if untold:
+        raise MeasurementError(_untold(*untold[0]))
     raise MeasurementError(
         "no millimetre graph paper found in the picture (two crossing families of fine lines, every fifth or tenth heavier)"
     )
@@ -133,7 +133,7 @@ def _finish(fit: Fit, pitch: Pitch, line_mm: float, levels: list[Level], paper_s
     corners = _mean_scale(grid, *np.array([[0, 0], [width, 0], [0, height], [width, height], centre], float).T)
     sds = [np.hypot(_relative_sd(grid, covariance, *place), paper_sd) for place in (centre, middle)]
     values = [float(_mean_scale(grid, *place)) for place in (centre, middle)]
-    reasons = [pitch.reason] if pitch.reason else []
+    reasons = [f"of the paper's lines {pitch.pattern}"] if pitch.pattern else []
     if sds[0] > DOUBTFUL_SD:
         reasons.append(f"the paper gives the scale at the picture's centre only to ±{100 * sds[0]:.0f} %")
     return Scale(
@@ -211,9 +211,10 @@ def _hull(fit: Fit) -> np.ndarray:
     return cv2.convexHull(np.concatenate(corners).astype(np.float32))[:, 0].astype(float)
 
 
-def _equal_lines(fit: Fit, pitch: Pitch) -> str:
+def _untold(fit: Fit, pitch: Pitch) -> str:
     line_px = 1 / float(_mean_scale(fit.grid.times(1 / pitch.ratio), fit.windows.x.mean(), fit.windows.y.mean()))
+    mm, scales = (" or ".join(f"{f * m:.5g}" for m in pitch.may_be) for f in (1.0, 1 / line_px))
     return (
-        f"the picture shows lines every {line_px:.4g} px, all equally strong: 1, 5 or 10 mm apart, that cannot be told; "
-        f"state mm_per_px ({1 / line_px:.5g}, {5 / line_px:.5g} or {10 / line_px:.5g})"
+        f"the picture shows lines every {line_px:.4g} px, {pitch.pattern}: whether they are {mm} mm apart cannot be told; "
+        f"state [camera] mm_per_px ({scales})"
     )

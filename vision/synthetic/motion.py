@@ -169,6 +169,7 @@ def draw_roll(
     truth = {
         "run_out": run,
         "rolling_friction": friction,
+        "rolling_resistance": rolling,
         "incline_mm": incline_mm,
         "stop_s": rest_s + reach + stop,
         "junction_s": rest_s + reach,

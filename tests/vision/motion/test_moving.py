@@ -73,6 +73,9 @@ def test_a_slide_in_frames(tmp_path):
     for name, q in named(observe_moving(read_recording(made.path))).items():
         assert abs(q.value - motion.truth[name]) < 4 * q.sd, name
         assert q.quality == "good" and q.sd < 0.01 * max(q.value, 5), name
+    unplumbed = replace(read_recording(made.path), camera=Camera(fps=60, mm_per_px=0.4, mm_per_px_sd=4e-4))
+    seen = observe_moving(unplumbed)
+    assert named(seen)["slide_angle"].sd > 1 and any("plumb_deg is missing" in note for note in seen.notes)
 
 
 @pytest.mark.parametrize("seed_grey, plate_grey, noise", [(170, 104, 0.0), (104, 150, 2.0)])

@@ -96,12 +96,17 @@ def test_region_is_where_the_strip_is():
     assert np.ptp(v) > 0.6 * (y1 - y0)
 
 
-@pytest.mark.parametrize(("depths", "px_per_mm", "said"), [((0.25, 0.5, 0), 10, "not 2 mm"), ((0, 0.3, 0.6), 2, "5-mm")])
-def test_assumed_pitch_is_doubtful_and_said(depths, px_per_mm, said):
-    paper = Paper(mm_per_px=1 / px_per_mm, depths=depths)
+def test_a_pattern_without_the_finest_lines_is_doubtful_and_said():
+    paper = Paper(mm_per_px=1 / 2, depths=(0, 0.3, 0.6))
     scale = read_scale(draw_paper(paper, SHAPE, np.random.default_rng(4)))
-    assert scale.quality == DOUBTFUL and said in scale.reason
+    assert scale.quality == DOUBTFUL and "5-mm" in scale.reason
     assert scale.mm_per_px == pytest.approx(true_scale(paper, SHAPE), rel=2e-3)
+
+
+def test_paper_of_one_or_two_millimetres_is_asked_about():
+    """Both have every fifth line heavier: 1-mm paper without heavier 10-mm lines, and 2-mm paper with 10-mm lines."""
+    with pytest.raises(MeasurementError, match=r"1 or 2 mm apart cannot be told; state \[camera\] mm_per_px \(0\.\d+ or 0\.2"):
+        read_scale(draw_paper(Paper(mm_per_px=0.1, depths=(0.25, 0.5, 0)), SHAPE, np.random.default_rng(4)))
 
 
 def test_equal_lines_are_refused_with_the_choices():
@@ -113,7 +118,7 @@ def test_patterns_of_strengths_are_told_apart():
     for pattern, classes in _CLASSES.items():
         value = np.roll(np.array([1.0, 1.6, 2.6])[list(classes)], 3)
         found = _name(1.0, [Strengths(value, np.full(10, 0.02))] * 2)
-        assert found.mm == {"equal": None, "second": 5.0}.get(pattern, 1.0)
+        assert found.mm == {"equal": None, "fifth": None, "second": 5.0}.get(pattern, 1.0)
 
 
 def pictures_without_paper():
