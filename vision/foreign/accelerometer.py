@@ -4,11 +4,13 @@ Gravity is what an accelerometer at rest feels: the angle between it and the pho
 """
 
 import re
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from vision.foreign.fall import G_M_S2
 from vision.foreign.found import Found
 from vision.foreign.source import Source
 from vision.foreign.table import column
@@ -17,8 +19,7 @@ from vision.measurement import MeasurementError
 
 TOOL = "accelerometer table"
 AXES = 3
-G_M_S2 = 9.81
-_AXIS = re.compile(r"(.*?(?:acc|gf|grav|^).*?)[ _]?([xyz])")
+_AXIS = re.compile(r"(.*?)[ _]?([xyz])")
 _TIME = re.compile(r"\bt\b|time|elapsed|timestamp|since")
 _KNOWN = {"seconds_elapsed": "s", "seconds": "s"}  # times whose name is their unit
 _UNITS = ("g", "m/s^2", "m/s²", "m/s2")
@@ -40,7 +41,7 @@ def read(source: Source) -> Found:
     clocks = [k for k, h in enumerate(headings) if _TIME.search(h) and (_unit_of_time(h) in TIME) and _numeric(rows, k)]
     if not clocks:
         raise MeasurementError(f"{path}: no column of time says its unit; write it behind the name, such as time (s) or timestamp (ms)")
-    best = max(clocks, key=lambda k: ("since" in headings[k] or "elapsed" in headings[k], -k))
+    best = max(clocks, key=lambda k: (_alike(headings[k], headings[axes[0]]), "since" in headings[k] or "elapsed" in headings[k], -k))
     time = column(path, rows[1:], best, headings[best], 2) * TIME[_unit_of_time(headings[best])]
     felt = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
     if units <= {"g"}:
@@ -103,6 +104,11 @@ def _axes(headings: list) -> list[int]:
             found.setdefault(axis[1], {})[axis[2]] = k
     whole = [axes for axes in found.values() if len(axes) == AXES]
     return [whole[0][axis] for axis in "xyz"] if whole else []
+
+
+def _alike(clock: str, axis: str) -> int:
+    """Letters with which both begin: of several clocks the sensor's own bears its name; others tick at their own rate."""
+    return len(list(takewhile(lambda pair: pair[0] == pair[1], zip(clock, axis))))
 
 
 def _unit_of_time(heading: str) -> str:

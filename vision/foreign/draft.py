@@ -60,28 +60,33 @@ class Draft:
 
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     """The recordings in one file. rig: "" where it is not stated; track: the number of the one to take, else the likeliest."""
+    guess: tuple[str, ...] = ()
     if path.suffix.lower() in (*VIDEO_SUFFIXES, *PHOTO_SUFFIXES) and not tool_of(path):
         photo = path.suffix.lower() in PHOTO_SUFFIXES
-        said = ("a photo is of a pile",) if photo and not rig else ()
-        yield Draft(path.stem, path, "photo" if photo else "video", rig or ("pile" if photo else ""), path.name, None, guesses=said)
+        guess = ('rig = "pile": a photo',) if photo and not rig else ()
+        yield Draft(path.stem, path, "photo" if photo else "video", rig or ("pile" if photo else ""), path.name, None, guesses=guess)
         return
     found = read_foreign(path)
     if found.tilt is not None:
         if rig not in ("", "slide"):
             raise MeasurementError(f"{path}: the angle of a plate belongs to a slide, not to a {rig}")
-        yield _draft(path, path.stem, found, rig or "slide", "tilt.csv", found.tilt, ())
+        guess = () if rig else ('rig = "slide": a plate tilts',)
+        yield _draft(path, path.stem, found, "slide", "tilt.csv", found.tilt, guess)
     elif found.runs:
         if rig not in ("", "drop"):
             raise MeasurementError(f"{path}: impact times belong to a drop, not to a {rig}")
-        runs = found.runs[track - 1 : track] if track else found.runs
-        for number, (name, times) in enumerate(runs, track or 1):
-            stem = path.stem if len(found.runs) == 1 else f"{path.stem}-{number}"
-            said = (f"run {number} of {len(found.runs)}: {name}",) if name else ()
-            yield _draft(path, stem, found, rig or "drop", "impacts.csv", impact_rows(path, name, times), said)
+        if track is not None and not 1 <= track <= len(found.runs):
+            raise MeasurementError(f"{path}: --track {track}: it holds {len(found.runs)} runs of impact times")
+        guess = () if rig else ('rig = "drop": impacts were heard',)
+        for number, (name, times) in enumerate(found.runs, 1):
+            if track in (None, number):
+                stem = path.stem if len(found.runs) == 1 else f"{path.stem}-{number}"
+                which = (f"run {number} of {len(found.runs)}: {name}",) if name else ()
+                yield _draft(path, stem, found, "drop", "impacts.csv", impact_rows(path, name, times), (*which, *guess))
     else:
-        trail, which = chosen(path, found, track)
-        guess = () if rig else ('rig = "drop": it falls freely',) if falls(found, trail) else ()
-        yield _draft(path, path.stem, found, rig or ("drop" if guess else ""), "track.csv", track_rows(found, trail), (*which, *guess))
+        trail, said = chosen(path, found, track)
+        guess = ('rig = "drop": it falls freely',) if not rig and falls(found, trail) else ()
+        yield _draft(path, path.stem, found, rig or ("drop" if guess else ""), "track.csv", track_rows(found, trail), (*said, *guess))
 
 
 def _draft(path: Path, name: str, found: Found, rig: str, evidence: str, table: pd.DataFrame, said: tuple[str, ...]) -> Draft:

@@ -13,8 +13,8 @@ LARGEST_MISFIT = 0.03  # rms beside a parabola, of its sagitta: a bounce in the 
 LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise beside a roll
 LARGEST_SIDEWAYS = 0.15  # acceleration across, beside that along y: a roll down an incline has both
 MOST_POINTS = 1000
-_TIMES = {"milliseconds": 1e-3, "minutes": 60.0}
-_LENGTHS = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "micrometres": 1e-3}
+_TIMES = {"seconds": 1.0, "milliseconds": 1e-3, "minutes": 60.0}
+_LENGTHS = {"metres": 1000.0, "centimetres": 10.0, "millimetres": 1.0, "inches": 25.4, "micrometres": 1e-3}
 
 
 @dataclass(frozen=True)
@@ -62,20 +62,22 @@ def fits_gravity(acceleration_mm_s2: float) -> bool:
     return abs(abs(acceleration_mm_s2) / (1000 * G_M_S2) - 1) < LOOSE
 
 
-def unit_doubt(falls: list[Fall], mm: float, whole: bool) -> str:
+def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str:
     """A question where no flight of a track can be gravity's in its units; "" where one can, or nothing flies.
 
-    mm: millimetres of a unit of length; times are in seconds. whole: the times are whole numbers, as of frames.
+    falls: in units of `mm` millimetres, and in seconds; the file counts in units of `seconds`. whole: its times are whole numbers,
+    as of frames.
     """
     given = np.array([abs(fall.acceleration) * mm / 1000 for fall in falls])
-    others = {f"times {word}": 1 / k**2 for word, k in _TIMES.items()} | {f"lengths {word}": k for word, k in _LENGTHS.items()}
-    near = [words for words, k in others.items() if given.size and np.mean(np.abs(k * given / G_M_S2 - 1) < LOOSE) > MOST]
+    others = {f"times {word}": (seconds / unit) ** 2 for word, unit in _TIMES.items()}
+    others |= {f"lengths {word}": unit / mm for word, unit in _LENGTHS.items()}
+    near = [words for words, k in others.items() if given.size and k != 1 and np.mean(np.abs(k * given / G_M_S2 - 1) < LOOSE) > MOST]
     possible = (given > (1 / 3 if near else LEAST) * G_M_S2) & (given < GREATEST * G_M_S2)
     if not falls or possible.any():
         return ""
     best = float(given[max(range(len(falls)), key=lambda k: falls[k].worth)])
-    if whole and not near:
-        near = [f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second"]
+    if whole:
+        near.insert(0, f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second")
     meant = f": are the {' or the '.join(near)}?" if near else ": in which units are its times and lengths?"
     return f"the fall accelerates by {_number(best)} m/s²{meant}"
 

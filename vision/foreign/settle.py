@@ -53,8 +53,8 @@ def settled(stated: Stated, keys: dict[str, dict[str, Any]], guesses: list[str],
     trails = tuple(replace(t, x=t.x * mm, y=t.y * mm) for t in trails)
     doubt = ""
     if time_unit == "s" and length_unit == "mm":
-        whole = all((t.time == np.round(t.time)).all() for t in trails)
-        doubt = unit_doubt(falls, mm, whole)
+        whole = all((t.time == np.round(t.time)).all() for t in stated.trails)
+        doubt = unit_doubt(falls, mm, seconds, whole)
     found = Found(stated.tool, trails, time_unit, length_unit, keys=keys, doubt=doubt, bare=bare)
     return replace(found, guesses=tuple(guesses), questions=tuple(questions))
 

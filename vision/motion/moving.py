@@ -73,7 +73,7 @@ def _check_units(track: Track, recording: Recording) -> None:
     if recording.rig != "drop" or track.unit != "mm" or not track.timed:
         return
     falls = free_falls(track.time, track.x, track.y)
-    if doubt := unit_doubt(falls, 1.0, bool((track.time == np.round(track.time)).all())):
+    if doubt := unit_doubt(falls, 1.0, 1.0, bool((track.time == np.round(track.time)).all())):
         raise MeasurementError(f"{recording.files[0]}: t_s, x_mm, y_mm: {doubt}")
 
 

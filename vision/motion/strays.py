@@ -7,6 +7,8 @@ from scipy.ndimage import maximum_filter1d, median_filter
 LEAST_ROWS = 15
 SPIKE_SD = 6.0  # a row this many robust sds off its flight is an outlier: 2e-9 by chance, so none among 5,000 true rows
 SMOOTH = 6  # degree of a curve that follows whatever a flight does by itself
+LEAP, LEAST_LEAP, RETURN = 5.0, 0.1, 2.5  # of usual steps; of the way; of usual steps
+WINDOW, MOST_SLIPPED = 13, 12  # rows
 MOST_STRAY = 0.05  # of a flight's rows; more are no strays but its way
 
 
@@ -27,6 +29,31 @@ def single_spikes(height: np.ndarray) -> np.ndarray:
     before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
     spikes[1:-1] = (off[1:-1] > limit[1:-1]) & (before * after > 0) & (np.minimum(np.abs(before), np.abs(after)) > limit[1:-1])
     return spikes
+
+
+def slips(frame: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Rows (n,) during which a tracker held something else: it leaps away, and back to where the thing can be by then.
+
+    A leap is LEAP times what the thing usually moves from frame to frame about then (median of WINDOW steps), and a tenth of all of
+    its way; the way from before to after is no leap. At most MOST_SLIPPED rows at a time: a longer absence may be the thing's own.
+    """
+    slipped = np.zeros(len(frame), dtype=bool)
+    if len(frame) < LEAST_ROWS:
+        return slipped
+    rate = np.hypot(np.diff(x), np.diff(y)) / np.maximum(np.diff(frame), 1)
+    usual = median_filter(rate, WINDOW, mode="nearest")
+    extent = max(np.ptp(np.percentile(x, [5, 95])), np.ptp(np.percentile(y, [5, 95])))
+    leap = (rate > LEAP * usual) & (rate > LEAST_LEAP * extent)
+    after = 0
+    for away in np.flatnonzero(leap):  # from row `away` to the next
+        backs = [b for b in np.flatnonzero(leap[away + 1 : away + 1 + MOST_SLIPPED]) + away + 1 if away >= after]
+        for back in backs:
+            between = np.hypot(x[back + 1] - x[away], y[back + 1] - y[away]) / (frame[back + 1] - frame[away])
+            if between <= max(RETURN * max(usual[away], usual[back]), 1e-9 * extent):
+                slipped[away + 1 : back + 1] = True
+                after = back + 1
+                break
+    return slipped
 
 
 def off_curve(time: np.ndarray, place: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from vision.evidence.tables import GATE_PLACE, read_gates
 from vision.measurement import MeasurementError
+from vision.motion.strays import slips
 from vision.recording import Camera, Recording
 
 G_MM_S2 = 9806.65
@@ -117,6 +118,9 @@ def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] 
     elif frame is not None and time is None and camera.fps:
         time = (frame - frame[0]) / camera.fps
     outlier = rows["outlier"].fillna(0).to_numpy(float) != 0 if "outlier" in rows else np.zeros(len(rows), dtype=bool)
+    if (slipped := slips(np.asarray(frame), x, y) & ~outlier).any():
+        outlier = outlier | slipped
+        notes = (*notes, f"{int(slipped.sum())} rows are leaps away and back (a tracker that slipped): marked as outliers")
     return make_track(
         time, x, y, unit=unit, frame=np.asarray(frame).astype(int), sd=sd, outlier=outlier, notes=notes,
         **{name: column[name] for name in _OPTIONAL},

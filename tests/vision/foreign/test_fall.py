@@ -40,14 +40,14 @@ def test_a_hand_that_lifts_before_a_fall_is_no_reason_to_ask():
     rise = np.arange(0, 1, 1 / 120)
     y = np.concatenate([1 - (1 - rise) ** 2, 1 - G * np.arange(0, 0.4, 1 / 120) ** 2 / 2])
     t = np.arange(y.size) / 120
-    assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, False) == ""
+    assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, 1.0, False) == ""
 
 
 def test_a_light_ball_near_its_final_speed_is_no_reason_to_ask():
     """v = v∞ tanh(g t / v∞) with v∞ = 4 m/s, seen from its first second on: what is left of g is a fifth at most."""
     t = np.arange(0.6, 3, 1 / 15)
     y = -(4**2) / G * np.log(np.cosh(G * t / 4))
-    assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, False) == ""
+    assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, 1.0, False) == ""
 
 
 @pytest.mark.parametrize(("times", "lengths", "said"), [
@@ -55,12 +55,12 @@ def test_a_light_ball_near_its_final_speed_is_no_reason_to_ask():
     (1, 100, "are the lengths centimetres?"), (37.3, 2.2, "in which units are its times and lengths?"), (1, 1000, ""), (1.3, 1000, ""),
 ])  # fmt: skip
 def test_what_is_asked(times, lengths, said):
-    doubt = unit_doubt(free_falls(times * T, lengths * X, lengths * Y), 1.0, False)
+    doubt = unit_doubt(free_falls(times * T, lengths * X, lengths * Y), 1.0, 1.0, False)
     assert said in doubt and bool(said) == bool(doubt)
 
 
 def test_frame_numbers_are_asked_with_the_rate_that_would_fit():
-    doubt = unit_doubt(free_falls(FRAME.astype(float), 1000 * X, 1000 * Y), 1.0, True)
+    doubt = unit_doubt(free_falls(FRAME.astype(float), 1000 * X, 1000 * Y), 1.0, 1.0, True)
     assert "are the times frame numbers, at 120 frames per second?" in doubt
 
 

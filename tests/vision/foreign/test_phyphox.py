@@ -121,11 +121,13 @@ def tilting() -> tuple[np.ndarray, np.ndarray]:
     ("Zeit (s),Beschleunigung x (m/s^2),Beschleunigung y (m/s^2),Beschleunigung z (m/s^2),Absolutbeschleunigung (m/s^2)", 1.0, 1.0),
     ("accelerometerTimestamp_sinceReboot(s),"
      "accelerometerAccelerationX(G),accelerometerAccelerationY(G),accelerometerAccelerationZ(G),n", 1.0, 9.81),
+    ("locationTimestamp_since1970(s),accelerometerAccelerationX(G),accelerometerAccelerationY(G),accelerometerAccelerationZ(G),"
+     "accelerometerTimestamp_sinceReboot(s)", 0.0, 9.81),
     ("timestamp (ms),ax (g),ay (g),az (g),n", 1000.0, 9.81), ("seconds_elapsed,x,y,z,n", 1.0, 1.0), ("time (s),gFx,gFy,gFz,TgF", 1.0, 9.81),
 ])  # fmt: skip
 def test_a_phone_on_a_plate_gives_its_angle(tmp_path, heading, times, per_g):
     t, felt = tilting()
-    rows = [",".join(f"{v:.7g}" for v in (times * (5 + s), *(f / per_g), 1.0)) for s, f in zip(t, felt)]
+    rows = [",".join(f"{v:.7g}" for v in (times * (5 + s), *(f / per_g), 5 + s)) for s, f in zip(t, felt)]
     (tmp_path / "plate.csv").write_text("\n".join([heading, *rows]))
     found = read_foreign(tmp_path / "plate.csv")
     assert found.tilt["t_s"].to_numpy() == pytest.approx(t, abs=0.002)

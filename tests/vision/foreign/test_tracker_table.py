@@ -96,6 +96,19 @@ def test_times_that_gravity_contradicts_are_asked_and_not_changed(tmp_path, head
         read_track(tmp_path / "run.csv")
 
 
+@pytest.mark.parametrize(("heading", "times", "lengths", "said"), [
+    ("t (s),x (m),y (m)", 30.0, 1.0, "are the times frame numbers, at 30"),
+    ("t (ms),x (m),y (m)", 1.0, 1.0, "are the times seconds or the lengths micrometres?"),
+    ("t (s),x (m),y (m)", 1.0, 1000.0, "are the lengths millimetres?"),
+])  # fmt: skip
+def test_what_is_asked_stands_beside_what_the_heading_says(tmp_path, heading, times, lengths, said):
+    clock = np.arange(0, 1, 1 / 30) if times == 30 else T
+    y = np.interp(clock, T, Y)
+    rows = lines(",", False, np.round(times * clock) if times == 30 else times * clock, lengths * 0.02 * clock, lengths * y)
+    (tmp_path / "run.csv").write_text("\n".join([heading, *rows]))
+    assert said in read_foreign(tmp_path / "run.csv").doubt
+
+
 def test_lengths_without_a_unit_are_no_pixels_of_a_stated_scale(tmp_path):
     """A roll in metres that the table does not name, beside a camera's scale: a run-out of a thousandth would be measured."""
     (tmp_path / "recording.toml").write_text('rig = "roll"\n[camera]\nmm_per_px = 0.3\n')
