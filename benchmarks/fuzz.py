@@ -233,6 +233,11 @@ TRK = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
+def gates(rig: str, table: str, more: str) -> Reader:
+    seed = "[seed]\nlength_mm = 15\nwidth_mm = 15\nthickness_mm = 15\n"
+    return Reader(table.encode(), ",", lambda file: told(file.parent), {"recording.toml": f'rig = "{rig}"\n{seed}{more}'.encode()})
+
+
 def photo(suffix: str, *, deep: bool = False) -> Reader:
     ramp = np.add.outer(np.arange(60), np.arange(80)) * (400 if deep else 1)
     file = io.BytesIO()
@@ -249,6 +254,10 @@ def readers() -> dict[str, Reader]:
         "track.csv of a slide": track("slide"),
         "track.csv of a roll": Reader((SAMPLES / "soybean-bench/roll-01/track.csv").read_bytes(), ",", lambda f: told(f.parent),
                                       {"recording.toml": ROLL}),
+
+
+        **{name: gates(*about) for name, about in GATES.items()},
+        "track.csv of few rows": Reader(FEW, ",", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'}),
         "impacts.csv": Reader((drawn / "drop-heard/impacts.csv").read_bytes(), ",", lambda f: told(f.parent),
                               {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
         "readings.csv": Reader((paper / "drop/readings.csv").read_bytes(), ",", lambda f: told(f.parent),
@@ -278,6 +287,15 @@ def readers() -> dict[str, Reader]:
     return made
 
 
+GATES = {  # rig, table, more of recording.toml
+    "gates.csv": ("roll", "x_mm,t_s,sd_s,sd_mm\n150,0,1e-4,0.3\n350,0.31,1e-4,0.3\n550,0.52,1e-4,0.3\n750,0.7,1e-4,0.3\n950,0.85,,\n",
+                  "[roll]\nincline_deg = 8\nlevel = false\nrail_gap_mm = 6\n"),
+    "gates.csv of both legs": ("roll", "x_mm,t_s\n50,0.4\n90,0.52\n150,0.68\n300,1.1\n450,1.8\n",
+                               "[roll]\nincline_deg = 8\nincline_length_mm = 100\n"),
+    "gates.csv of a drop": ("drop", "y_mm,t_s,sd_s\n300,0,1e-4\n200,0.14,1e-4\n50,0.226,1e-4\n50,0.29,1e-4\n100,0.33,1e-4\n", ""),
+    "gates.csv of a slide": ("slide", "x_mm,t_s\n20,0.2\n80,0.4\n160,0.55\n260,0.7\n400,0.88\n", "[slide]\nstart_deg = 25\n"),
+}  # fmt: skip
+FEW = b"t_s,x_mm,y_mm,sd_mm\n0,0,500,1\n0.2,1,304,1\n0.3,1,60,1\n0.4,2,120,1\n0.5,2,200,1\n0.6,2,190,1\n"
 PAIR = {f"{who}{name}": {"value": 0.3, "low": 0.2, "high": 0.4, "unit": "1"}
         for who in ("", "seed_") for name in ("restitution", "static_friction", "rolling_friction")}  # fmt: skip
 SOLID = {"density_kg_m3": 1250.0, "shear_modulus_pa": 1e7, "poisson_ratio": 0.4}

@@ -51,6 +51,10 @@ def rig_of(recording: Recording) -> Any:
         value = getattr(section, key_of(field.name), None)
         if value is not None:
             given[field.name] = _scaled(value, 1e-3) if key_of(field.name) != field.name else value
+    if kind is Roll and recording.roll.level is False:
+        raise ValueError(f"{recording.toml}: [roll] level = false: the twin's rolls run out on a level plate, none stays on its incline")
+    if kind is Roll and recording.roll.rail_gap_mm:
+        raise ValueError(f"{recording.toml}: [roll] rail_gap_mm: the twin has no rails, its seeds roll on a plate")
     if kind is Slide and recording.seed.count is not None:
         given["count"] = recording.seed.count
     return kind(**given)

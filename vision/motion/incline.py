@@ -31,6 +31,7 @@ from vision.recording import Recording
 
 FEW_ROWS = 30  # of fewer, stop and corner are not told by the rows about them, but by the legs as wholes
 LEAST_ROWS = 4
+POINTS = 400  # of a curve in a picture
 LEAST_WAY_MM = 1.0
 SURELY_WRONG = 0.01  # of a χ² as great by chance, below which a stated sd is not that of the rows
 DRAG_SD = 0.5  # relative: of a ball's drag beside a plate or rails, over that in free air
@@ -94,11 +95,10 @@ Legs = Callable[[np.ndarray, Known], tuple[Leg, ...]]
 
 @dataclass(frozen=True)
 class Fitted:
-    """params with cov (95 % is ± 1.96 √var), the curve's places (n,) at the rows, what speaks against a stated sd."""
+    """params with cov (95 % is ± 1.96 √var), what speaks against a stated sd."""
 
     params: np.ndarray
     cov: np.ndarray
-    curve: np.ndarray
     strained: str
 
 
@@ -167,13 +167,14 @@ def _of_incline(rows: Rows, sign: float, recording: Recording) -> RunOut:
         raise MeasurementError("the seed slows down on its way; are its rows on an incline, and in the right order?")
     acceleration = _strained(Quantity("acceleration", value[0], sd[0], "m/s²"), found)
     notes = [*notes, *more]
+    drawn = _drawn(rows, legs(found.params, known), sign)
     if recording.roll.incline_deg is None:
         said = f"{recording.toml}: [roll] incline_deg is missing; without it an acceleration tells no rolling friction"
-        return RunOut((acceleration, failed("rolling_friction", "1", said)), fitted=(rows.time, sign * found.curve), notes=tuple(notes))
+        return RunOut((acceleration, failed("rolling_friction", "1", said)), fitted=drawn, notes=tuple(notes))
     friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1"), found)
     if friction.value < -2 * friction.sd:
         friction = friction.doubt("negative: the seed rolls faster than without resistance; check incline_deg, scale and inertia_factor")
-    return RunOut((acceleration, friction), fitted=(rows.time, sign * found.curve), notes=tuple(notes))
+    return RunOut((acceleration, friction), fitted=drawn, notes=tuple(notes))
 
 
 def _before_the_end(rows: Rows) -> tuple[Rows, list[str]]:
@@ -231,8 +232,14 @@ def _of_both(rows: Rows, sign: float, recording: Recording) -> RunOut:
         run_out = run_out.doubt(f"the stop is extrapolated by {ahead:.3g} mm beyond the last row")
     friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1"), found)
     notes.append("few rows: the rolling friction is that of slowing down on the level, the run-out where that ends")
-    curve = (rows.time, sign * found.curve)
-    return RunOut((run_out, friction), sign * known.corner, sign * (known.corner + value[0]), float(rows.time[-1]), curve, tuple(notes))
+    drawn = _drawn(rows, legs(found.params, known), sign)
+    return RunOut((run_out, friction), sign * known.corner, sign * (known.corner + value[0]), float(rows.time[-1]), drawn, tuple(notes))
+
+
+def _drawn(rows: Rows, legs: tuple[Leg, ...], sign: float) -> tuple[np.ndarray, np.ndarray]:
+    """The curve for a picture: times, places."""
+    time = np.linspace(rows.time[0], rows.time[-1], POINTS)
+    return time, sign * travel(legs, time)[0]
 
 
 def _known(rows: Rows, recording: Recording) -> tuple[Known, dict[str, float], list[str]]:
@@ -293,7 +300,7 @@ def fit_legs(rows: Rows, legs: Legs, start: np.ndarray, known: Known) -> Fitted:
         strained = f"the rows scatter {math.sqrt(chi2 / freedom):.2g} times as much as their stated sd"
     elif stated:
         power = 1.0
-    return Fitted(start, power * np.linalg.pinv(found.jac.T @ found.jac) * np.outer(unit, unit), curve(start), strained)
+    return Fitted(start, power * np.linalg.pinv(found.jac.T @ found.jac) * np.outer(unit, unit), strained)
 
 
 def travel(legs: tuple[Leg, ...], time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -121,7 +121,7 @@ def test_what_cannot_be_used_says_why():
     still = replace(good, x_mm=0 * good.x_mm)
     unlevel = replace(good, tilt_deg=None, description=good.description | {"slide": {}})
     flat = replace(good, tilt_deg=0 * good.tilt_deg)
-    short = replace(good, time_s=good.time_s[:9], x_mm=good.x_mm[:9], frame=good.frame[:9], tilt_deg=good.tilt_deg[:9])
+    short = replace(good, time_s=good.time_s[:3], x_mm=good.x_mm[:3], frame=good.frame[:3], tilt_deg=good.tilt_deg[:3])
     wrongs = ((still, "does not slide"), (cut, "onset"), (unlevel, "tilt_deg"), (flat, "does not tilt"), (short, "rows"))
     for wrong, why in wrongs:
         with pytest.raises(ValueError, match=why):

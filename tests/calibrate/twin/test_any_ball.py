@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from calibrate.twin.job import Job
 from calibrate.twin.parameters import Parameters, bench
 from sim.rigs.drop import Drop, run_drop
 from sim.rigs.roll import Roll, run_roll
@@ -34,3 +35,9 @@ def test_a_hollow_ball_rolls_down_as_its_inertia_lets_it(factor):
     rows = (motion.t_s > 0.1) & (fast < 0.4)  # behind the first touch, before the corner
     acceleration = np.polyfit(motion.t_s[rows], fast[rows], 1)[0]
     assert acceleration == pytest.approx(9.80665 * np.sin(np.radians(5)) / (1 + factor), rel=0.01)
+
+
+@pytest.mark.parametrize(("roll", "why"), [({"level": False}, "run out on a level plate"), ({"rail_gap_mm": 6.0}, "no rails")])
+def test_what_the_twin_has_not_is_said(tmp_path, roll, why):
+    with pytest.raises(ValueError, match=why):
+        Job("roll", Parameters(), {"roll": roll})
