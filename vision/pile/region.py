@@ -135,9 +135,10 @@ def _sharpened(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
     """The rough outline, up to `halo` px too far out where texture was averaged, cut anew by colour, sharp and local."""
     disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
-    mask = np.where(core > 0, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(grown > 0, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
-    mask = np.ascontiguousarray(mask, dtype=np.uint8)
     odds = _local_odds(words(lab, 2 * WORDS), core > 0, reach == 0)
+    sure, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
+    mask = np.where(sure, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
+    mask = np.ascontiguousarray(mask, dtype=np.uint8)
     picture = np.dstack([255 * odds, 2.55 * lab[..., 0], 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)])
     cv2.setRNGSeed(1)
     cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 3, cv2.GC_INIT_WITH_MASK)
