@@ -10,9 +10,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vision.batch import Results, find_all, measured_anything, observe, observe_or_fail, observe_seeds_photo, unread_notes
-from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from vision.batch import Results, find_all, in_order, measured_anything, observe, observe_or_fail, observe_seeds_photo, unread_notes
+from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError, Observation
 from vision.pile.repose import PileOptions
+from vision.recording import Recording
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
 _ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
@@ -53,11 +54,15 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
     bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
     with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
         task = progress.add_task("measuring", total=len(entries))
-        for i, entry in enumerate(entries):
+
+        def one(i: int, entry: Recording | MeasurementError) -> Observation:
             progress.update(task, description=getattr(entry, "id", "?")[:40])
             advance = partial(_advance, progress, task, i)
             measure = observe_seeds_photo if seeds else partial(observe, options=options, trim=trim, progress=advance)
-            results.add(observe_or_fail(entry, measure, "seeds" if seeds else None))
+            return observe_or_fail(entry, measure, "seeds" if seeds else None)
+
+        for i, observation in enumerate(in_order(entries, one)):
+            results.add(observation)
             progress.update(task, completed=i + 1)
     return results.finish()
 
