@@ -14,6 +14,7 @@ from rich.table import Table
 from vision.batch import (
     Results,
     find_all,
+    in_order,
     measured_anything,
     observe,
     observe_or_fail,
@@ -69,11 +70,14 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
     bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
     with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
         task = progress.add_task("measuring", total=len(entries))
-        for i, entry in enumerate(entries):
+
+        def one(i: int, entry: Recording | MeasurementError) -> Observation:
             progress.update(task, description=getattr(entry, "id", "?")[:40])
             advance = partial(_advance, progress, task, i)
             measure = observe_seeds_photo if seeds else partial(observe, options=options, trim=trim, progress=advance)
-            observation = observe_or_fail(entry, measure, "seeds" if seeds else None)
+            return observe_or_fail(entry, measure, "seeds" if seeds else None)
+
+        for i, (entry, observation) in enumerate(zip(entries, in_order(entries, one), strict=True)):
             results.add(observation)
             remember(rolls, entry, observation)
             progress.update(task, completed=i + 1)

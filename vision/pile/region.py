@@ -110,7 +110,7 @@ def _heap_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
 
 def _likeness(mask: np.ndarray, grainy: np.ndarray, triangle: np.ndarray, halo: float) -> float:
     """How much nine tenths of the inside are grainier than most of what lies around it, and its form a heap's: 1 is enough."""
-    discs = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (1.0, 1.5, 6.0)]
+    discs = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 1.5, 6.0)]
     seeds = mask.astype(np.uint8)
     core = cv2.erode(seeds, discs[0]) > 0
     around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
@@ -135,13 +135,23 @@ def _sharpened(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
     """The rough outline, up to `halo` px too far out where texture was averaged, cut anew by colour, sharp and local."""
     disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
-    mask = np.where(core > 0, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(grown > 0, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
-    mask = np.ascontiguousarray(mask, dtype=np.uint8)
     odds = _local_odds(words(lab, 2 * WORDS), core > 0, reach == 0)
+    sure, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
+    mask = np.where(sure, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
     picture = np.dstack([255 * odds, 2.55 * lab[..., 0], 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)])
+    return _grabbed(picture, mask, rounds=3)
+
+
+def _grabbed(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray:
+    """The graph cut of a picture whose pixels are marked as sure or probable seeds and surroundings; no seeds where either lacks."""
+    seeds = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    if not seeds.any() or seeds.all():
+        return np.zeros(mask.shape, bool)
+    mask = np.ascontiguousarray(mask, dtype=np.uint8)
     cv2.setRNGSeed(1)
-    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 3, cv2.GC_INIT_WITH_MASK)
-    return (mask == cv2.GC_FGD) | (mask == cv2.GC_PR_FGD)
+    models = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, *models, rounds, cv2.GC_INIT_WITH_MASK)
+    return np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
 
 
 def _coloured(small: np.ndarray) -> np.ndarray:
@@ -274,7 +284,7 @@ def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return (kl[0] + kl[1]) / 2
 
 
-def _cut(small: np.ndarray, features: np.ndarray, kinds: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
+def _cut(small: np.ndarray, features: np.ndarray, kinds: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """The outline by graph cut, on a picture of colour and of how much more often a pixel's kind lies inside than outside."""
     core, body, shell = (_drawn(kinds.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8))
     mask = np.where(core, cv2.GC_FGD, np.where(body, cv2.GC_PR_FGD, np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD))).astype(np.uint8)
@@ -289,10 +299,7 @@ def _cut(small: np.ndarray, features: np.ndarray, kinds: np.ndarray, triangle: n
     along = colour @ (axis / max(np.linalg.norm(axis), 1e-9)).astype(np.float32)
     low, high = np.percentile(along, [1, 99])
     picture = np.dstack([255 * odds, 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1), colour[..., 0] * 2.55])
-    cv2.setRNGSeed(1)
-    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, np.zeros((1, 65)), np.zeros((1, 65)), 2, cv2.GC_INIT_WITH_MASK)
-    seeds = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD)).astype(np.uint8)
-    return seeds.astype(bool)
+    return _grabbed(picture, mask, rounds=2)
 
 
 def _drawn(shape: tuple[int, ...], triangle: np.ndarray, grow: float) -> np.ndarray:

@@ -21,7 +21,7 @@ from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
 LIKELY = 0.6  # of a sure likeness to seeds: where nothing else can be measured this is, with a doubt
-APART = 0.1  # of the heap's area, or height: farther apart two readings are of different things
+APART, AREA = 0.1, 0.15  # of the heap's height, and area: farther apart two readings are of different things
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def _same_heap(smooth: Repose, seeds: Repose, region: Region) -> bool:
     apart = np.abs(smooth.base.at(x) - foot)[under].mean()
     tall = float(np.ptp(seeds.surface[under]))
     apart = max(apart, abs(float(surface.min() - seeds.surface.min())))
-    return bool(max(left_out, taken_in) < APART * area and apart < APART * tall)
+    return bool(max(left_out, taken_in) < AREA * area and apart < APART * tall)
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:

@@ -69,3 +69,65 @@ def heap_of_seeds(
 
 def angle(image: np.ndarray, camera: Camera | None = None, **options):
     return measure_repose(image, camera, PileOptions(**options))
+
+
+@pytest.mark.parametrize("kind", BACKGROUNDS)
+def test_the_heap_is_found_before_every_background(kind):
+    """33°, seeds of a fifteenth of the base: within three claimed sds and 2°, which is half a seed over the window's length."""
+    found = angle(heap_of_seeds(kind, 33.0, seed=1))
+    q = found.quantities[0]
+    assert abs(q.value - 33.0) <= min(max(3 * q.sd, 1.0), 2.0)
+    assert found.base.at(WIDTH / 2) == pytest.approx(FOOT, abs=0.3 * SEED)
+
+
+def test_a_horizon_behind_the_heap_is_no_base_line():
+    found = angle(heap_of_seeds("horizon", 28.0, seed=2))
+    assert found.base.at(WIDTH / 2) == pytest.approx(FOOT, abs=0.3 * SEED)
+    assert found.crest[1] == pytest.approx(FOOT - 240 * np.tan(np.radians(28)), abs=1.5 * SEED)
+
+
+def test_a_mirror_image_is_not_part_of_the_heap():
+    q = angle(heap_of_seeds("cloth", 32.0, seed=3, mirror=0.5)).quantities[0]
+    assert abs(q.value - 32.0) <= max(3 * q.sd, 1.0)
+    assert q.quality == GOOD
+
+
+def test_frame_and_foot_given_by_hand_win():
+    picture = np.hstack([heap_of_seeds("cloth", a, seed=4) for a in (26.0, 35.0)])
+    for x0, true in ((0, 26.0), (WIDTH, 35.0)):
+        foot = (x0 + 100.0, FOOT - 0.5, x0 + 800.0, FOOT - 0.5)
+        found = angle(picture, roi=(x0 + 120, 200, 660, 400), baseline=foot)
+        q = found.quantities[0]
+        assert abs(q.value - true) <= max(3 * q.sd, 1.0)
+        assert found.base.source == "given"
+        assert found.base.at(0) == pytest.approx(FOOT - 0.5 - 200)
+
+
+def test_of_two_heaps_one_is_measured_as_doubtful_and_the_frame_is_asked_for():
+    picture = np.hstack([heap_of_seeds("cloth", 30.0, seed=s)[:, 150:750] for s in (5, 6)])
+    q = angle(picture).quantities[0]
+    assert q.quality == DOUBTFUL
+    assert "--roi" in q.reason
+    assert abs(q.value - 30.0) <= max(3 * q.sd, 1.0)
+
+
+def test_a_line_that_contradicts_the_plumb_is_no_base_line():
+    """The camera's roll is stated; a table's edge that runs 5° across it stands behind the heap."""
+    picture = heap_of_seeds("plain", 30.0, seed=7)
+    slanted = picture.copy()
+    cv2.fillPoly(slanted, [np.array([(0, 400), (WIDTH, 479), (WIDTH, FOOT), (0, FOOT)])], (165, 160, 150))
+    seeds = np.abs(picture.astype(int) - behind("plain", np.random.default_rng(0))).sum(axis=2, keepdims=True) > 60
+    q = angle(np.where(seeds, picture, slanted), Camera(plumb_deg=0.0, plumb_sd_deg=0.1))
+    assert abs(np.degrees(np.arctan(q.base.slope))) < 2.0
+    assert abs(q.quantities[0].value - 30.0) <= max(3 * q.quantities[0].sd, 1.0)
+
+
+@pytest.mark.parametrize("kind", ["cloth", "wood", "clutter"])
+def test_a_background_without_seeds_is_refused_or_doubted(kind):
+    wall = np.clip(behind(kind, np.random.default_rng(8)) + np.random.default_rng(9).normal(0, 2, (HEIGHT, WIDTH, 3)), 0, 255)
+    try:
+        q = angle(wall.astype(np.uint8)).quantities[0]
+    except MeasurementError as error:
+        assert "pile" in str(error) or "slope" in str(error)
+    else:
+        assert q.quality == DOUBTFUL
