@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO_OUT := demo-out
 
-.PHONY: demo test bench slow lint clean
+.PHONY: demo test page bench slow lint clean
 
 demo: $(VENV)/installed
 	@sh scripts/system-packages.sh
@@ -28,6 +28,10 @@ demo: $(VENV)/installed
 test: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/pytest -n auto --dist worksteal
+
+page: $(VENV)/installed            # the sample bench in the browser, copied so that it can be changed
+	@test -d $(DEMO_OUT)/page || { mkdir -p $(DEMO_OUT) && cp -r samples/drawn-bench $(DEMO_OUT)/page; }
+	@$(BIN)/benchtwin page $(DEMO_OUT)/page
 
 slow: $(VENV)/installed            # statistical studies: minutes
 	$(BIN)/pytest -n auto -m slow

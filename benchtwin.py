@@ -21,7 +21,7 @@ def benchtwin() -> None:
 @app.command()
 def measure(
     paths: Annotated[list[Path], typer.Argument(help="Photos, folders of photos, recordings, bench folders, in any mix.")],
-    out: Annotated[Path, typer.Option(help="Folder for measurements.csv, overlays/, tracks/, bounces.csv.")],
+    out: Annotated[Path, typer.Option(help="Folder for measurements.csv, summary.csv, overlays/, tracks/, bounces.csv.")],
     window: Annotated[str, typer.Option(help="Piles: heights, in % of the crest's, between which the line is fitted.")] = "20-80",
     roi: Annotated[str, typer.Option(help="Piles: look only at X,Y,WIDTH,HEIGHT (px).")] = "",
     baseline: Annotated[str, typer.Option(help="Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down).")] = "",
@@ -37,6 +37,24 @@ def measure(
     from vision.command import measure_command
 
     raise typer.Exit(measure_command(paths, out, window, roi, baseline, trim, seeds, overwrite, quiet))
+
+
+@app.command("import")
+def import_(
+    files: Annotated[list[Path], typer.Argument(help="Files of Tracker, ImageJ, phyphox, Kinovea, sensor apps; videos; folders.")],
+    out: Annotated[Path, typer.Option(help="Bench folder to be written: a folder a recording, bench.toml with the questions.")],
+    rig: Annotated[str, typer.Option(help="What all of them show: drop, slide, roll or pile; else told by the motion, or asked.")] = "",
+    track: Annotated[int | None, typer.Option(min=1, help="Of several tracks this one; else the longest that falls.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace a bench that this command wrote.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Import files of other tools as a bench folder: what they hold, every guess marked, everything unknown as a question.
+
+    Exit code 0: written, and what could not be read named; 1: nothing could be read; 2: the command was misused.
+    """
+    from vision.import_command import import_command
+
+    raise typer.Exit(import_command(files, out, rig, track, overwrite, quiet))
 
 
 @app.command()
@@ -167,6 +185,37 @@ def prove(
     from prove.command import prove_command
 
     raise typer.Exit(prove_command(out, cases, rng, workers=workers, limit_s=limit_s, keep_frames=keep_frames, quiet=quiet))
+
+
+@app.command()
+def new(bench: Annotated[Path, typer.Argument(metavar="BENCH", help="Folder to make.")]) -> None:
+    """Make an empty bench: a folder with a bench.toml that names every key, with what it means.
+
+    Exit code 0: made; 2: it is there already, or cannot be written.
+    """
+    from vision.measurement import MeasurementError
+    from vision.new_bench import new_bench
+
+    try:
+        print(f"{new_bench(bench)}: say there what is known, and put recordings beside it (benchtwin page {bench} helps with both)")
+    except (MeasurementError, OSError) as error:
+        print(f"benchtwin new: {error}", file=sys.stderr)
+        raise typer.Exit(2) from error
+
+
+@app.command()
+def page(
+    folder: Annotated[Path, typer.Argument(help="A bench folder, a folder of benches, or a new one.")] = Path(),
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of this machine; 0: a free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+) -> None:
+    """Open a page in the browser on a folder: drop files in, look, drag, run, believe. Only this machine can reach it.
+
+    Exit code 0: ended with Ctrl+C; 2: the folder or the port cannot be used.
+    """
+    from page.command import page_command
+
+    raise typer.Exit(page_command(folder, port, browser))
 
 
 def _keep_compiled_code() -> None:

@@ -15,8 +15,10 @@ import sys
 import tempfile
 import time
 import warnings
+import wave
+import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -34,7 +36,9 @@ from calibrate.procedure import from_tables, joint
 from calibrate.procedure.bench import Bench, bench_of
 from calibrate.procedure.tables import naming
 from vision import measure
+from vision.evidence.keys import read_toml
 from vision.evidence.photo import read_photo
+from vision.import_command import import_command
 from vision.measurement import FAILED, MeasurementError
 
 SAMPLES = Path(__file__).parent.parent / "samples"
@@ -110,6 +114,125 @@ def track(rig: str) -> Reader:
     return Reader(few, ",", lambda file: told(file.parent), {"recording.toml": (folder / "recording.toml").read_bytes()})
 
 
+def heard(name: str) -> Reader:
+    folder = SAMPLES / "heard-drop" / name
+    file = next(folder.glob("sound.*"))
+    return Reader(file.read_bytes(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
+
+
+def clicks() -> Reader:
+    """A second of three clicks as .wav."""
+    sound = np.random.default_rng(0).normal(0, 30, 8000)
+    sound[[2000, 4400, 5840]] = 20_000
+    file = io.BytesIO()
+    with wave.open(file, "wb") as out:
+        out.setparams((1, 2, 8000, 0, "NONE", ""))
+        out.writeframes(sound.astype("<i2").tobytes())
+    return Reader(file.getvalue(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
+
+
+def brought_in(file: Path) -> bool:
+    """A file of another tool, measured as it is and imported as a bench; whether neither could be."""
+    refused = told(file)
+    with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as said:
+        code = import_command([file], file.parent / "bench", "", None, overwrite=False, quiet=False)
+    assert code == 0 or str(file.parent) in said.getvalue(), f"the file is not named: {said.getvalue()}"
+    for toml in (file.parent / "bench").rglob("*.toml"):
+        read_toml(toml)
+    return refused and code != 0
+
+
+def of_other_tools() -> dict[str, tuple[bytes, str]]:
+    """A small file as each tool writes it, of a ball that bounces, and what parts its cells."""
+    t = np.arange(0, 0.9, 1 / 60)
+    high = np.where(t < 0.319, 0.5 - 4.9 * t**2, 2.5 * (t - 0.319) - 4.9 * (t - 0.319) ** 2)
+    places = [(k, f"{s:.5f}", f"{100 + 20 * s:.3f}", f"{400 - 600 * y:.3f}", f"{y:.5f}") for k, (s, y) in enumerate(zip(t, high))]
+    frames = "".join(f'<property name="[{k}]" type="object"><object class="PointMass$FrameData">\n<property name="x">{x}</property>\n'
+                     f'<property name="y">{y}</property></object></property>\n' for k, _, x, y, _ in places)  # fmt: skip
+    trk = TRK.replace("FRAMES", frames).encode()
+    spots = "".join(f"ID{k},{k},0,7.5,{x},{y},0,{s},{k},2.5\n" for k, s, x, y, _ in places)
+    detections = "".join(f'<detection t="{k}" x="{x}" y="{y}" z="0.0" />\n' for k, _, x, y, _ in places)
+    events = "Event time (s),Interval (s)\n1.0,0.51\n1.51,0.41\n1.92,0.33\n2.25,0\n"
+    clock = "property,value\nSTART,0.0\n"
+    tilt = "".join(f"{k / 20},{np.sin(a):.5f},0.001,{np.cos(a):.5f}\n" for k, a in enumerate(np.radians(np.linspace(0, 25, 80))))
+    points = "".join(f"<TrackPoint>{x};{y};{1502 * k}</TrackPoint>\n" for k, _, x, y, _ in places)
+    return {
+        "drop.trk": (trk, ">"),
+        "drop.trz": (zipped({"a/drop.trk": trk, "video.mp4": b"\0" * 50}), ""),
+        "export.txt": (("\tmass A\t\nt\tx\ty\n" + "".join(
+            f"{s}\t0.1\t{y}\n" for _, s, _, _, y in places)).replace(".", ",").encode(), "\t"),
+        "manual.xls": ((" \tTrack n°\tSlice n°\tX\tY\tDistance\tVelocity\tPixel Value\n" + "".join(
+            f"{k + 1}\t1\t{k + 1}\t{x}\t{y}\t{k}.5\t1\t230\n" for k, _, x, y, _ in places)).encode(), "\t"),
+        "spots.csv": (("LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME,RADIUS\nLabel,Spot ID\nLabel,Spot ID\n"
+                       ",,,(quality),(pixel),(pixel),(pixel),(sec),,(pixel)\n" + spots).encode(), ","),
+        "tracks.xml": (f'<?xml version="1.0"?>\n<Tracks spaceUnits="pixel" frameInterval="1.0" timeUnits="sec" from="TrackMate">\n'
+                       f'<particle nSpots="9">\n{detections}</particle></Tracks>'.encode(), '"'),
+        "drop.mdf": (("MTrackJ 1.5.1 Data File\nAssembly 1\nCluster 1\nTrack 1\n" + "".join(
+            f"Point {k + 1} {x} {y} 1.0 {k + 1}.0 1.0\n" for k, _, x, y, _ in places)).encode(), " "),
+        "events.csv": (events.encode(), ","),
+        "events.zip": (zipped({"All.csv": events.encode(), "meta/time.csv": clock.encode()}), ""),
+        "events.xlsx": (workbook({"All": EVENTS, "Metadata Time": "<row><c t='inlineStr'><is><t>event</t></is></c></row>"}), ""),
+        "plate.csv": (("time (s),ax (g),ay (g),az (g)\n" + tilt).encode(), ","),
+        "kinovea.csv": (('"Time","ball/0/X","ball/0/Y"\n' + "".join(f'"{s}","0.1","{y}"\n' for _, s, _, _, y in places)).encode(), ","),
+        "kinovea.txt": (("#Kinovea Trajectory data export\n#T X Y\n" + "".join(
+            f"0:00:00:{k % 60:02d} 0.1 {y}\n" for k, _, _, _, y in places)).encode(), " "),
+        "drop.kva": ((f"<KinoveaVideoAnalysis>\n<AverageTimeStampsPerFrame>1502</AverageTimeStampsPerFrame>\n<CaptureFramerate>60"
+                      f"</CaptureFramerate>\n<Calibration><CalibrationLine><Length>5</Length><Segment><A>1;2</A><B>30;2</B></Segment>"
+                      f"</CalibrationLine>\n<Unit>Centimeters</Unit></Calibration>\n<Tracks><Track name='b'><TrackPointList>\n{points}"
+                      f"</TrackPointList></Track></Tracks></KinoveaVideoAnalysis>").encode(), "<"),
+    }  # fmt: skip
+
+
+def workbook(sheets: dict[str, str]) -> bytes:
+    """An .xlsx of these sheets, by name: the least that the format wants."""
+    kind = "http://schemas.openxmlformats.org"
+    numbered = list(enumerate(sheets, 1))
+    listed = "".join(f'<sheet name="{n}" sheetId="{k}" r:id="r{k}"/>' for k, n in numbered)
+    related = "".join(f'<Relationship Id="r{k}" Type="{kind}/officeDocument/2006/relationships/worksheet" '
+                      f'Target="worksheets/sheet{k}.xml"/>' for k, _ in numbered)  # fmt: skip
+    return zipped({
+        "_rels/.rels": f'<Relationships xmlns="{kind}/package/2006/relationships"><Relationship Id="r0" '
+                       f'Type="{kind}/officeDocument/2006/relationships/officeDocument" Target="xl/workbook.xml"/>'
+                       "</Relationships>".encode(),
+        "xl/workbook.xml": f'<workbook xmlns="{kind}/spreadsheetml/2006/main" xmlns:r="{kind}/officeDocument/2006/relationships">'
+                           f"<sheets>{listed}</sheets></workbook>".encode(),
+        "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{kind}/package/2006/relationships">{related}'
+                                      "</Relationships>".encode(),
+        **{f"xl/worksheets/sheet{k}.xml": f'<worksheet xmlns="{kind}/spreadsheetml/2006/main"><sheetData>{sheets[n]}</sheetData>'
+           "</worksheet>".encode() for k, n in numbered},
+    })  # fmt: skip
+
+
+EVENTS = "<row><c t='inlineStr'><is><t>Event (s)</t></is></c><c t='inlineStr'><is><t>Interval (s)</t></is></c></row>" + "".join(
+    f"<row><c><v>{a}</v></c><c><v>{b}</v></c></row>" for a, b in ((1.0, 0.51), (1.51, 0.41), (1.92, 0.33), (2.25, 0))
+)
+
+
+def zipped(members: dict[str, bytes]) -> bytes:
+    with zipfile.ZipFile(out := io.BytesIO(), "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, content in members.items():
+            packed.writestr(name, content)
+    return out.getvalue()
+
+
+TRK = """<?xml version="1.0" encoding="UTF-8"?>
+<object class="org.opensourcephysics.cabrillo.tracker.TrackerPanel">
+<property name="clipcontrol"><object><property name="delta_t" type="double">16.6667</property></object></property>
+<property name="coords"><object><property name="framedata"><property name="[0]"><object>
+<property name="xorigin">320.0</property>
+<property name="yorigin">430.0</property>
+<property name="angle">0.5</property>
+<property name="xscale">600.0</property>
+<property name="yscale">600.0</property>
+</object></property></property></object></property>
+<property name="length_unit">m</property>
+<property name="tracks"><property name="item"><object class="tracker.TapeMeasure"></object></property>
+<property name="item"><object class="tracker.PointMass"><property name="name">A</property>
+<property name="framedata">FRAMES</property></object></property></property>
+</object>
+"""
+
+
 def photo(suffix: str, *, deep: bool = False) -> Reader:
     ramp = np.add.outer(np.arange(60), np.arange(80)) * (400 if deep else 1)
     file = io.BytesIO()
@@ -133,12 +256,21 @@ def readers() -> dict[str, Reader]:
         "recording.toml": Reader((drawn / "drop-track/recording.toml").read_bytes(), "=", lambda f: told(f.parent), few),
         "bench.toml": Reader((drawn / "bench.toml").read_bytes(), "=", lambda f: told(f.parent),
                              {"drop/recording.toml": b'rig = "drop"\n', "drop/track.csv": few["track.csv"]}),
+        "impacts.csv of known sd": Reader(b"t_s,sd_s\n0.27,1e-4\n0.55,1e-4\n0.70,2e-4\n0.79,1e-4\n", ",", lambda f: told(f.parent),
+                                          {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
+        "sound.wav": clicks(),
+        "sound.ogg": heard("drop-01"),
+        "sound.mp3": heard("drop-02"),
+        "sound.m4a": heard("drop-03"),
         "photo.png": photo("png"),
         "deep.png": photo("png", deep=True),
         "photo.jpg": photo("jpeg"),
         "photo.tif": photo("tiff"),
         "photo.bmp": photo("bmp"),
+        "photo.webp": photo("webp"),
+        "photo.heic": photo("heif"),
         "result.json": Reader(json.dumps(RESULT, indent=1).encode(), ":", exported),
+        **{name: Reader(content, parting, brought_in) for name, (content, parting) in of_other_tools().items()},
     }  # fmt: skip
     for name in sorted(tables):
         beside = {k: v for k, v in tables.items() if k != name}

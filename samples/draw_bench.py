@@ -99,7 +99,7 @@ def drop_track(path: Path, rng: np.random.Generator):
 
 def drop_heard(path: Path, rng: np.random.Generator):
     """What a microphone heard: the times of the impacts."""
-    motion = draw_drop(height_mm=310, restitution=0.55, max_bounces=6)
+    motion = draw_drop(height_mm=310, restitution=0.55, max_bounces=6, drag_per_m=DRAG_PER_M)
     path.mkdir(parents=True, exist_ok=True)
     times = np.array([b["t_s"] for b in motion.truth["bounces"]]) + rng.normal(0, 5e-5, len(motion.truth["bounces"]))
     pd.DataFrame({"t_s": times}).to_csv(path / "impacts.csv", index=False, float_format="%.6f")

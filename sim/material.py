@@ -33,7 +33,7 @@ class Material:
         if not self.name:
             raise ValueError("name: a material needs one, contacts are stated by it")
         who = f"material {self.name!r}: "
-        _within(who + "density_kg_m3", self.density_kg_m3, 1.0, 30_000.0, "kg/m3")
+        _within(who + "density_kg_m3", self.density_kg_m3, 0.01, 30_000.0, "kg/m3")
         _within(who + "shear_modulus_pa", self.shear_modulus_pa, 1e3, 1e12, "Pa")
         _within(who + "poisson_ratio", self.poisson_ratio, 0.0, 0.5, "-")
 

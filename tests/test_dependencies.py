@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-OURS = ("vision", "sim", "calibrate", "prove", "benchtwin.py")
+OURS = ("vision", "sim", "calibrate", "prove", "page", "benchtwin.py")
 BESIDE = ("tests", "benchmarks", "samples", "scripts", "conftest.py")
 NOT_IMPORTED = {  # declared for another reason than an import
     "dask": "distributed schedules it; its version must fit",
@@ -26,7 +26,11 @@ NOT_IMPORTED = {  # declared for another reason than an import
 NOT_DECLARED = {  # imported for another reason than a declaration
     "pyopengl": "pyrender's",
     "pydantic-core": "pydantic's",
+    "annotated-types": "pydantic's",
+    "fastapi": "nicegui's",
+    "uvicorn": "nicegui's",
     "grainlearning": "a peer, in an environment of its own: it asks for numpy 1",
+    "drjit": "mitsuba's",
     "coexist": "a peer, beside it",
 }
 

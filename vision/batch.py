@@ -13,14 +13,18 @@ import pandas as pd
 from PIL import Image
 
 from vision.evidence.photo import read_photo
+from vision.evidence.unusual import questions
 from vision.measurement import FAILED, MeasurementError, Observation, Quantity, failed
+from vision.overlay.contact_sheet import ContactSheet
 from vision.pile.repose import PileOptions, measure_repose
-from vision.recording import Recording, find_recordings
+from vision.recording import Recording, find_recordings, unread
+from vision.summary import Line, as_table, summarise
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
+LEAST_WINDOW = 0.1  # of the crest's height
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
-OWN = ("measurements.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
+OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
 MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
     "pile": ("repose_angle", "deg"),
     "drop": ("restitution", "1"),
@@ -41,6 +45,12 @@ def observe(
     options: how pile photos are read; trim: leave out one highest and one lowest of repeated readings; progress: called with
     the fraction done.
     """
+    found = _observe(recording, options, trim, progress)
+    asked = questions(recording.seed)
+    return replace(found, notes=(*found.notes, *asked)) if asked else found
+
+
+def _observe(recording: Recording, options: PileOptions | None, trim: bool, progress: Progress | None) -> Observation:
     if recording.evidence == "readings.csv":
         from vision.evidence.readings import observe_readings
 
@@ -66,13 +76,27 @@ def observe_pile(recording: Recording, options: PileOptions | None = None) -> Ob
     options = options or PileOptions()
     if not options.side and recording.pile.box_mm is not None and recording.pile.cylinder_mm is None:
         options = replace(options, side="right")  # the gate's side; the other leans on the box
-    if options.baseline is None and recording.pile.baseline_px is not None:
-        options = replace(options, baseline=recording.pile.baseline_px)
+    options = _with_stated(options, recording)
     try:
         found = measure_repose(image, recording.camera, options)
     except MeasurementError as error:
         raise MeasurementError(f"{recording.files[0]}: {error}") from error
     return Observation(recording.id, "pile", found.quantities, found.notes, {"pile": draw_repose(image, found)})
+
+
+def _with_stated(options: PileOptions, recording: Recording) -> PileOptions:
+    """Base line, region and window that the recording states, where the options do not say otherwise."""
+    pile, usual = recording.pile, PileOptions()
+    if options.baseline is None and pile.baseline_px is not None:
+        options = replace(options, baseline=pile.baseline_px)
+    if options.roi is None and pile.roi_px is not None:
+        options = replace(options, roi=pile.roi_px)
+    if options.window == usual.window and pile.window_pct is not None:
+        low, high = (share / 100 for share in pile.window_pct)
+        if high - low < LEAST_WINDOW:
+            raise MeasurementError(f"{recording.toml}: [pile] window_pct: two heights in %, at least {100 * LEAST_WINDOW:g} apart")
+        options = replace(options, window=(low, high))
+    return options
 
 
 def observe_seeds_photo(recording: Recording) -> Observation:
@@ -127,15 +151,44 @@ def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
     return unique
 
 
+def unread_notes(paths: Sequence[Path], entries: list[Recording | MeasurementError]) -> list[tuple[str, str]]:
+    """(folder, note) for every folder with files that nothing here reads, so that none is passed over without a word."""
+    missed = {folder: names for path in paths for folder, names in unread(path, entries)}
+    return [(folder.name, f"not read: {_listed(names)} (of no kind that is known here)") for folder, names in missed.items()]
+
+
+def _listed(names: list[str], most: int = 8) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
 def measure(
     paths: str | Path | Sequence[str | Path], options: PileOptions | None = None, trim: bool = False
 ) -> Iterator[Observation]:
     """Observations of all recordings under `paths` (one path or several), one after the other.
 
-    What cannot be measured is an Observation whose one quantity has failed and says why.
+    What cannot be measured is an Observation whose one quantity has failed and says why. Last comes what only several together say.
     """
+    rolls: list[tuple[Recording, Observation]] = []
     for entry in find_all([Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]):
-        yield observe_or_fail(entry, lambda recording: observe(recording, options, trim))
+        found = observe_or_fail(entry, lambda recording: observe(recording, options, trim))
+        yield found
+        remember(rolls, entry, found)
+    yield from of_all(rolls)
+
+
+def remember(rolls: list[tuple[Recording, Observation]], entry: Recording | MeasurementError, found: Observation) -> None:
+    """Keep what `of_all` asks of, without its pictures."""
+    if isinstance(entry, Recording) and entry.rig == "roll":
+        rolls.append((entry, replace(found, pictures={})))
+
+
+def of_all(rolls: list[tuple[Recording, Observation]]) -> list[Observation]:
+    """What only several recordings together say: the slope under rolls that were run both ways."""
+    if not rolls:
+        return []
+    from vision.motion.both_ways import slopes
+
+    return slopes(rolls)
 
 
 def observe_or_fail(
@@ -144,6 +197,11 @@ def observe_or_fail(
     """`observe(entry)`, with any trouble of this one recording turned into a failed quantity of its `rig`."""
     if isinstance(entry, MeasurementError):
         return _failure(entry.recording, rig, str(entry))
+    bench = entry.path.resolve().parent.name
+    return replace(_observed(entry, observe, rig), bench=bench, session=entry.session, conditions=entry.conditions)
+
+
+def _observed(entry: Recording, observe: Callable[[Recording], Observation], rig: str | None) -> Observation:
     try:
         return observe(entry)
     except MeasurementError as error:
@@ -166,8 +224,8 @@ def _failure(name: str, rig: str | None, reason: str) -> Observation:
 class Results:
     """Gathers observations into a folder that appears whole or not at all.
 
-    measurements.csv, notes.csv, and where there is something to put in them bounces.csv, readings.csv, seeds.csv,
-    overlays/, tracks/.
+    measurements.csv, summary.csv, notes.csv, and where there is something to put in them bounces.csv, readings.csv, seeds.csv,
+    overlays/ (with a contact sheet, index.html), tracks/. Conditions that recordings state are columns of every table.
     """
 
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
@@ -188,6 +246,9 @@ class Results:
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
+        self.observations: list[Observation] = []  # without their pictures and tracks
+        self.sheet = ContactSheet()
+        self.summary: list[Line] = []
 
     def add(self, observation: Observation) -> None:
         stem = _file_name(observation.recording, self.stems)
@@ -198,25 +259,32 @@ class Results:
             (self.part / "overlays").mkdir(exist_ok=True)
             Image.fromarray(picture).save(self.part / file, compress_level=3)
             overlay = overlay or file.as_posix()
+            self.sheet.add(file.name, name, observation)
         if observation.track is not None:
             (self.part / "tracks").mkdir(exist_ok=True)
             observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
         for name, tables in self.tables.items():
             if (table := getattr(observation, name)) is not None and len(table):
-                tables.append(table)
+                tables.append(_with_conditions(table, observation))
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
             row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason, overlay)
-            self.rows.append(dict(zip(COLUMNS, row)))
+            self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
+        self.observations.append(replace(observation, pictures={}, track=None, bounces=None, seeds=None))
 
     def finish(self) -> pd.DataFrame:
         """Write the tables and put the folder in place; returns the measurements."""
-        table = pd.DataFrame(self.rows, columns=COLUMNS)
+        conditions = dict.fromkeys(name for row in self.rows for name in row if name not in COLUMNS)
+        table = pd.DataFrame(self.rows, columns=[*COLUMNS, *conditions])
+        self.summary = summarise(self.observations)
         written = {"measurements": table, **{name: pd.concat(t, ignore_index=True) for name, t in self.tables.items() if t}}
+        written["summary"] = as_table(self.summary)
         if self.notes:
             written["notes"] = pd.DataFrame(self.notes, columns=["recording", "note"])
         for name, rows in written.items():  # a folder's name need not be text that UTF-8 can say
             rows.to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g", errors="backslashreplace")
+        if (self.part / "overlays").is_dir():
+            self.sheet.write(self.part / "overlays" / "index.html")
         self.part.chmod(0o755)
         if self.out.is_dir():
             for name in OWN if self.overwrite else ():
@@ -227,6 +295,11 @@ class Results:
 
     def abandon(self) -> None:
         shutil.rmtree(self.part, ignore_errors=True)
+
+
+def _with_conditions(table: pd.DataFrame, observation: Observation) -> pd.DataFrame:
+    """The table with a column for each condition of its recording; a column of its own comes before one of that name."""
+    return table.assign(**{name: value for name, value in observation.conditions.items() if name not in table})
 
 
 def _remove(path: Path) -> None:

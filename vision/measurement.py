@@ -1,6 +1,6 @@
 """What every measurement comes down to: quantities with a standard deviation, and how far each is to be trusted."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -47,7 +47,8 @@ class Observation:
 
     `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
     `track`, `bounces`, `readings` and `seeds` are tables with unit-suffixed columns, or None; `notes` say what was skipped
-    or assumed.
+    or assumed; `places` is where a film's seed was found (frame, x_px, y_px from the picture's top, left_out).
+    `bench` (a folder's name), `session` and `conditions` are the recording's, so that repeats can be gathered.
     """
 
     recording: str
@@ -59,6 +60,10 @@ class Observation:
     bounces: pd.DataFrame | None = None
     readings: pd.DataFrame | None = None
     seeds: pd.DataFrame | None = None
+    places: pd.DataFrame | None = None
+    bench: str = ""
+    session: str | None = None
+    conditions: Mapping[str, float | str] = field(default_factory=dict)
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:

@@ -13,14 +13,18 @@ from typing import Any
 
 import tomli_w
 
-from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, merge, read_toml, validate
+from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, Tracking, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
+from vision.evidence.sound import SOUND_SUFFIXES, only_sound
+from vision.foreign import tool_of
+from vision.foreign.evidence import Evidence, evidence_of
 from vision.measurement import MeasurementError
 
 RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
-EVIDENCE = (*TABLES, "frames", "video", "photos")
+EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool is the table that it comes down to
+BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # what lies beside evidence without being any
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Recording:
     """One run of one rig: what is known of it (None = unknown) and where its evidence lies.
 
     `path` is the recording's folder, or the photo itself for a bare photo. `evidence` is one of EVIDENCE,
-    `files` the evidence's files in order.
+    `files` the evidence's files in order. `sound` lies beside pictures (a video's own track is not named).
     """
 
     id: str
@@ -36,6 +40,7 @@ class Recording:
     rig: str | None
     evidence: str
     files: tuple[Path, ...]
+    sound: Path | None = None
     session: str | None = None
     provenance: str = "measured"
     seed: Seed = field(default_factory=Seed)
@@ -43,6 +48,7 @@ class Recording:
     conditions: Mapping[str, float | str] = field(default_factory=dict, hash=False)
     reading: Reading = field(default_factory=Reading)
     air: Air = field(default_factory=Air)
+    track: Tracking = field(default_factory=Tracking)
     drop: Drop = field(default_factory=Drop)
     slide: Slide = field(default_factory=Slide)
     roll: Roll = field(default_factory=Roll)
@@ -81,20 +87,42 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
     if not path.is_dir():
         raise MeasurementError(f"{path}: no such file or folder")
     if defaults is None:
-        defaults = read_toml(path.parent / "bench.toml") if (path.parent / "bench.toml").is_file() else {}
+        defaults = _defaults_beside(path)
     known = read_toml(path / "recording.toml") if (path / "recording.toml").is_file() else {}
-    fields = validate(merge(defaults, known), path / "recording.toml")
-    evidence, files = _find_evidence(path)
+    rig = validate(merge(defaults, known), path / "recording.toml").rig
+    evidence, files = _find_evidence(path, rig)
+    return _recording(path, path.resolve().name, evidence, files, merge(defaults, known))
+
+
+def _recording(path: Path, name: str, evidence: str | Evidence, files: tuple[Path, ...], stated: dict) -> Recording:
+    """A recording of what is stated; what a file of another tool states counts where nobody states it."""
+    if isinstance(evidence, Evidence):
+        if evidence.bare and (scale := stated.get("camera", {}).get("mm_per_px")):
+            said = f"its lengths have no unit, and [camera] mm_per_px = {scale} is of pixels"
+            raise MeasurementError(f"{files[0]}: {said}; write the unit into its heading, such as x (m)")
+        kind, rig, stated = evidence.kind, evidence.rig or None, merge(evidence.keys, stated)
+    else:
+        kind, rig = evidence, "pile" if evidence == "photos" else None
+    fields = validate(stated, (path if path.is_dir() else path.parent) / "recording.toml")
+    beside = _sounds(path) if path.is_dir() and kind in ("frames", "video") else []
+    if len(beside) > 1:
+        raise MeasurementError(f"{path}: {len(beside)} sounds; a recording holds one ({', '.join(s.name for s in beside)})")
     return Recording(
-        id=fields.id or path.resolve().name,
+        id=fields.id or name,
         path=path,
-        rig=fields.rig or ("pile" if evidence == "photos" else None),
-        evidence=evidence,
+        rig=fields.rig or rig,
+        evidence=kind,
         files=files,
+        sound=beside[0] if beside else None,
         session=fields.session,
         provenance=fields.provenance or "measured",
-        **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", *RIGS)},
+        **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", "track", *RIGS)},
     )
+
+
+def _defaults_beside(path: Path) -> dict:
+    file = path.parent / "bench.toml"
+    return read_toml(file) if file.is_file() else {}
 
 
 def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording | MeasurementError]:
@@ -122,16 +150,31 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
             return [error]
     inside, closed = _folders(path)
     folders = [p for p in inside if _is_candidate(p)]
-    found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_photo_folder, p) for p in folders]
-    photos = [_attempt(_bare_file, p) for p in _photos(path)]
+    found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_loose_files, p, defaults) for p in folders]
+    photos = [_attempt(_bare_file, p) for p in _photos(path)] + [_attempt(_tool_file, p, defaults) for p in _tool_files(path)]
     found += [find_recordings(p, met) for p in inside if p not in folders and _is_bench(p, {path.resolve()})]
     found += [_attempt(_refuse, p) for p in closed]
     flat = [r for entry in (*found, *photos) for r in (entry if isinstance(entry, list) else [entry])]
     if not flat:
-        nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no track.csv)")
+        nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no sound, no track.csv)")
         nothing.recording = path.resolve().name
         return [nothing]
     return flat
+
+
+def unread(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
+    """Files that no reader knows, by folder: under `path`, in it and in the folders that the recordings `found` came from."""
+    used = {f.resolve() for r in found if isinstance(r, Recording) for f in (*r.files, r.sound) if f}
+    folders = {path.resolve(): path} if path.is_dir() else {}
+    for file in used:
+        folders |= {p: p for p in file.parents if p.is_relative_to(path.resolve())}
+    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *BESIDE)
+    missed = []
+    for real, folder in sorted(folders.items()):
+        names = [f.name for f in sorted(real.iterdir()) if f.is_file() and not f.name.startswith(".") and f not in used]
+        if names := [name for name in names if Path(name).suffix.lower() not in known]:
+            missed.append((folder, names))
+    return missed
 
 
 def write_recording(recording: Recording) -> Path:
@@ -140,7 +183,7 @@ def write_recording(recording: Recording) -> Path:
     content = {key: value for key, value in content.items() if value is not None}
     if recording.conditions:
         content["conditions"] = dict(recording.conditions)
-    for name in ("seed", "camera", "reading", "air", recording.rig):
+    for name in ("seed", "camera", "reading", "air", "track", recording.rig):
         if name:
             section = getattr(recording, name).model_dump(exclude_none=True, mode="json")
             if section:
@@ -189,17 +232,22 @@ def _videos(folder: Path) -> list[Path]:
     return _files_ending(folder, VIDEO_SUFFIXES)
 
 
+def _sounds(folder: Path) -> list[Path]:
+    return _files_ending(folder, SOUND_SUFFIXES)
+
+
 def _files_ending(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
     return sorted(p for p in folder.iterdir() if p.suffix.lower() in suffixes and not p.name.startswith(".") and p.is_file())
 
 
 def _is_recording(folder: Path) -> bool:
     named = any((folder / name).exists() for name in ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames"))
-    return named or (bool(_videos(folder)) and not (folder / "bench.toml").exists())
+    heard = bool(_sounds(folder)) and not _photos(folder)
+    return named or ((heard or bool(_videos(folder))) and not (folder / "bench.toml").exists())
 
 
 def _is_candidate(folder: Path) -> bool:
-    return _is_recording(folder) or bool(_photos(folder))
+    return _is_recording(folder) or bool(_photos(folder) or _tool_files(folder))
 
 
 def _is_bench(folder: Path, met: set[Path]) -> bool:
@@ -212,8 +260,17 @@ def _is_bench(folder: Path, met: set[Path]) -> bool:
     return any(_is_recording(p) or _is_bench(p, met) for p in _folders(folder)[0])
 
 
-def _photo_folder(folder: Path) -> list[Recording]:
-    return [_bare_file(p) for p in _photos(folder)]
+def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementError]:
+    photos, tools = _photos(folder), _tool_files(folder)
+    return [_attempt(_bare_file, p) for p in photos] + [_attempt(_tool_file, p, defaults) for p in tools]
+
+
+def _tool_file(path: Path, defaults: dict) -> Recording:
+    """A file of another tool without a recording.toml beside it: what the bench states, and what it says itself."""
+    recording = _recording(path, path.stem, evidence_of(path), (path,), defaults)
+    if recording.rig is None:
+        raise MeasurementError(_WHICH_RIG.format(path))
+    return recording
 
 
 def _bare_file(path: Path) -> Recording:
@@ -223,23 +280,34 @@ def _bare_file(path: Path) -> Recording:
         return replace(whole, id=f"{whole.id}/{path.stem}", evidence=_kind(path), files=(path,))
     if _kind(path) == "photos":
         return Recording(id=path.stem, path=path, rig="pile", evidence="photos", files=(path,))
-    raise MeasurementError(
-        f'{path}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
-    )
+    if tool_of(path):
+        return _tool_file(path, _defaults_beside(path))
+    raise MeasurementError(_WHICH_RIG.format(path))
+
+
+_WHICH_RIG = '{}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
 
 
 def _kind(path: Path) -> str:
     if path.name in EVIDENCE:
         return path.name
     if path.suffix.lower() in VIDEO_SUFFIXES:
-        return "video"
+        return "sound" if only_sound(path) else "video"
+    if path.suffix.lower() in SOUND_SUFFIXES:
+        return "sound"
     if path.suffix.lower() in PHOTO_SUFFIXES:
         return "photos"
-    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *TABLES)
-    raise MeasurementError(f"{path}: not something to measure (known are {', '.join(known)})")
+    if tool_of(path):
+        return evidence_of(path).kind
+    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *SOUND_SUFFIXES, *TABLES)
+    raise MeasurementError(f"{path}: not something to measure (known are {', '.join(known)}, and files of other tools)")
 
 
-def _find_evidence(folder: Path) -> tuple[str, tuple[Path, ...]]:
+def _tool_files(folder: Path) -> list[Path]:
+    return sorted(p for p in folder.iterdir() if not p.name.startswith(".") and p.is_file() and tool_of(p))
+
+
+def _find_evidence(folder: Path, rig: str | None) -> tuple[str | Evidence, tuple[Path, ...]]:
     for name in TABLES:
         if (folder / name).is_file():
             return name, (folder / name,)
@@ -251,7 +319,16 @@ def _find_evidence(folder: Path) -> tuple[str, tuple[Path, ...]]:
     if videos := _videos(folder):
         if len(videos) > 1:
             raise MeasurementError(f"{folder}: {len(videos)} videos; a recording holds one ({', '.join(v.name for v in videos)})")
-        return "video", tuple(videos)
+        return _kind(videos[0]), tuple(videos)
+    if rig != "pile" and (sounds := _sounds(folder)):
+        if len(sounds) > 1:
+            raise MeasurementError(f"{folder}: {len(sounds)} sounds; a recording holds one ({', '.join(s.name for s in sounds)})")
+        return "sound", tuple(sounds)
+    if tools := _tool_files(folder):
+        if len(tools) > 1:
+            names = ", ".join(f.name for f in tools)
+            raise MeasurementError(f"{folder}: {len(tools)} files of other tools; a recording holds one ({names})")
+        return evidence_of(tools[0]), tuple(tools)
     if photos := _photos(folder):
         return "photos", tuple(photos)
-    raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video or photos)")
+    raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or photos)")

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field, replace
 from sim.laws import LAWS
 from sim.material import Q235, SOYBEAN, Contact, Material
 from sim.rigs.bench import Bench
+from sim.seed.arrange import ROUNDEST_AXIAL
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from sim.seed.sizes import Size, Sizes
 from vision.evidence.keys import Air, Seed
@@ -71,9 +72,10 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
         seed_seed=on_seed,
         seed=material(seed),
         sizes=sizes(seed),
-        spheres=parameters.spheres,
+        spheres=1 if round_as_stated(seed) else parameters.spheres,
         arrangement=parameters.arrangement,
         mass_of=parameters.mass_of,
+        inertia_factor=seed.inertia_factor,
         shear_modulus_pa=parameters.for_rig(rig).shear_modulus_pa,
         air_density_kg_m3=air.density_kg_m3,
         air_viscosity_pa_s=air.viscosity_pa_s,
@@ -82,6 +84,13 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
         pull_at_end=parameters.pull_at_end,
         share_damping=parameters.share_damping,
     )
+
+
+def round_as_stated(seed: Seed) -> bool:
+    """Whether all seeds are balls, which no row of balls can stand for."""
+    whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
+    scatter = [getattr(seed, name + RANGE) for name in WHOLE]
+    return None not in whole and None in scatter and max(whole) < ROUNDEST_AXIAL * min(whole)
 
 
 def material(seed: Seed) -> Material:

@@ -6,14 +6,17 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.twin.tracks import entries_of, sections_of, track_of
+from vision.evidence.keys import Seed
 from vision.evidence.tables import read_readings
 from vision.measurement import MeasurementError
-from vision.motion.run_out import ends_on_incline
+from vision.motion.incline import stays_on_incline
+from vision.motion.rolling import Inertia, inertia_in, inertia_of
 from vision.motion.track import Track
 from vision.recording import Recording
 
 LEAST_ROWS = 4  # place, speed and acceleration, and one more by which they are checked
 FEW_ROWS = 30  # of fewer, a wrong one cannot be told by its neighbours
+BACK_SHARE = 0.03  # of the way, by which noise may put a row of a seed that rests behind the one before
 BACK_AND_FORTH = f"of fewer than {FEW_ROWS} rows each must lie further along the path than the one before"
 
 
@@ -24,8 +27,8 @@ class SeenRoll:
 
     x_mm: travel along the path, incline included, growing as the seed rolls, either way; angle_deg: anticlockwise in the picture,
     NaN where not seen, None where nobody looked. description: sections of recording.toml as plain values, `camera.scale_sd`
-    (relative) with what holds where nothing is stated; of a track `roll.seen_direction` ("+x", "-x") and, where the incline's
-    length is stated, `roll.ends_on_incline`. trouble: why there is nothing, "" when there is. sd_mm: stated, NaN where not.
+    (relative) with what holds where nothing is stated; of a track `roll.seen_direction` ("+x", "-x") and `roll.ends_on_incline`.
+    trouble: why there is nothing, "" when there is. sd_mm: stated, NaN where not.
     gates: the rows are passages of light gates, whose places are alike in all runs; what is uncertain of a row is its time.
     """
 
@@ -76,7 +79,7 @@ def roll_of(track: Track, recording: Recording) -> SeenRoll:
     if track.unit != "mm" or not track.timed:
         missing = "mm_per_px" if track.unit != "mm" else "fps"
         raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs lengths and times")
-    _check_rails(recording)
+    inertia_in(recording)  # a gap that the ball falls through is told now
     used = track.used()
     if len(used) < LEAST_ROWS:
         raise MeasurementError(f"{len(used)} usable rows; a diagnosis of a roll needs at least {LEAST_ROWS}")
@@ -88,11 +91,10 @@ def roll_of(track: Track, recording: Recording) -> SeenRoll:
         raise MeasurementError(f"the seed does not roll: it moves {abs(way):.3g} mm in all")
     told, sign = describe(recording), 1.0 if way > 0 else -1.0
     x = sign * used.x
-    if len(used) < FEW_ROWS and (np.diff(x) <= 0).any():
+    if len(used) < FEW_ROWS and (np.diff(x) < -BACK_SHARE * way * sign).any():
         raise MeasurementError(f"{len(used)} usable rows, and x_mm goes back and forth; {BACK_AND_FORTH}")
     told["roll"].setdefault("seen_direction", "+x" if way > 0 else "-x")
-    if length := recording.roll.incline_length_mm:
-        told["roll"]["ends_on_incline"] = ends_on_incline(used.t_s, x, length)
+    told["roll"]["ends_on_incline"] = stays_on_incline(used, recording)
     angle = None if used.angle_deg is None else sign * used.angle_deg
     return SeenRoll(
         recording.id, recording.session or "", used.frame, used.t_s, x, angle, told, notes=tuple(track.notes), sd_mm=used.sd,
@@ -100,11 +102,9 @@ def roll_of(track: Track, recording: Recording) -> SeenRoll:
     )  # fmt: skip
 
 
-def _check_rails(recording: Recording) -> None:
-    gap, seed = recording.roll.rail_gap_mm, recording.seed
-    sizes = [size for size in (seed.length_mm, seed.width_mm, seed.thickness_mm) if size]
-    if gap and sizes and gap >= min(sizes):
-        raise MeasurementError(f"{recording.toml}: [roll] rail_gap_mm = {gap:g}: a ball of {min(sizes):g} mm falls between them")
+def inertia_told(description: dict) -> Inertia:
+    """How a seed's inertia holds it back, by what is told of it and of its rails; ValueError where it falls between them."""
+    return inertia_of(Seed(**description.get("seed", {})), description.get("roll", {}).get("rail_gap_mm"))
 
 
 def describe(recording: Recording) -> dict:

@@ -1,6 +1,6 @@
 """Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code for bench and twin."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,8 @@ from vision.evidence.tables import read_impacts, read_track
 from vision.measurement import MeasurementError
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import release_seen
+from vision.motion.heard import hear, sound_of
+from vision.motion.impacts import usual_sds
 from vision.motion.rebound import measure_rebound
 from vision.motion.track import Track, track_from_gates, track_from_table
 from vision.recording import Recording
@@ -50,7 +52,8 @@ class SeenTrack:
 
     x_mm to the right, y_mm up, as the picture has them (not turned upright); angle_deg: anticlockwise, NaN where not seen, None
     where nobody looked. sd_mm: stated, NaN where not. contacts_s: impacts between successive flights. release_seen: whether the
-    first flight begins in the track. Of a drop that was only heard there are no rows, only contacts_s. description: sections of
+    first flight begins in the track. Of a drop that was only heard there are no rows, only contacts_s with contacts_sd_s.
+    description: sections of
     recording.toml as plain values, `camera.scale_sd` (relative) and `camera.plumb_sd_deg` with what holds where nothing is
     stated. trouble: why there is nothing, "" when there is.
     """
@@ -69,6 +72,7 @@ class SeenTrack:
     description: dict
     notes: tuple[str, ...] = ()
     trouble: str = ""
+    contacts_sd_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def read_drops(folder: Path) -> list[SeenTrack]:
@@ -104,9 +108,25 @@ def _seen(entry: Recording | MeasurementError) -> SeenTrack:
     if isinstance(entry, MeasurementError):
         return _nothing(entry.recording, "", {}, str(entry))
     try:
-        return heard_of(entry) if entry.evidence == "impacts.csv" else drop_of(track_of(entry), entry)
+        if entry.evidence in ("impacts.csv", "sound"):
+            return heard_of(entry)
+        try:
+            return drop_of(track_of(entry), entry)
+        except MeasurementError as error:
+            if sound_of(entry) is None:
+                raise
+            return _heard_instead(entry, str(error))
     except MeasurementError as error:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
+
+
+def _heard_instead(entry: Recording, trouble: str) -> SeenTrack:
+    """A filmed drop in which nothing could be followed, by its sound."""
+    try:
+        seen = heard_of(entry)
+    except MeasurementError as error:
+        raise MeasurementError(f"{trouble}; {error}") from error
+    return replace(seen, notes=(*seen.notes, f"from its sound alone: {trouble}"))
 
 
 def track_of(recording: Recording) -> Track:
@@ -123,9 +143,19 @@ def track_of(recording: Recording) -> Track:
 
 def heard_of(recording: Recording) -> SeenTrack:
     """A drop that was only heard: no rows, the times of its impacts."""
-    table = read_impacts(recording.files[0])
     told = _nothing(recording.id, recording.session or "", describe(recording), "")
-    return replace(told, contacts_s=table.rows["t_s"].to_numpy(float), notes=table.notes)
+    if recording.evidence == "impacts.csv":
+        table = read_impacts(recording.files[0])
+        times, sd = table.rows["t_s"].to_numpy(float), table.rows.get("sd_s")
+        sd = usual_sds(times) if sd is None else sd.to_numpy(float)
+        return replace(told, contacts_s=times, contacts_sd_s=sd, notes=table.notes)
+    file = sound_of(recording)
+    if file is None:
+        raise MeasurementError(f"{recording.path}: holds no sound")
+    found = hear(file, recording)
+    if not found.first:
+        told.description["drop"].pop("height_mm", None)  # it is not the first of these impacts that it leads to
+    return replace(told, contacts_s=found.times, contacts_sd_s=found.sd, notes=found.notes)
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:

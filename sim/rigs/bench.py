@@ -28,8 +28,9 @@ class Bench:
 
     sizes: how the lot scatters (`sim.seed.sizes.Sizes`), or one (length, width, thickness) [m] for every seed. spheres,
     arrangement, mass_of: as in `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is
-    softened to, None for the real one. air_density_kg_m3: 0 leaves the air out. laws: plug-ins besides the contacts' own
-    and drag. rayleigh_fraction, pull_at_end, share_damping: as in `World`.
+    softened to, None for the real one. inertia_factor: I/(m r²) as the seed rolls across its length, r its mean half width, where
+    it is not that of a solid one (a shell: 2/3); the other moments go with it. air_density_kg_m3: 0 leaves the air out. laws: plug-
+    ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping: as in `World`.
     """
 
     seed_wall: Contact = SOYBEAN_Q235
@@ -40,6 +41,7 @@ class Bench:
     spheres: int = 5
     arrangement: str = "axial"
     mass_of: str = "union"
+    inertia_factor: float | None = None
     shear_modulus_pa: float | None = 3.0e7
     air_density_kg_m3: float = 1.20
     air_viscosity_pa_s: float = 1.81e-5
@@ -62,9 +64,16 @@ class Bench:
             "mass_of": self.mass_of,
         }  # fmt: skip
         if isinstance(self.sizes, Sizes):
-            lot = self.sizes.sample_batch(rng, min(count, DIFFERENT), **how)
+            lot = [self._hollow(seed) for seed in self.sizes.sample_batch(rng, min(count, DIFFERENT), **how)]
             return [lot[k % len(lot)] for k in range(count)]
-        return [Seed.from_dimensions(*self.sizes, **how)] * count
+        return [self._hollow(Seed.from_dimensions(*self.sizes, **how))] * count
+
+    def _hollow(self, seed: Seed) -> Seed:
+        """The seed with the stated inertia."""
+        if self.inertia_factor is None or seed.dimensions_m is None:
+            return seed
+        wanted = self.inertia_factor * seed.mass_kg * float(seed.dimensions_m[1:].mean() / 2) ** 2
+        return replace(seed, inertia_kg_m2=seed.inertia_kg_m2 * wanted / seed.inertia_kg_m2[0])
 
     def world(
         self, seeds: Placed | Scattered, walls: Sequence[Wall], *, domain: tuple[Vector, Vector] | None = None,

@@ -42,7 +42,7 @@ class Seed:
         arrangement: str = "axial",
         mass_of: str = "union",
     ) -> "Seed":
-        """An ellipsoidal seed, length ≥ width ≥ thickness [m], each within 0.1 mm to 1 m, of 1 to 20 balls.
+        """An ellipsoidal seed, length ≥ width ≥ thickness [m], each within 0.05 mm to 3 m, of 1 to 20 balls.
 
         arrangement: "axial", the paper's row of balls along the long axis (`arrange.axial`; width and thickness become
         their geometric mean), or "planar" (`arrange.planar`; keeps the two apart, 6, 7 or 8 balls).
@@ -55,7 +55,7 @@ class Seed:
         """
         sizes = np.array([length_m, width_m, thickness_m], dtype=float)
         for name, value in zip(("length_m", "width_m", "thickness_m"), sizes):
-            _within(name, value, 1e-4, 1.0, "m")
+            _within(name, value, 5e-5, 3.0, "m")
         if not length_m >= width_m >= thickness_m:
             raise ValueError(f"length_m ≥ width_m ≥ thickness_m is needed, not {length_m:g}, {width_m:g}, {thickness_m:g}")
         if not 1 <= spheres <= MOST_SPHERES:
@@ -83,7 +83,7 @@ class Seed:
         centres = np.array(centres_m, dtype=float).reshape(-1, 3)
         radii = np.atleast_1d(np.array(radii_m, dtype=float))
         _check_balls(centres, radii)
-        _within("density_kg_m3", density_kg_m3, 1.0, 30_000.0, "kg/m3")
+        _within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
         whole = solid.union_of_balls(centres, radii)
         moments, axes = _principal(whole.inertia(density_kg_m3))
         local = (centres - whole.centre_m) @ axes

@@ -62,7 +62,7 @@ def test_softening_a_hundredfold_lengthens_contact_and_step_as_the_powers_say():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Material("x", -1.0, 1e9, 0.3), "material 'x': density_kg_m3 = -1 kg/m3: must be 1 to 30000"),
+        (lambda: Material("x", -1.0, 1e9, 0.3), "material 'x': density_kg_m3 = -1 kg/m3: must be 0.01 to 30000"),
         (lambda: Material("x", 1e3, float("nan"), 0.3), "shear_modulus_pa = nan"),
         (lambda: Material("x", 1e3, 1e9, 0.6), "poisson_ratio = 0.6 -: must be 0 to 0.5"),
         (lambda: Material("", 1e3, 1e9, 0.3), "needs one"),

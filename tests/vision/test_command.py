@@ -1,5 +1,9 @@
 """`benchtwin measure` as a user meets it: files written, table printed, exit codes, nothing overwritten, the batch goes on."""
 
+import html
+import re
+from urllib.parse import unquote
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -49,6 +53,19 @@ def test_doubtful_ones_stand_first(run, photos, tmp_path):
     assert result.output.index("z blank") < result.output.index("b [2]")
     table = pd.read_csv(tmp_path / "out" / "measurements.csv")
     assert table[table.recording == "z blank"].quality.tolist() == ["failed"]
+
+
+def test_phone_photos_are_measured_and_what_is_not_read_is_named(run, photos, tmp_path):
+    Image.open(photos / "a.png").save(photos / "phone.HEIC")
+    (photos / "phone.AAE").write_bytes(b"edits")
+    (photos / "notes.txt").write_text("the first heap")
+    result = run(photos, "--out", tmp_path / "out")
+    table = pd.read_csv(tmp_path / "out" / "measurements.csv")
+    angles = table[table.quantity == "repose_angle"].set_index("recording").value
+    assert angles["phone"] == pytest.approx(28, abs=0.3)
+    notes = pd.read_csv(tmp_path / "out" / "notes.csv").set_index("recording").note
+    assert notes[photos.name].startswith("not read: phone.AAE (")
+    assert "phone.AAE" in result.output
 
 
 def test_a_bad_file_does_not_stop_the_batch(run, photos, tmp_path):
@@ -166,3 +183,27 @@ def test_no_half_results_are_left_behind(run, photos, tmp_path, monkeypatch):
     monkeypatch.setattr(vision.command, "observe_or_fail", broken)
     assert run(photos, "--out", tmp_path / "out").exit_code == 1
     assert sorted(p.name for p in tmp_path.iterdir()) == [photos.name]
+
+
+def test_the_contact_sheet_shows_every_picture_with_its_numbers(run, photos, tmp_path):
+    Image.fromarray(np.asarray(Image.open(photos / "a.png"))).save(photos / "<i>&#1 %20.png")
+    assert run(photos, "--out", tmp_path / "out").exit_code == 0
+    page = (tmp_path / "out" / "overlays" / "index.html").read_text()
+    shown = [unquote(html.unescape(name)) for name in re.findall(r'<img loading="lazy" src="([^"]*)"', page)]
+    assert sorted(shown) == sorted(p.name for p in (tmp_path / "out" / "overlays").glob("*.png"))
+    assert page.count("repose_angle 28") == 2
+    assert "<i>" not in page
+
+
+def test_conditions_are_columns_of_every_table(run, tmp_path):
+    for name, moisture, rebound in (("a", 10, 70), ("b", 10, 72), ("c", 14, 60), ("d", 14, 61)):
+        (tmp_path / "bench" / name).mkdir(parents=True)
+        text = f'rig = "drop"\n[drop]\nheight_mm = 310\n[conditions]\nmoisture_pct = {moisture}\n'
+        (tmp_path / "bench" / name / "recording.toml").write_text(text)
+        (tmp_path / "bench" / name / "readings.csv").write_text(f"rebound_height_mm\n{rebound}\n{rebound + 1}\n")
+    result = run(tmp_path / "bench", "--out", tmp_path / "out")
+    for table in ("measurements", "readings"):
+        assert set(pd.read_csv(tmp_path / "out" / f"{table}.csv").moisture_pct) == {10, 14}
+    means = pd.read_csv(tmp_path / "out" / "summary.csv").set_index(["quantity", "conditions"])
+    assert means.loc[("rebound_height", "moisture_pct = 10"), "mean"] == pytest.approx(71.5)
+    assert "drop rebound_height, moisture_pct = 14" in result.output

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
+import pillow_heif
 from PIL import Image, ImageOps, UnidentifiedImageError
 from PIL.ImageFile import ImageFile
 from PIL.PngImagePlugin import PngImageFile
@@ -13,16 +14,18 @@ from PIL.TiffImagePlugin import TiffImageFile
 
 from vision.measurement import MeasurementError
 
-PHOTO_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+PHOTO_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".heic", ".heif")
 MAX_PIXELS = 120_000_000  # a decoded 120-megapixel colour photo takes 360 MB
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))  # read when OpenCV is first imported
 _DIRECT = {"L", "RGB", "I;16"}
+pillow_heif.register_heif_opener()
 
 
 def read_photo(path: Path) -> np.ndarray:
     """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB, upright by its EXIF tag.
 
-    Transparency is laid on white. 16-bit colour is read with 16 bits, floating-point TIFF is refused.
+    Transparency is laid on white. 16-bit colour is read with 16 bits (HEIC, whatever it holds, with 8),
+    floating-point TIFF is refused.
     Raises MeasurementError, naming the file, when it is missing, empty, not a picture, truncated or above MAX_PIXELS.
     """
     path = Path(path)
@@ -42,7 +45,8 @@ def read_photo(path: Path) -> np.ndarray:
     except (MeasurementError, MemoryError, PermissionError):
         raise
     except Exception as error:  # decoders raise whatever a damaged file leads them to
-        raise MeasurementError(f"{path}: the picture is damaged or cut short ({error})") from error
+        why = " ".join(str(error).split()).replace(" )", ")")  # some say it over several lines
+        raise MeasurementError(f"{path}: the picture is damaged or cut short ({why})") from error
 
 
 def _decode(path: Path) -> np.ndarray:
@@ -105,7 +109,8 @@ def _is_tiff(path: Path) -> bool:
 
 
 def _not_a_picture(path: Path) -> NoReturn:
-    raise MeasurementError(f"{path}: not a picture that can be read ({', '.join(s[1:] for s in PHOTO_SUFFIXES)})")
+    known = ", ".join(s[1:] for s in PHOTO_SUFFIXES)
+    raise MeasurementError(f"{path}: not a picture that can be read; its header is damaged or of another kind than {known}")
 
 
 class _silent_opencv:

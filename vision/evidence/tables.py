@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from vision.evidence.separators import Separators, separators
 from vision.measurement import MeasurementError
 
 READING_COLUMNS = {  # column → (rig, quantity, unit)
@@ -22,8 +23,11 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
 _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
-GATE_COLUMNS, GATE_EXTRA = ("x_mm", "t_s"), ("sd_s", "gate", "note")
+GATE_PLACE = {"drop": "y_mm", "slide": "x_mm", "roll": "x_mm"}  # of a gate: up from where the seed lands, or along the path
+GATE_EXTRA = ("sd_s", "sd_mm", "gate", "note")
 LEAST_GATES = 4  # place, speed and acceleration, and one more by which they are checked
+SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
+LEAST_SD, GREATEST_SD = 1e-9, 1e6  # of any: outside, weights overflow and fits do not converge
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
 
 
@@ -45,14 +49,22 @@ def read_track(path: Path) -> Table:
     """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA.
 
     Rows with a missing position or time are left out and noted; rows out of order are sorted and noted; two rows of one
-    time are an error, as are a missing or unknown column and text where a number should be.
+    time are an error, as are a missing or unknown column and text where a number should be. A file of another tool is read as its
+    tool writes it (vision/foreign).
     """
+    if _of_another_tool(path):
+        from vision.foreign.evidence import foreign_track
+
+        return foreign_track(path)
     rows = _read_csv(path)
     pixels = not {"x_mm", "y_mm"} & set(rows.columns) and {"x_px", "y_px"} & set(rows.columns)
     needed = TRACK_COLUMNS_PX if pixels else TRACK_COLUMNS
     if pixels and "frame" not in rows and "t_s" in rows:
         needed = ("t_s", "x_px", "y_px")
+    elif not pixels and "t_s" not in rows and "frame" in rows:
+        needed = ("frame", "x_mm", "y_mm")
     _check_columns(path, rows, needed, TRACK_EXTRA)
+    _check_sds(path, rows)
     rows, notes = _drop_incomplete(path, rows, list(needed))
     time = rows[needed[0]].to_numpy()
     if (np.diff(time) < 0).any():
@@ -70,37 +82,46 @@ def read_track(path: Path) -> Table:
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
-def read_gates(path: Path) -> Table:
-    """Read gates.csv: x_mm, each light gate's place along the path, t_s, when the seed's centre passed it, and sd_s if known.
+def read_gates(path: Path, rig: str) -> Table:
+    """Read gates.csv: each light gate's place (x_mm along the path; y_mm, up, of a drop), t_s, when the seed's centre passed it, and
+    sd_s, and sd_mm of the gates' places, if known.
 
     Rows come out in the order of time; gates that did not fire (empty cells) are left out and noted. An error: fewer than
-    LEAST_GATES, two passages at one time or of one gate, a seed that turns back, an sd_s that is not above nil.
+    LEAST_GATES, two passages at one time or of one gate, a seed that turns back on its path, an sd that is not above nil.
     """
-    rows = _read_csv(path)
-    _check_columns(path, rows, GATE_COLUMNS, GATE_EXTRA, numeric=[c for c in rows if c in (*GATE_COLUMNS, "sd_s")])
-    rows, notes = _drop_incomplete(path, rows, list(GATE_COLUMNS))
+    where, rows = GATE_PLACE[rig], _read_csv(path)
+    columns = (where, "t_s")
+    _check_columns(path, rows, columns, GATE_EXTRA, numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")])
+    rows, notes = _drop_incomplete(path, rows, list(columns))
     rows = rows.sort_values("t_s", kind="stable")
-    time, place = rows["t_s"].to_numpy(), rows["x_mm"].to_numpy()
+    time, place = rows["t_s"].to_numpy(), rows[where].to_numpy()
     if (np.diff(time) == 0).any():
-        where = int(np.argmax(np.diff(time) == 0)) + 1
-        raise MeasurementError(f"{path}: two gates at t_s = {time[where]:g} (row {rows.index[where] + 2}); keep one")
+        at = int(np.argmax(np.diff(time) == 0)) + 1
+        raise MeasurementError(f"{path}: two gates at t_s = {time[at]:g} (row {rows.index[at] + 2}); keep one")
     if len(rows) < LEAST_GATES:
-        raise MeasurementError(f"{path}: {len(rows)} passages; a roll past light gates needs at least {LEAST_GATES}")
+        raise MeasurementError(f"{path}: {len(rows)} passages; a {rig} past light gates needs at least {LEAST_GATES}")
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
+    if rig == "drop":  # it falls past them, and rises past some of them again
+        wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
     if wrong.any():
-        where = int(np.argmax(wrong)) + 1
-        said = f"x_mm = {place[where]:g} in row {rows.index[where] + 2} is out of its order"
+        at = int(np.argmax(wrong)) + 1
+        said = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
         raise MeasurementError(f"{path}: {said}; a seed passes the gates one after the other")
-    if "sd_s" in rows and len(wrong := rows.index[rows["sd_s"] <= 0]):
-        raise MeasurementError(f"{path}: sd_s = {rows['sd_s'][wrong[0]]:g} in row {wrong[0] + 2}; it should be above 0")
+    _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
 def read_impacts(path: Path) -> Table:
-    """Read impacts.csv: rows of t_s, strictly increasing, at least two."""
+    """Read impacts.csv: rows of t_s, strictly increasing, at least two, and sd_s if known; or another tool's file of them
+    (vision/foreign)."""
+    if _of_another_tool(path):
+        from vision.foreign.evidence import foreign_impacts
+
+        return foreign_impacts(path)
     rows = _read_csv(path)
-    _check_columns(path, rows, ("t_s",), ())
+    _check_columns(path, rows, ("t_s",), ("sd_s",))
     rows, notes = _drop_incomplete(path, rows, ["t_s"])
+    _check_sds(path, rows)
     time = rows["t_s"].to_numpy()
     if (np.diff(time) <= 0).any():
         first = int(np.argmax(np.diff(time) <= 0)) + 1
@@ -135,6 +156,12 @@ def read_readings(path: Path) -> Table:
     return Table(rows, tuple(notes))
 
 
+def _of_another_tool(path: Path) -> bool:
+    from vision.foreign import tool_of
+
+    return bool(tool_of(path))
+
+
 Range = tuple[float, float]
 
 
@@ -167,23 +194,35 @@ def _read_csv(path: Path) -> pd.DataFrame:
     with path.open("rb") as file:
         if any(len(line) > LONGEST_LINE for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")):
             raise MeasurementError(f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,} characters)")
+    by = _parting(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
-            rows = pd.read_csv(path, skipinitialspace=True, comment="#", skip_blank_lines=True, index_col=False)
+            rows = pd.read_csv(path, sep=by.column, decimal=by.decimal, skipinitialspace=True, comment="#", index_col=False)
     except pd.errors.ParserWarning as error:
         said = "its rows hold more fields than its heading names; commas part columns, numbers have points"
         raise MeasurementError(f"{path}: {said}") from error
     except (ValueError, OverflowError) as error:  # pandas' own errors and wrong characters among them
         raise MeasurementError(f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})") from error
     rows.columns = [str(c).strip() for c in rows.columns]
-    if len(rows.columns) == 1 and (parted := [c for c in (";", "\t") if c in rows.columns[0]]):
-        raise MeasurementError(f"{path}: its columns are parted by {parted[0]!r}; save it with commas, and points in its numbers")
     if twice := [c for c in rows if f"{c}.1" in rows]:  # pandas' name for the second
         raise MeasurementError(f"{path}: column {twice[0]} comes twice")
     if rows.empty:
         raise MeasurementError(f"{path}: a heading but no rows")
     return rows
+
+
+def _parting(path: Path) -> Separators:
+    """Commas between columns and points in numbers, or semicolons or tabs with either, where the file leaves no doubt."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        lines = [line for line in file if line.strip() and not line.startswith("#")]
+    by = separators(lines[0], lines[1:]) if lines else Separators(",", ".")
+    if not by.decimal:
+        said = f"its columns are parted by {by.column!r}, its numbers written in two ways"
+        raise MeasurementError(f"{path}: {said}; save it with commas, and points in its numbers")
+    if by.column == " ":  # a single column
+        return Separators(";", by.decimal)
+    return by
 
 
 def _check_there(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
@@ -201,6 +240,14 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
         hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
         raise MeasurementError(f"{path}: unknown column {unknown[0]}; {hint}")
     _to_numbers(path, rows, numeric if numeric is not None else rows.columns)
+
+
+def _check_sds(path: Path, rows: pd.DataFrame) -> None:
+    """Standard deviations where they are stated are above nil, and numbers that can be; an empty cell is unknown."""
+    for column in (c for c in SDS if c in rows):
+        if len(wrong := rows.index[rows[column].notna() & ~rows[column].between(LEAST_SD, GREATEST_SD)]):
+            value = f"{column} = {rows[column][wrong[0]]:g} in row {wrong[0] + 2}"
+            raise MeasurementError(f"{path}: {value}; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}")
 
 
 def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:

@@ -73,11 +73,13 @@ class Followed:
 
 
 def follow(
-    source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None
-) -> Followed:
+    source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
+    at: tuple[float, float, float] | None = None,
+) -> Followed:  # fmt: skip
     """Track the seed through all frames. `falling`: it flies (drop); otherwise it rolls or slides.
 
-    scene: what is behind the seed, where the caller knows better than the median of the frames.
+    scene: what is behind the seed, where the caller knows better than the median of the frames. at: frame, x, y [px, y down]
+    where somebody says that the seed is.
     progress(fraction done) is called now and then. Raises MeasurementError when nothing in the picture moves like a seed.
     """
     scene = learn_scene(source) if scene is None else scene
@@ -98,7 +100,10 @@ def follow(
             progress(min(done / max(source.count, 1), 1.0))
     if progress:
         progress(1.0)
-    chosen = _choose([p for p in pieces if len(p.frames) >= 3], falling, scene)
+    pieces = [p for p in pieces if len(p.frames) >= 3]
+    chosen = _choose(pieces, falling, scene) if at is None else _nearest(pieces, *at)
+    if chosen is None and at is not None:
+        raise MeasurementError(f"{source.path}: nothing moves near [track] follow_px = {[float(f'{v:.6g}') for v in at]}")
     if chosen is None:
         raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
     return Followed(
@@ -137,13 +142,28 @@ def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette]
             active.append(piece)
 
 
+def _nearest(pieces: list[_Piece], frame: float, x: float, y: float) -> _Piece | None:
+    """The piece that passes the place at about that frame, joined with what is the same thing before and after it."""
+    found: list[tuple[float, int, _Piece]] = []
+    for piece in pieces:
+        k = int(np.argmin(np.abs(np.array(piece.frames) - frame)))
+        away, size = np.hypot(piece.shapes[k].x - x, piece.shapes[k].y - y), np.sqrt(piece.area)
+        if abs(piece.frames[k] - frame) <= PATIENCE and away < 2 * size + 4:
+            found.append((float(away), len(found), piece))
+    return _joined(min(found)[2], pieces) if found else None
+
+
 def _choose(pieces: list[_Piece], falling: bool, scene: Scene) -> _Piece | None:
     """The seed's piece, joined with the others that are the same thing before and after it."""
     scored = [(_score(p, falling, scene), i) for i, p in enumerate(pieces)]
     scored = [entry for entry in scored if entry[0] > 0]
     if not scored:
         return None
-    best = pieces[max(scored)[1]]
+    return _joined(pieces[max(scored)[1]], pieces)
+
+
+def _joined(best: _Piece, pieces: list[_Piece]) -> _Piece:
+    """The piece with those that are the same thing before and after it."""
     area, contrast = best.area, best.contrast
     joined, size = best, np.sqrt(best.area)
     alike = [

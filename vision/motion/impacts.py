@@ -1,8 +1,11 @@
-"""The times of successive impacts, heard by a microphone → speeds and restitution, from the intervals alone.
+"""The times of successive impacts, as a microphone hears them → speeds and restitution, from the intervals alone.
 
 A free flight that starts and ends on the plate lasts Δt = 2 v / g, so v = g Δt / 2, its height is g Δt² / 8, and the
 restitution of the impact between two flights is e = Δt₂ / Δt₁. The first impact's speed is √(2 g H) of the stated fall.
-Air drag shortens a flight of a soybean from 78 mm by less than 0.1 %; it is left out.
+Where the seed is described the air's drag is allowed for (a = −g − k v |v|, in closed form); where it is not, the drag of a
+soybean is an error of its own. Where nobody says how well the times are
+known, they are so well that rounding and scatter fit: times that err shift two intervals against each other, a restitution that
+scatters does not.
 """
 
 import math
@@ -10,54 +13,72 @@ import math
 import numpy as np
 import pandas as pd
 
-from vision.measurement import Quantity, failed
+from vision.measurement import DOUBTFUL, FAILED, GOOD, Quantity, failed
+from vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
 from vision.motion.rebound import HEIGHT_SD_MM
 from vision.recording import Recording
 
 G = 9.80665
-TIME_SD_S = 2e-4  # of one impact in a sound record: the rise of the click
+USUAL_SD_S, USUAL_FACTOR = 2e-4, 2.0  # of a time read off a sound record, before its scatter is looked at
 LONGEST_S = 20.0  # an interval longer than this (490 m up) is no seed's bounce but a time in another unit
+NOT_FIRST = "the impacts before were not all heard, so the speed of the first of these is unknown"
+MOST_LOST = 0.1  # of a fall's energy to the air: beyond, its height no longer tells the speed of the impact
 JUMP = 2.0  # by more than this factor no restitution differs from the next
 
 
-def measure_impacts(times: np.ndarray, recording: Recording) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
-    """Quantities, the table of bounces, notes. times [s], increasing, at least two."""
+def measure_impacts(
+    times: np.ndarray, sd: np.ndarray | None, recording: Recording, *, first: bool = True
+) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
+    """Quantities, the table of bounces, notes. times [s], increasing, at least two; sd [s] of each, None where nobody knows;
+    first: whether the first of them is the first after the release."""
     gap = np.diff(times)
-    time_sd = max(TIME_SD_S, _rounding(times) / math.sqrt(12))
-    notes = [f"each impact's time is taken to be known to {1000 * time_sd:.2g} ms"]
-    height = recording.drop.height_mm
-    fall_speed = math.sqrt(2 * G * height / 1000) if height else math.nan
-    fall_sd = fall_speed * HEIGHT_SD_MM / height / 2 if height else math.nan
-    speed, speed_sd = G * gap / 2, G * time_sd * math.sqrt(2) / 2
-    before = np.concatenate([[fall_speed], speed[:-1]])
-    e = speed / before
-    # Neighbouring intervals share the impact between them, so their errors are opposite: + 2 e / … below.
-    later = np.sqrt(2 + 2 * e[1:] + 2 * e[1:] ** 2) * time_sd / gap[:-1]
-    e_sd = np.concatenate([[e[0] * math.hypot(speed_sd / speed[0], fall_sd / fall_speed) if height else math.nan], later])
+    notes = []
+    if sd is None:
+        sd = usual_sds(times)
+        notes.append(f"no sd_s is stated: each impact's time is taken to be known to {1000 * sd[0]:.2g} ms, by rounding and scatter")
+    gap_sd = np.hypot(sd[:-1], sd[1:])
+    height = recording.drop.height_mm if first else None
+    drag, drag_sd, said = _drag(recording, float(gap[0]), height)
+    notes += said
+    before, speed, rise = _through_air(gap, height, drag)
+    fall_speed, air = before[0], _through_air(gap, height, drag + drag_sd)
+    e, e_air = speed / before, air[1] / air[0] - speed / before
+    fall_sd = math.hypot(fall_speed * HEIGHT_SD_MM / height / 2, air[0][0] - fall_speed) if height else math.nan
+    speed_sd = np.hypot(G * gap_sd / 2, air[1] - speed)
+    before_sd = np.hypot(G * gap_sd[:-1] / 2, (air[0] - before)[1:])
+    # Neighbouring intervals share the impact between them, so their errors are opposite.
+    later = np.sqrt((e[1:] * sd[:-2]) ** 2 + ((1 + e[1:]) * sd[1:-1]) ** 2 + sd[2:] ** 2) / gap[:-1]
+    first_sd = e[0] * math.hypot(gap_sd[0] / gap[0], HEIGHT_SD_MM / height / 2) if height else math.nan
+    e_sd = np.hypot(np.concatenate([[first_sd], later]), e_air)
     bounces = pd.DataFrame({
-        "recording": recording.id, "bounce": np.arange(1, len(gap) + 1), "t_s": times[:-1], "t_sd_s": time_sd,
-        "speed_before_m_s": before, "speed_before_sd_m_s": [fall_sd, *[speed_sd] * (len(gap) - 1)],
+        "recording": recording.id, "bounce": np.arange(1, len(gap) + 1), "t_s": times[:-1], "t_sd_s": sd[:-1],
+        "speed_before_m_s": before, "speed_before_sd_m_s": [fall_sd, *before_sd],
         "speed_after_m_s": speed, "speed_after_sd_m_s": speed_sd,
-        "height_mm": 1000 * G * gap**2 / 8, "height_sd_mm": 1000 * G * gap / 4 * time_sd * math.sqrt(2),
-        "restitution": e, "restitution_sd": e_sd,
+        "height_mm": 1000 * rise, "height_sd_mm": 1000 * np.hypot(G * gap / 4 * gap_sd, air[2] - rise),
+        "restitution": e, "restitution_sd": e_sd, "quality": _qualities(e, bool(height)),
     })  # fmt: skip
     top = float(bounces.height_mm[0])
     quantities = [
         Quantity("rebound_height", top, float(bounces.height_sd_mm[0]), "mm"),
-        Quantity("rebound_speed", float(speed[0]), speed_sd, "m/s"),
+        Quantity("rebound_speed", float(speed[0]), float(speed_sd[0]), "m/s"),
     ]
     if height:
-        quantities.insert(1, Quantity("restitution", math.sqrt(top / height), float(e_sd[0]), "1"))
+        by_height = math.sqrt(top / height)
+        by_height_sd = by_height / 2 * math.hypot(float(bounces.height_sd_mm[0]) / top, HEIGHT_SD_MM / height)
+        if (lost := 1 - fall_speed**2 / (2 * G * height / 1000)) > MOST_LOST:
+            said_of = f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) = {by_height:.4g} is no restitution"
+            notes.append(f"{said_of}; the ratio of the speeds is given")
+            by_height, by_height_sd = float(e[0]), float(e_sd[0])
+        quantities.insert(1, Quantity("restitution", by_height, by_height_sd, "1"))
         quantities.insert(2, Quantity("impact_speed", fall_speed, fall_sd, "m/s"))
         quantities.append(Quantity("restitution_normal", float(e[0]), float(e_sd[0]), "1"))
     else:
-        text = f"{recording.toml}: [drop] height_mm is missing; the first impact's speed is needed"
+        text = f"{recording.toml}: [drop] height_mm is missing; the first impact's speed is needed" if first else NOT_FIRST
         quantities[1:1] = [failed("restitution", "1", text), failed("impact_speed", "m/s", text)]
         if len(gap) > 1:
             second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "1")
-            quantities.append(
-                second.doubt("of the second impact: [drop] height_mm is missing, so the first one's speed is unknown")
-            )
+            why = "[drop] height_mm is missing, so the first one's speed is unknown" if first else NOT_FIRST
+            quantities.append(second.doubt(f"of the second impact: {why}"))
         else:
             quantities.append(failed("restitution_normal", "1", text))
     if wrong := _wrong_unit(gap, e, top, recording):
@@ -68,6 +89,30 @@ def measure_impacts(times: np.ndarray, recording: Recording) -> tuple[tuple[Quan
             quantities = [q if q.quality == "failed" or q.name == "impact_speed" else q.doubt(what) for q in quantities]
         notes.append(what)
     return tuple(quantities), bounces, notes
+
+
+def _drag(recording: Recording, gap: float, height: float | None) -> tuple[float, float, list[str]]:
+    """k [1/m] of a = −k v |v|, its sd, and a note."""
+    speed = math.sqrt(2 * G * height / 1000) if height else G * gap / 2
+    drag = drag_per_metre(recording, 0.75 * speed)
+    if drag is None:
+        return 0.0, UNKNOWN_DRAG_PER_M, ["air drag is not allowed for: [seed] sizes and mass_g or density_kg_m3 are unknown"]
+    share = drag * speed**2 / G
+    return drag, SHAPE_SD * drag, [f"air drag (up to {100 * share:.1f} % of the weight) is allowed for"] if drag else []
+
+
+def _through_air(gap: np.ndarray, height: float | None, drag: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(m,) each: speed before and after each impact [m/s], height of the flight after it [m]; the first speed is the stated fall's."""
+    k = max(drag, 1e-9)
+    up = G * gap / 2
+    for _ in range(12):  # Newton's steps would be two; the duration is nearly 2 v / g
+        rise = np.log1p(k * up**2 / G) / (2 * k)
+        lasts = (np.arctan(up * math.sqrt(k / G)) + np.arcsinh(np.sqrt(np.expm1(2 * k * rise)))) / math.sqrt(G * k)
+        up = up * gap / lasts
+    rise = np.log1p(k * up**2 / G) / (2 * k)
+    down = np.sqrt(G / k * -np.expm1(-2 * k * rise))
+    fall = math.sqrt(G / k * -math.expm1(-2 * k * height / 1000)) if height else math.nan
+    return np.concatenate([[fall], down[:-1]]), up, rise
 
 
 def _wrong_unit(gap: np.ndarray, e: np.ndarray, top: float, recording: Recording) -> str:
@@ -90,6 +135,39 @@ def _missing(e: np.ndarray) -> int | None:
     jump = np.abs(np.log(e[1:] / e[:-1], where=known, out=np.zeros(len(e) - 1))) > math.log(JUMP)
     jumps = [int(k) if e[k] > e[k + 1] else int(k) + 1 for k in np.flatnonzero(jump)]
     return min([*map(int, longer), *jumps], default=None)
+
+
+def _qualities(e: np.ndarray, fallen: bool) -> list[str]:
+    """Of each bounce: failed where no speed before it is known, doubtful where its restitution is none or leaves the others."""
+    jump = np.zeros(len(e), bool)
+    middle = np.nanmedian(e) if np.isfinite(e).any() else math.nan
+    jump[np.isfinite(e)] = np.abs(np.log(e[np.isfinite(e)] / middle)) > math.log(JUMP)
+    return [FAILED if not np.isfinite(value) else DOUBTFUL if value >= 1 or off else GOOD for value, off in zip(e, jump)]
+
+
+def usual_sds(times: np.ndarray) -> np.ndarray:
+    """(n,), all alike: the sd [s] of times that nobody states one of.
+
+    At least their rounding, and what their scatter says beside that of e.
+    """
+    least = _rounding(times) / math.sqrt(12)
+    sigma = np.maximum(np.geomspace(2e-6, 2e-2, 41), least)
+    log_weight = -0.5 * (np.log(sigma / USUAL_SD_S) / math.log(USUAL_FACTOR)) ** 2
+    gap = np.diff(times)
+    if len(gap) > 2:
+        y = np.diff(np.log(gap))
+        slope = np.zeros((len(y), len(times)))  # of y with the times
+        for k in range(len(y)):
+            slope[k, k : k + 3] = 1 / gap[k], -1 / gap[k] - 1 / gap[k + 1], 1 / gap[k + 1]
+        centred = np.linalg.svd(np.ones((len(y), 1)))[0][:, 1:].T  # e itself is unknown
+        values, shape = centred @ y, centred @ slope @ slope.T @ centred.T
+        axes, turned = np.linalg.eigh(shape)
+        seen = (turned.T @ values) ** 2
+        variance = sigma[:, None, None] ** 2 * np.maximum(axes, 0) + np.geomspace(1e-3, 0.2, 15)[:, None] ** 2
+        each = -0.5 * (np.log(variance) + seen / variance).sum(axis=2)
+        log_weight = log_weight + np.logaddexp.reduce(each, axis=1)
+    weight = np.exp(log_weight - log_weight.max())
+    return np.full(len(times), max(np.exp(weight @ np.log(sigma) / weight.sum()), least))
 
 
 def _rounding(times: np.ndarray) -> float:

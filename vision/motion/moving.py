@@ -4,15 +4,19 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
+from vision.foreign.fall import free_falls, unit_doubt
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
+from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
+from vision.motion.heard import observe_heard, sound_of, with_sound
 from vision.motion.impacts import measure_impacts
+from vision.motion.incline import measure_roll
 from vision.motion.plate import Plate, follow_slide, roll_path
-from vision.motion.rebound import Rebound, measure_rebound, upright
-from vision.motion.run_out import measure_run_out
+from vision.motion.rebound import Rebound, all_failed, measure_rebound, upright
 from vision.motion.slide import measure_slide
 from vision.motion.track import Track, track_from_gates, track_from_table
 from vision.overlay.plot import plot
@@ -23,7 +27,7 @@ MOVING_RIGS = ("drop", "slide", "roll")
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
-    """Measure a drop, slide or roll recorded as track.csv, gates.csv, impacts.csv, frames or video.
+    """Measure a drop, slide or roll recorded as track.csv, gates.csv, impacts.csv, frames, video or (a drop) sound.
 
     progress(fraction done) is called while frames are read. Raises MeasurementError where nothing at all
     can be measured; a quantity that cannot be had stands in the Observation as failed, with its reason.
@@ -36,21 +40,46 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
         return _observe_impacts(recording)
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
-        return _observe_track(recording, track_from_table(table.rows, recording.camera, table.notes))
+        track = _corrected(track_from_table(table.rows, recording.camera, table.notes), recording)
+        _check_units(track, recording)
+        return _observe_track(recording, track)
     if recording.evidence == "gates.csv":
         return _observe_track(recording, track_from_gates(recording))
+    if recording.evidence == "sound":
+        return observe_heard(recording, recording.files[0])
     if recording.evidence not in ("frames", "video"):
         raise MeasurementError(
             f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be followed; frames, a video or track.csv can"
         )
-    return _observe_frames(recording, progress)
+    file = sound_of(recording) if recording.rig == "drop" else None
+    if file is None:
+        return _observe_frames(recording, progress)
+    try:
+        seen = _observe_frames(recording, progress)
+    except MeasurementError as error:
+        seen = Observation(recording.id, "drop", all_failed(str(error)))
+        both = with_sound(seen, recording, file)
+        if both.bounces is None:
+            raise MeasurementError(f"{error}; {both.notes[-1]}") from error
+        return both
+    return with_sound(seen, recording, file)
+
+
+def _check_units(track: Track, recording: Recording) -> None:
+    """MeasurementError where a drop falls so that its times or places cannot be in the units of their columns."""
+    if recording.rig != "drop" or track.unit != "mm" or not track.timed:
+        return
+    falls = free_falls(track.time, track.x, track.y)
+    if doubt := unit_doubt(falls, 1.0, bool((track.time == np.round(track.time)).all())):
+        raise MeasurementError(f"{recording.files[0]}: t_s, x_mm, y_mm: {doubt}")
 
 
 def _observe_impacts(recording: Recording) -> Observation:
     if recording.rig != "drop":
         raise MeasurementError(f"{recording.files[0]}: impact times belong to a drop, not to a {recording.rig}")
     table = read_impacts(recording.files[0])
-    quantities, bounces, notes = measure_impacts(table.rows["t_s"].to_numpy(), recording)
+    sd = table.rows["sd_s"].to_numpy() if "sd_s" in table.rows else None
+    quantities, bounces, notes = measure_impacts(table.rows["t_s"].to_numpy(), sd, recording)
     time, high = bounces.t_s.to_numpy(), bounces.height_mm.to_numpy()
     gap = np.append(np.diff(time), table.rows["t_s"].iloc[-1] - time[-1])
     arcs = [(t + g * _SHARE, 4 * h * _SHARE * (1 - _SHARE)) for t, g, h in zip(time, gap, high)]
@@ -67,10 +96,10 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
         pictures = {"flights": _plot_flights(result, recording)}
         return _observation(recording, result.quantities, (*track.notes, *result.notes), pictures, result.track, result.bounces)
     if recording.rig == "slide":
-        slide = measure_slide(track, recording)
+        slide = measure_a_slide(track, recording)
         pictures = {"slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities)}
         return _observation(recording, slide.quantities, (*track.notes, *slide.notes), pictures, track)
-    roll = measure_run_out(track, recording)
+    roll = measure_roll(track, recording)
     pictures = {"roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
     return _observation(recording, roll.quantities, (*track.notes, *roll.notes), pictures, track)
 
@@ -80,14 +109,25 @@ def _observe_frames(recording: Recording, progress) -> Observation:
     if recording.rig == "slide":
         followed, plate = follow_slide(source, recording, progress)
     else:
-        followed = follow(source, falling=recording.rig == "drop", progress=progress)
+        followed = follow(source, falling=recording.rig == "drop", progress=progress, at=recording.track.follow_px)
+    followed = replace(followed, track=_corrected(followed.track, recording))
     recording, notes = _with_scale(recording, followed)
     notes = [*source.notes, *notes]
+    x, y = plate.places if recording.rig == "slide" else (followed.track.x, followed.scene.shape[0] - 1 - followed.track.y)
+    places = pd.DataFrame({"frame": followed.track.frame, "x_px": x, "y_px": y, "left_out": followed.track.outlier})
     if recording.rig == "drop":
-        return _drop_in_frames(recording, followed, notes)
-    if recording.rig == "slide":
-        return _slide_in_frames(recording, followed, plate, notes)
-    return _roll_in_frames(recording, followed, notes)
+        seen = _drop_in_frames(recording, followed, notes)
+    elif recording.rig == "slide":
+        seen = _slide_in_frames(recording, followed, plate, notes)
+    else:
+        seen = _roll_in_frames(recording, followed, notes)
+    return replace(seen, places=places)
+
+
+def _corrected(track: Track, recording: Recording) -> Track:
+    """The track without the frames that the recording strikes out."""
+    struck = recording.track.left_out_frames
+    return track.marked(np.isin(track.frame, struck)) if struck else track
 
 
 def _drop_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
@@ -113,7 +153,7 @@ def _roll_in_frames(recording: Recording, followed: Followed, notes: list[str]) 
     scale = recording.camera.mm_per_px or 1.0
     track = to_mm(along.track, recording.camera.mm_per_px)
     junction = None if along.junction is None else (along.junction[0] * scale, along.junction[1] * scale)
-    roll = measure_run_out(track, recording, junction=junction)
+    roll = measure_roll(track, recording, junction=junction)
     low = followed.scene.shape[0] - 1  # y counts up from the bottom row
     marks = [(c, low - y) for c, y in along.marks(None if roll.stop is None else roll.stop / scale)]
     legs = [((a[0], low - a[1]), (b[0], low - b[1])) for a, b in along.legs]

@@ -6,12 +6,14 @@ does not turn is the clearance of its lowest point, the `drop.height_mm` of the 
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from vision.measurement import MeasurementError, Quantity, failed
 from vision.motion.correlated import fit, frame_lag, propagate
+from vision.motion.few_flights import FEW_ROWS, fit_few, is_few
 from vision.motion.flight import Flights, Gravity, fit_flights, lateral
 from vision.motion.gravity import gravity_doubt, known_gravity, other_drag, release_seen, scale_note
 from vision.motion.track import Track
@@ -43,12 +45,15 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     try:
         if len(used) < 4:
             raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
-        flights = fit_flights(used.time, used.frame, up, across, used.sd, gravity)
+        flown = fit_flights
+        if recording.evidence == "gates.csv" or len(used) < FEW_ROWS:
+            flown = partial(fit_few, gates=recording.evidence == "gates.csv")
+        flights = flown(used.time, used.frame, up, across, used.sd, gravity)
         doubt = gravity_doubt(flights, used, recording, gravity)
         if doubt:  # gravity and the scale contradict each other: neither may bend the fit
             loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
             gravity = loose
-            flights = fit_flights(used.time, used.frame, up, across, used.sd, loose)
+            flights = flown(used.time, used.frame, up, across, used.sd, loose)
     except MeasurementError as error:
         return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
     mask = track.outlier.copy()
@@ -60,10 +65,11 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        return Rebound(all_failed(reason), None, flights, marked, (*notes, *([doubt] if doubt else [])))
+        quantities = (*_fall_alone(flights, used, recording), *all_failed(reason))
+        return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
     values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
-    air = _air_error(used, up, across, flights, values, gravity, recording)
+    air = _air_error(flown, used, up, across, flights, values, gravity, recording)
     cov = cov + np.outer(air, air)
     # Of the scale's prior error, which a session's recordings share, a fit that also has gravity keeps cov(·, ε)/sd(ε).
     common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
@@ -71,6 +77,14 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
     notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
     return Rebound(quantities, bounces, flights, marked, tuple(notes))
+
+
+def _fall_alone(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
+    """What a fall without an impact says, in mm and s: the acceleration of a parabola through it, air and all."""
+    if track.unit != "mm" or not track.timed or not flights.free > 0:
+        return ()
+    sd = math.hypot(flights.free_sd, recording.camera.scale_sd * flights.free)
+    return (Quantity("fall_acceleration", flights.free / 1000, sd / 1000, "m/s²"),)
 
 
 def upright(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
@@ -112,7 +126,7 @@ def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
     return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
 
 
-def _air_error(used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
+def _air_error(flown, used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
     """How far the derived values move when the drag is one standard deviation other than assumed: the flights are fitted again.
 
     It is common to a whole recording and bends all parabolas alike, so no residual shows it.
@@ -120,7 +134,7 @@ def _air_error(used: Track, up, across, flights: Flights, values, gravity: Gravi
     other = other_drag(flights, used, gravity, recording)
     if other is None:
         return np.zeros_like(values)
-    again = fit_flights(used.time, used.frame, up, across, used.sd, replace(gravity, drag=other))
+    again = flown(used.time, used.frame, up, across, used.sd, replace(gravity, drag=other))
     if len(again.rows) != len(flights.rows):
         return np.zeros_like(values)
     moved = _derived(again, again.params)
@@ -224,6 +238,10 @@ def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, 
 def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Quantity:
     """What makes any of the five less than good."""
     first, second = flights.rows[0], flights.rows[1]
+    if is_few(flights):
+        if quantity.name != "impact_speed" and not 0.02 < e < 1:
+            quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
+        return quantity
     if quantity.name != "impact_speed":
         if len(second) < 5:
             quantity = quantity.doubt(f"only {len(second)} frames of the first rebound")

@@ -7,9 +7,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from vision.evidence.tables import read_gates
+from vision.evidence.tables import GATE_PLACE, read_gates
 from vision.measurement import MeasurementError
 from vision.recording import Camera, Recording
+
+G_MM_S2 = 9806.65
+GATE_SD_MM = 0.3  # of a light gate's place read off a ruler: its beam is some millimetres wide
 
 
 @dataclass(frozen=True)
@@ -121,13 +124,25 @@ def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] 
 
 
 def track_from_gates(recording: Recording) -> Track:
-    """gates.csv of a roll as a track: a row a gate, numbered as passed, y = 0; sd = |dx/dt| sd_s, NaN where not stated."""
-    if recording.need_rig() != "roll":
-        raise MeasurementError(f"{recording.files[0]}: light gates belong to a roll, not to a {recording.rig}")
-    table = read_gates(recording.files[0])
-    time, place = table.rows["t_s"].to_numpy(float), table.rows["x_mm"].to_numpy(float)
+    """gates.csv as a track: a row a gate, numbered as passed; of a drop x = 0, of the others y = 0. sd: |speed| sd_s and sd_mm together,
+    NaN where sd_s is not stated; a gate whose sd_mm is not stated stands within GATE_SD_MM of where it is said to."""
+    rig = recording.need_rig()
+    if rig not in GATE_PLACE:
+        raise MeasurementError(f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)}, not to a {rig}")
+    table = read_gates(recording.files[0], rig)
+    time, place = table.rows["t_s"].to_numpy(float), table.rows[GATE_PLACE[rig]].to_numpy(float)
     sd_s = table.rows["sd_s"].to_numpy(float) if "sd_s" in table.rows else np.full(len(time), np.nan)
-    return make_track(time, place, np.zeros(len(time)), sd=np.abs(np.gradient(place, time)) * sd_s, notes=table.notes)
+    sd_mm = table.rows["sd_mm"].to_numpy(float) if "sd_mm" in table.rows else np.full(len(time), GATE_SD_MM)
+    sd = np.hypot(np.abs(_falling(time, place) if rig == "drop" else np.gradient(place, time)) * sd_s, sd_mm)
+    nil = np.zeros(len(time))
+    return make_track(time, nil if rig == "drop" else place, place if rig == "drop" else nil, sd=sd, notes=table.notes)
+
+
+def _falling(time: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Speed [mm/s] at each row of a drop, under gravity, from the neighbour on its own side of the impact."""
+    turn, step = int(np.argmin(place)), np.diff(time)
+    after, before = np.diff(place) / step + G_MM_S2 * step / 2, np.diff(place) / step - G_MM_S2 * step / 2
+    return np.array([before[k - 1] if 0 < k <= turn or k == len(time) - 1 else after[k] for k in range(len(time))])
 
 
 def _frame_numbers(time: np.ndarray, fps: float | None) -> np.ndarray:

@@ -11,6 +11,7 @@ from vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
+TILT_DEG = 2.0  # that a plate may lie off level; a line farther off than this and three sds is none
 BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
 
 
@@ -20,29 +21,37 @@ def find_base_line(
 ) -> BaseLine:  # fmt: skip
     """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
     edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
-    if baseline is not None:
-        x1, y1, x2, y2 = baseline
-        if x1 == x2 or not -cut.shape[0] < (y1 + y2) / 2 - roi[1] < 2 * cut.shape[0]:
-            raise MeasurementError(f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture")
-        slope = (y2 - y1) / (x2 - x1)
-        return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
+    if (given := given_base(baseline, cut.shape, roi)) is not None:
+        return given
     plate = _line_through(surface, ground.factor, share=0.08 * surface.size)
-    if plate is not None and not _gaps_below(surface, *plate[:2]):
+    if plate is not None and not _tilted(camera, *plate[1:]) and not _gaps_below(surface, *plate[:2]):
         return BaseLine(*plate, "plate")
-    if (line := plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)) is not None:
+    line = plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)
+    if line is not None and not _tilted(camera, line.slope, line.slope_sd):
         return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
     height = ground.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
         foot = edge(cut, ground, lower, silhouette.threshold, upward=True)
         enough = 0.4 * np.isfinite(foot).sum()
-        if (lowest := _line_through(foot, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*lowest, "foot")
-        if (middle := _line_through((surface + foot) / 2, ground.factor, share=enough, below=1.0)) is not None:
-            return BaseLine(*middle, "mirror")
+        for rows, source in ((foot, "foot"), ((surface + foot) / 2, "mirror")):
+            lowest = _line_through(rows, ground.factor, share=enough, below=1.0)
+            if lowest is not None and not _tilted(camera, *lowest[1:]):
+                return BaseLine(*lowest, source)
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+
+
+def given_base(baseline: Segment | None, shape: tuple[int, ...], roi: tuple[int, int, int, int]) -> BaseLine | None:
+    """The base line as stated in px of the whole picture, told in px of the part that is read; None where none is stated."""
+    if baseline is None:
+        return None
+    x1, y1, x2, y2 = baseline
+    if x1 == x2 or not -shape[0] < (y1 + y2) / 2 - roi[1] < 2 * shape[0]:
+        raise MeasurementError(f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture")
+    slope = (y2 - y1) / (x2 - x1)
+    return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
 
 
 def _line_through(profile: np.ndarray, factor: float, share: float, below: float = 0.15) -> tuple[float, float, float] | None:
@@ -65,6 +74,14 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
     if line.bent > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
         return None  # a slope running out, not a plate
     return line.intercept, line.slope, line.slope_sd
+
+
+def _tilted(camera: Camera, slope: float, slope_sd: float) -> bool:
+    """Whether a line contradicts the stated plumb: then it is not what the pile stands on (a shelf's edge, a pattern)."""
+    if camera.plumb_deg is None:
+        return False
+    sd = np.hypot(np.degrees(slope_sd), camera.plumb_sd)
+    return bool(abs(np.degrees(np.arctan(slope)) - camera.plumb_deg) > TILT_DEG + 3 * sd)
 
 
 def _gaps_below(surface: np.ndarray, intercept: float, slope: float) -> bool:

@@ -10,14 +10,18 @@ from itertools import pairwise
 import numpy as np
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
-from vision.pile.base import BASES, find_base_line, find_horizontal, scaled
+from vision.pile.base import BASES, find_base_line, find_horizontal, given_base, scaled
 from vision.pile.boundary import Ground, Silhouette, edge, find_ground, silhouettes
 from vision.pile.centroid import centroid_angle
+from vision.pile.foot import foot_line
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
+from vision.pile.region import Region, find_region
 from vision.pile.slope import Slope, fit_slope
 from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
+LIKELY = 0.6  # of a sure likeness to seeds: where nothing else can be measured this is, with a doubt
+APART = 0.1  # of the heap's area, or height: farther apart two readings are of different things
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,39 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
     cut = np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width])
     if min(cut.shape[:2]) < 24:
         raise MeasurementError(f"the picture is {cut.shape[1]} × {cut.shape[0]} px; a pile needs at least 24 px each way")
+    smooth = _before_one_background(cut, camera, options, roi)
+    region = find_region(cut)
+    by_hand = options.roi is not None or options.baseline is not None
+    enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LIKELY
+    if region is None or region.likeness < enough:
+        return _or_raise(smooth)
+    seeds = _as_seeds(cut, region, camera, options, roi)
+    if isinstance(seeds, str) or (isinstance(smooth, Repose) and _same_heap(smooth, seeds, region)):
+        return _or_raise(smooth)  # its edges are read off the full picture
+    doubt = _which(region, by_hand)
+    return replace(seeds, quantities=tuple(q.doubt(doubt) for q in seeds.quantities)) if doubt else seeds
+
+
+def _which(region: Region, by_hand: bool) -> str:
+    """What is to be doubted about which part of the picture is the pile."""
+    if by_hand:
+        return ""
+    if region.rival is not None:
+        x, _, foot = region.rival[:3]
+        return f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as much like a heap: name the pile by --roi"
+    if region.likeness < 1:
+        return "it is not sure that what was taken for the pile (see the overlay) is all of it and only that: name it by --roi"
+    return ""
+
+
+def _or_raise(found: Repose | str) -> Repose:
+    if isinstance(found, str):
+        raise MeasurementError(found)
+    return found
+
+
+def _before_one_background(cut: np.ndarray, camera: Camera, options: PileOptions, roi) -> Repose | str:
+    """The pile whose surface is where one smooth background ends; the reason in words where there is none."""
     ground = find_ground(cut)
     tried: list[Repose | str] = []
     for silhouette in silhouettes(ground):
@@ -68,12 +105,45 @@ def measure_repose(image: np.ndarray, camera: Camera | None = None, options: Pil
             break  # no better base line is to be had
     found = [r for r in tried if isinstance(r, Repose)]
     if not found:
-        raise MeasurementError(tried[0] if tried else "no pile in the picture: nothing stands out from the background")
+        return str(tried[0]) if tried else "no pile in the picture: nothing stands out from the background"
     best = min(found, key=lambda r: BASES.index(r.base.source))
     cut_off = next((r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r), "")
     if best.base.source == "toe" and cut_off:  # a better base line knew that the foot is not in the picture
         return replace(best, quantities=tuple(q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities))
     return best
+
+
+def _as_seeds(cut: np.ndarray, region: Region, camera: Camera, options: PileOptions, roi) -> Repose | str:
+    """The heap that is told from its surroundings by being seeds; the reason in words where it cannot be measured."""
+    base = given_base(options.baseline, cut.shape, roi) or foot_line(region, np.tan(np.radians(camera.plumb_deg or 0.0)))
+    if base is None:
+        return "no line is seen that the pile stands on: name it by --baseline"
+    surface = np.minimum(_upper(region, region.mask, cut.shape[1]), base.at(np.arange(cut.shape[1])))
+    return _angles(surface, base, region.factor, camera, options, roi, cut.shape)
+
+
+def _upper(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
+    """The upper border of a mask of the region's close-up in every column of the picture, inf where it has none."""
+    columns = np.flatnonzero(mask.any(axis=0))
+    rows = mask[:, columns].argmax(axis=0) * region.factor - 0.5 + region.origin[1]
+    x = (columns + 0.5) * region.factor - 0.5 + region.origin[0]
+    return np.interp(np.arange(width), x, rows, left=np.inf, right=np.inf)
+
+
+def _same_heap(smooth: Repose, seeds: Repose, region: Region) -> bool:
+    """Whether the surface before a smooth background is that of the seeds: it leaves few out, takes in nothing that is not
+    grainy, and stands on the same line."""
+    x = np.arange(seeds.surface.size)
+    foot = seeds.base.at(x)
+    surface = np.fmin(smooth.surface, foot)
+    area = float((foot - seeds.surface).sum())
+    grainy = np.minimum(_upper(region, region.grown, x.size), foot)
+    left_out, taken_in = np.clip(surface - seeds.surface, 0, None).sum(), np.clip(grainy - surface, 0, None).sum()
+    under = foot - seeds.surface > 0
+    apart = np.abs(smooth.base.at(x) - foot)[under].mean()
+    tall = float(np.ptp(seeds.surface[under]))
+    apart = max(apart, abs(float(surface.min() - seeds.surface.min())))
+    return bool(max(left_out, taken_in) < APART * area and apart < APART * tall)
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -90,16 +160,19 @@ def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: P
     """Measure one candidate silhouette; the reason in words when it holds no measurable pile."""
     surface = edge(cut, ground, silhouette.top, silhouette.threshold)
     base = find_base_line(cut, ground, silhouette, surface, options.baseline, camera, roi)
-    small = _shrink_profile(surface, ground)
-    factor = ground.factor
-    heap = find_heap(small, scaled(base, factor), options.window)
+    return _angles(surface, base, ground.factor, camera, options, roi, cut.shape)
+
+
+def _angles(surface, base: BaseLine, factor: float, camera: Camera, options: PileOptions, roi, shape) -> Repose | str:
+    """What a surface above its base line says; the reason in words when it is no measurable pile."""
+    heap = find_heap(_shrink_profile(surface, factor), scaled(base, factor), options.window)
     if heap.problem:
         return heap.problem
     if options.side:
         flanks = (f if f.side == options.side else replace(f, problem="a wall, as stated") for f in heap.flanks)
         heap = replace(heap, flanks=tuple(flanks))
     horizontal, horizontal_sd, doubts = find_horizontal(base, camera)
-    if base.source == "toe" and np.nanmax(surface) > 0.985 * cut.shape[0]:
+    if base.source == "toe" and np.nanmax(surface) > 0.985 * shape[0]:
         doubts = (*doubts, "the pile is cut by the picture's bottom border: the window is of the height that shows")
     slopes = []
     for flank in heap.flanks:
@@ -113,18 +186,18 @@ def _try(cut, ground: Ground, silhouette: Silhouette, camera: Camera, options: P
     return _result(surface, base, heap, tuple(slopes), horizontal, horizontal_sd, doubts, factor, options, roi)
 
 
-def _shrink_profile(surface: np.ndarray, ground: Ground) -> np.ndarray:
-    """The surface in the small picture's px: the median of the full columns in each small one."""
-    columns = ((np.arange(surface.size) + 0.5) / ground.factor).astype(int).clip(0, ground.small.shape[1] - 1)
-    bounds = np.searchsorted(columns, np.arange(ground.small.shape[1] + 1))
-    out = np.full(ground.small.shape[1], np.nan)
+def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
+    """The surface in px of `factor` columns each: the median of the full columns in each."""
+    count = max(1, round(surface.size / factor))
+    columns = ((np.arange(surface.size) + 0.5) / factor).astype(int).clip(0, count - 1)
+    bounds = np.searchsorted(columns, np.arange(count + 1))
+    out = np.full(count, np.nan)
     for i, (a, b) in enumerate(pairwise(bounds)):
         piece = surface[a:b]
         piece = piece[np.isfinite(piece)]
         if piece.size:
-            out[i] = (np.median(piece) + 0.5) / ground.factor - 0.5
+            out[i] = (np.median(piece) + 0.5) / factor - 0.5
     return out
-
 
 
 def _result(surface, base, heap, slopes, horizontal, horizontal_sd, doubts, factor, options, roi) -> Repose:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from scipy import stats
 from scipy.optimize import minimize
 
 CELLS = 8  # correlation lengths that a usual stretch must hold for its correlation to be told from the curve's own freedom
@@ -219,15 +218,6 @@ def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
         return 0.7
     spread = (vectors.T @ slope) ** 2 / values
     return float(min(np.sqrt(spread.sum() + 2 / packed[2].sum()), 0.7))
-
-
-def tail_weight(innovations: np.ndarray) -> float:
-    """Degrees of freedom of the Student t with the innovations' kurtosis (moments); inf where they are no heavier than normal.
-
-    excess = 6/(ν − 4); an excess below 3 standard errors √(24/n) is taken for none.
-    """
-    excess = float(stats.kurtosis(innovations, fisher=True))
-    return float("inf") if excess < 3 * np.sqrt(24 / len(innovations)) else 4 + 6 / excess
 
 
 def spikes(innovations: np.ndarray) -> np.ndarray:

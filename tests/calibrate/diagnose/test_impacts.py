@@ -326,7 +326,7 @@ def microphone(e_of, seed, heights=(0.31, 0.1)):
     rng = np.random.default_rng(seed)
     about = [{"seed": STATED_BALL, "drop": {"height_mm": 1e3 * h}} for h in (*heights, *heights, *heights)]
     times = [heard_times(e_of, d["drop"]["height_mm"] / 1e3, 5, rng) for d in about]
-    return heard(tuple("abcdef"), times, about, [NO_AIR] * 6)
+    return heard(tuple("abcdef"), times, [np.full(len(t), 2e-4) for t in times], about, [NO_AIR] * 6)
 
 
 

@@ -14,7 +14,6 @@ from calibrate.diagnose.engine.noise import (
     frame_lag,
     maximum_draws,
     spikes,
-    tail_weight,
     told_by,
     whiten,
 )
@@ -161,10 +160,8 @@ def test_many_short_hops_do_not_hide_a_long_correlation():
     assert found.rho > 0.94 and 0.4 * true < found.low_frequency < 2 * true
 
 
-def test_heavy_tails_and_outliers_are_seen():
+def test_outliers_are_seen():
     rng = np.random.default_rng(2)
-    assert tail_weight(rng.normal(size=20_000)) == np.inf
-    assert 4 < tail_weight(rng.standard_t(7, size=50_000)) < 12
     series = rng.normal(size=5000)
     series[100] = 9.0
     assert list(np.flatnonzero(spikes(series))) == [100]

@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import pillow_heif
 import pytest
 from PIL import Image
 
@@ -25,9 +26,9 @@ def test_every_depth_comes_back_exactly(tmp_path, suffix, dtype, shape):
     np.testing.assert_array_equal(read, pixels)
 
 
-def test_jpeg_and_bmp(tmp_path):
+def test_pictures_that_are_not_kept_to_the_last_bit(tmp_path):
     smooth = cv2.GaussianBlur(noise((64, 80, 3), np.uint8), (0, 0), 4)
-    for suffix in ("jpg", "bmp"):
+    for suffix in ("jpg", "bmp", "webp", "heic", "heif"):
         Image.fromarray(smooth).save(tmp_path / f"a.{suffix}")
         assert np.abs(read_photo(tmp_path / f"a.{suffix}").astype(int) - smooth).mean() < 3
 
@@ -47,6 +48,31 @@ def test_transparency_lies_on_white(tmp_path):
     read = read_photo(tmp_path / "a.png")
     assert (read[:5] == 0).all()
     assert (read[5:] == 255).all()
+
+
+def test_a_phone_photo_held_sideways_is_turned_upright_once(tmp_path):
+    """HEIC keeps the turn in a property of its own; it must not be turned by the EXIF tag as well."""
+    pixels = cv2.GaussianBlur(noise((64, 80, 3), np.uint8), (0, 0), 6)
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    phone = pillow_heif.from_bytes("RGB", (80, 64), pixels.tobytes())
+    phone.info["exif"] = exif.tobytes()
+    phone.save(tmp_path / "a.heic", quality=90)
+    assert b"irot" in (tmp_path / "a.heic").read_bytes()
+    assert np.abs(read_photo(tmp_path / "a.heic").astype(int) - np.rot90(pixels, -1)).mean() < 4
+
+
+@pytest.mark.parametrize("suffix", ["webp", "heic"])
+@pytest.mark.parametrize(("damage", "words"), [("header", "not a picture"), ("cut", "damaged or cut short")])
+def test_a_damaged_phone_photo_is_one_sentence(tmp_path, suffix, damage, words):
+    file = tmp_path / f"a.{suffix}"
+    Image.fromarray(noise((80, 90, 3), np.uint8)).save(file)
+    whole = file.read_bytes()
+    file.write_bytes(b"\0" * 24 + whole[24:] if damage == "header" else whole[: len(whole) // 2])
+    with pytest.raises(MeasurementError, match=words) as error:
+        read_photo(file)
+    assert str(error.value).startswith(str(file))
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("suffix", ["png", "jpg", "tif"])

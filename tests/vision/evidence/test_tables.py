@@ -23,6 +23,19 @@ def test_a_plain_track(tmp_path):
     assert table.notes == () and len(table.rows) == 4
 
 
+@pytest.mark.parametrize(("text", "name", "read"), [
+    ("t_s;x_mm;y_mm\n0;0;3\n0,1;0;2,5\n0,2;0;1\n", "track.csv", read_track),
+    ("t_s\tx_mm\ty_mm\n0\t0\t3\n0.1\t0\t2.5\n0.2\t0\t1\n", "track.csv", read_track),
+    ("x_mm;t_s\n0;0\n10;0,1\n20;0,2\n30;0,3\n", "gates.csv", read_gates),
+    ("t_s\n0\n0,1\n0,2\n", "impacts.csv", read_impacts),
+    ("# heard by a phone; in a corner\nt_s\n0\n0.1\n0.2\n", "impacts.csv", read_impacts),
+])  # fmt: skip
+def test_semicolons_tabs_and_decimal_commas_are_read_where_they_are_plain(tmp_path, text, name, read):
+    table = read(write(tmp_path, text, name))
+    assert table.rows["t_s"].to_numpy()[:3] == pytest.approx([0, 0.1, 0.2])
+    assert "y_mm" not in table.rows or table.rows["y_mm"].to_list() == [3, 2.5, 1]
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -67,9 +80,10 @@ GATES = "x_mm,t_s,sd_s\n0,0,0.001\n100,0.5,0.001\n300,0.9,0.001\n700,1.4,0.001\n
 
 
 def test_gates_come_in_the_order_of_time_those_that_did_not_fire_left_out(tmp_path):
-    table = read_gates(write(tmp_path, "gate,x_mm,t_s\nE,900,1.6\nA,0,0\nB,100,0.5\nC,300,\nD,700,1.4\n", "gates.csv"))
+    table = read_gates(write(tmp_path, "gate,x_mm,t_s\nE,900,1.6\nA,0,0\nB,100,0.5\nC,300,\nD,700,1.4\n", "gates.csv"), "roll")
     assert list(table.rows.x_mm) == [0, 100, 700, 900] and "row 5" in table.notes[0]
-    down = read_gates(write(tmp_path, GATES.replace("100,", "-100,").replace("300,", "-300,").replace("700,", "-700,"), "gates.csv"))
+    other_way = GATES.replace("100,", "-100,").replace("300,", "-300,").replace("700,", "-700,")
+    down = read_gates(write(tmp_path, other_way, "gates.csv"), "roll")
     assert list(down.rows.x_mm) == [0, -100, -300, -700] and down.notes == ()
 
 
@@ -89,8 +103,17 @@ def test_gates_come_in_the_order_of_time_those_that_did_not_fire_left_out(tmp_pa
 )
 def test_gates_that_cannot_be_read_are_told_by_file_and_place(tmp_path, text, says):
     with pytest.raises(MeasurementError, match=says) as caught:
-        read_gates(write(tmp_path, text, "gates.csv"))
+        read_gates(write(tmp_path, text, "gates.csv"), "roll")
     assert "gates.csv" in str(caught.value)
+
+
+def test_gates_of_a_drop_are_passed_down_and_up(tmp_path):
+    text = "y_mm,t_s\n300,0\n200,0.1\n50,0.2\n50,0.23\n200,0.4\n"
+    assert list(read_gates(write(tmp_path, text, "gates.csv"), "drop").rows.y_mm) == [300, 200, 50, 50, 200]
+    with pytest.raises(MeasurementError, match="y_mm = 350 in row 3 is out of its order"):
+        read_gates(write(tmp_path, text.replace("200,0.1", "350,0.1"), "gates.csv"), "drop")
+    with pytest.raises(MeasurementError, match="y_mm is missing"):
+        read_gates(write(tmp_path, GATES, "gates.csv"), "drop")
 
 
 def test_a_track_goes_to_a_table_and_back():

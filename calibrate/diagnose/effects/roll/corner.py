@@ -55,17 +55,22 @@ def slipping(way: dict, value: float, context) -> dict:
     }  # fmt: skip
 
 
+def passed(runs, seed) -> bool:
+    """Whether any of the seeds passes the corner."""
+    return any(not run.stays for run in runs)
+
+
 EFFECTS = (
     Effect(
         name="corner-loss", sector="onset", unit="1", meaning="lost fraction of speed", prior_sd=0.1, low=0.0, high=1.0,
         source="angular momentum about the new point of touch: (1 − cos β)/(1 + I/(m r²)), 0.024 for a ball at 15°",
-        says=("the corner takes speed", "of the speed"), untwinned="nothing in the twin stands for it", summary=lost_in_all,
+        needs=passed, says=("the corner takes speed", "of the speed"), untwinned="nothing in the twin stands for it", summary=lost_in_all,
         separating="the same roll over a rounded corner, or on a gentler incline: the loss grows as the square of the angle",
         act=lambda way, value, context: way | {"keep": way["keep"] - value},
     ),
     Effect(
         name="initial-slip", sector="onset", unit="m/s", meaning="slip speed where the incline ends", prior_sd=0.07, low=0.0,
-        high=3.0, source="Coulomb friction on a rolling ball; u = 5u0/7 at the end of slip", act=slipping,
+        high=3.0, source="Coulomb friction on a rolling ball; u = 5u0/7 at the end of slip", act=slipping, needs=passed,
         says=("the seed slips where the incline ends", "m/s"), untwinned="nothing in the twin stands for it",
         separating="the same roll filmed so that the seed's turning is seen: a seed that slips turns too slowly",
     ),

@@ -1,4 +1,4 @@
-"""Slope: the level plate is not level."""
+"""Slope: the level plate is not level; of seeds that stay on their incline, the whole apparatus leans."""
 
 import math
 

@@ -17,6 +17,7 @@ from calibrate.diagnose.rigs.drop.curves import curves_of, impact_curves
 from calibrate.diagnose.rigs.drop.impact_problem import elongation_of
 from calibrate.diagnose.rigs.drop.impacts import Impacts, heard
 from calibrate.diagnose.rigs.drop.joint import Joint, Sitting, flown, moved_to, parts_of, sittings_of, with_impacts
+from calibrate.diagnose.rigs.drop.noise_of_track import UNSEEN_M
 from calibrate.diagnose.rigs.drop.nuisances import DISTANCES_M
 from calibrate.diagnose.rigs.drop.shape import shape_of
 from calibrate.diagnose.rigs.drop.unlisted import law_in_words, windows_of
@@ -79,8 +80,8 @@ def _alternatives(sittings, flights: Fit | None, sounds: Impacts | None, told: d
     follows = tuple(replace(c, z=c.z[kept]) for c in follows)
     out = [Alternative(_following(plain, follows), odds)]
     joint: Joint = plain.model
-    if joint.impacts is None:
-        return out, notes
+    if joint.impacts is None or all((s.noise.sigma[:, 0] >= UNSEEN_M).all() for s in sittings):
+        return out, notes  # nobody looked how far beside their centre seeds are struck
     impacts = joint.impacts.impacts
     stated = elongation_of(impacts)
     shape = shape_of(impacts, bounces_of(impacts, stated), stated)
@@ -106,7 +107,8 @@ def _following(problem: Problem, follows: tuple[Condition, ...]) -> Problem:
 
 def _heard(listened) -> Impacts:
     about = [t.description for t in listened]
-    return heard(tuple(t.recording for t in listened), [t.contacts_s for t in listened], about, [air_of(d) for d in about])
+    times, sds = [t.contacts_s for t in listened], [t.contacts_sd_s for t in listened]
+    return heard(tuple(t.recording for t in listened), times, sds, about, [air_of(d) for d in about])
 
 
 def restitution(e: Explanation) -> tuple[float, float]:

@@ -17,7 +17,6 @@ CONTACT_FRAMES, CONTACT_PLACE_M = 0.02, 5e-5  # how well flights say when they m
 UNKNOWN_LONG = 0.3  # elongation of a seed that nobody described
 ONE_SIZE_LONG = 0.05  # of one that is described by a single size
 HEIGHT_SD_M = 1e-3
-HEARD_SD_S = 2e-4  # how well the moment of an impact is heard
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +125,7 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
         radius = float(np.prod(half)) ** (1 / len(half))
         long = (half.max() - half.min()) / (half.max() + half.min()) if len(half) > 1 else ONE_SIZE_LONG
         reach = float(half.max() - half.min()) if len(half) > 1 else 2 * ONE_SIZE_LONG * radius
-        rows.append((radius, long, reach, 0.4 * float((half**2).mean()), tilt))
+        rows.append((radius, long, reach, seed.get("inertia_factor", 0.4) * float((half**2).mean()), tilt))
     return Seeds(*np.array(rows).reshape(-1, 5).T)
 
 
@@ -141,15 +140,17 @@ def chosen(impacts: Impacts, rows: np.ndarray) -> Impacts:
     return replace(impacts, **cut)
 
 
-def heard(names: tuple[str, ...], times: list[np.ndarray], descriptions: list[dict], air: list[Air]) -> Impacts:
-    """From the times [s] of successive impacts of each recording, and the stated heights where there are any.
+def heard(
+    names: tuple[str, ...], times: list[np.ndarray], time_sds: list[np.ndarray], descriptions: list[dict], air: list[Air]
+) -> Impacts:
+    """From the times [s] of successive impacts of each recording with their sds, and the stated heights where there are any.
 
     A hop of duration T leaves and lands at g T/2, but for the air: (1 + κ/4) on leaving and (1 − κ/4) on landing, κ drag over
     weight at that speed (first order in κ).
     """
     rows, flights = [], []
     sds: list[float] = []
-    for r, (heard_at, about) in enumerate(zip(times, descriptions, strict=True)):
+    for r, (heard_at, heard_sd, about) in enumerate(zip(times, time_sds, descriptions, strict=True)):
         hop = np.diff(np.asarray(heard_at, dtype=float))
         speed = G_M_S2 * hop / 2
         share = air[r].share * (speed / 2) ** 2
@@ -158,7 +159,7 @@ def heard(names: tuple[str, ...], times: list[np.ndarray], descriptions: list[di
         fall = math.sqrt(2 * G_M_S2 * height / 1000) if height else np.nan
         fall *= 1 - air[r].share * (fall / 2) ** 2 / 4
         first = len(sds)
-        sds += [G_M_S2 * HEIGHT_SD_M / fall if height else 1.0, *np.full(len(hop), G_M_S2 * HEARD_SD_S / math.sqrt(2))]
+        sds += [G_M_S2 * HEIGHT_SD_M / fall if height else 1.0, *(G_M_S2 / 2 * np.hypot(heard_sd[:-1], heard_sd[1:]))]
         for k in range(len(hop)):
             arrival = fall if k == 0 else down[k - 1]
             if np.isfinite(arrival):

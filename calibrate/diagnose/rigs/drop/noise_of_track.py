@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, tail_weight, whiten
-from calibrate.diagnose.rigs.drop.session import Session
+from calibrate.diagnose.air import G_M_S2
+from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
+from calibrate.diagnose.rigs.drop.session import LEAST_ROWS, Session
 
 TELLING = 20  # flights that tell the noise's correlation
 DEGREE = 6  # of the curve; forces bend a flight in degrees 2 to 5
@@ -18,12 +19,10 @@ SMOOTH = range(2, DEGREE + 1)  # what the curve has beyond a straight line
 
 @dataclass(frozen=True, eq=False)
 class TrackNoise:
-    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m] of each recording; tails: Student degrees of
-    freedom of the innovations (inf: normal)."""
+    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m] of each recording."""
 
     axes: tuple[Noise, Noise]
     sigma: np.ndarray
-    tails: float
 
     @property
     def level_sd(self) -> float:
@@ -39,7 +38,7 @@ def smooth_columns(tau: np.ndarray, half: float) -> np.ndarray:
 def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -> TrackNoise:
     """ρ and white share by REML over the longest flights of the session, unless they are known; σ of each recording from its
     innovations."""
-    axes, sigma, kept = [], np.empty((len(session.names), 2)), []
+    axes, sigma = [], np.empty((len(session.names), 2))
     least = max(EXACT_M, TRACKER_PX * session.view.pixel)
     for axis in (0, 1):
         stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
@@ -49,7 +48,6 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
             innovation, spare = _innovations(stretch, noise)
             power[session.recording[f]] += (innovation**2).sum()
             freedom[session.recording[f]] += spare
-            kept.append(innovation / max(innovation.std(), 1e-30))
         spread = np.sqrt(power / np.maximum(freedom, 1))
         enough = freedom >= 10
         pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
@@ -57,12 +55,15 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
         if np.ptp(session.places[:, axis]) < EXACT_M:
             sigma[:, axis] = UNSEEN_M
         axes.append(noise)
-    return TrackNoise((axes[0], axes[1]), sigma, tail_weight(np.concatenate(kept)))
+    return TrackNoise((axes[0], axes[1]), sigma)
 
 
 def _stretch(session: Session, flight: int, axis: int) -> Stretch:
     rows = slice(session.first[flight], session.stop[flight])
     tau, angle, phase = session.tau[rows], session.angle[rows], session.view.phase[rows, axis]
+    if len(tau) < LEAST_ROWS:  # gravity is known, and air bends so few rows alike
+        fallen = session.places[rows, axis] + axis * G_M_S2 * tau**2 / 2
+        return Stretch(legendre.legvander(tau / session.half[flight], 1), fallen - fallen.mean(), frame_lag(session.frame[rows]))
     degree = min(DEGREE, max(2, len(tau) // 25))  # a short flight's curve must not take the noise for motion
     columns = [legendre.legvander(tau / session.half[flight], degree)]
     if len(tau) > 60:  # a wave of less than a turn is what the curve shows already

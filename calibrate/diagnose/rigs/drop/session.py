@@ -10,6 +10,7 @@ from calibrate.diagnose.rigs.drop.turning import trusted, turning
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
 LEAST_ROWS = 8  # of a flight: a last hop of so few still says how fast the seed left
+FEW_ROWS = 16  # of a track of fewer each row counts, and gravity makes up for a flight's third
 BLOCK_S = 1.5e-3  # rows are means over as much: faster films have no more to say of flights of some tenths of a second
 SMOOTH_DEGREE = 4  # beyond that, air bends the fall of a seed by less than a tenth of a pixel
 ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
@@ -71,7 +72,7 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
     parts, notes, joints, fallen = [], [], [], []
     count = 0
     flights = [_flights_of(track, r, block_s) for r, track in enumerate(tracks)]
-    usual = float(np.median([_roughness(part) for found in flights for _, part in found] or [0.0]))
+    usual = float(np.median([_roughness(part) for found in flights for _, part in found if len(part["tau"]) >= LEAST_ROWS] or [0.0]))
     for track, found in zip(tracks, flights, strict=True):
         kept = [(k, free) for k, part in found if (free := _free_part(part, usual)) is not None]
         if len(kept) < len(found):
@@ -138,22 +139,24 @@ def _flights_of(track, recording: int, block_s: float) -> list[tuple[int, dict]]
     phase = 2 * np.pi * np.column_stack([track.x_mm, track.y_mm]) / pixel if pixel else np.zeros_like(places)
     block = block_of(track, block_s)
     near = np.zeros(len(x), dtype=bool)
-    for contact in track.contacts_s:
+    few = len(x) < FEW_ROWS
+    least = 2 if few else LEAST_ROWS
+    for contact in () if few else track.contacts_s:
         near |= np.abs(track.time_s - contact) <= GUARD_FRAMES * _step(track)
     found = []
     for k in range(int(track.flight.max(initial=-1)) + 1):
         rows = np.flatnonzero((track.flight == k) & ~near)
-        if len(rows) < LEAST_ROWS:
+        if len(rows) < least:
             continue
-        if k and k == len(track.contacts_s):
+        if k and k == len(track.contacts_s) and not few:
             rows = _before_landing(rows, places[rows, 1], track.description)
-            if len(rows) < LEAST_ROWS:
+            if len(rows) < least:
                 continue
         turned = turning(track.angle_deg, rows, track.time_s[rows])
         time, own, frame, angle, waves = _means(
             track.frame[rows], block, track.time_s[rows], places[rows], track.frame[rows], turned.angle, phase[rows]
         )
-        if len(time) < LEAST_ROWS:
+        if len(time) < least:
             continue
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         found.append((k, {
@@ -202,6 +205,8 @@ def _twice(angle: np.ndarray):
 
 def _free_part(part: dict, usual: float) -> dict | None:
     """The flight, without its first rows where a long seed's other end touched a moment later; None: no flight."""
+    if len(part["tau"]) < LEAST_ROWS:  # too few to tell
+        return part | {"phase": np.full_like(part["phase"], part["phase"].mean())}
     for share in (0.0, 0.1, 0.25):
         rows = slice(int(share * len(part["tau"])), None)
         time = part["middle"] + part["tau"][rows]

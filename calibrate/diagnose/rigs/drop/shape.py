@@ -16,10 +16,9 @@ KICK_PER_ELONGATION, KICK_ROUGH = 0.7, 0.05  # sd of Δv_x/Δv_n where no spin i
 
 @dataclass(frozen=True)
 class Shape:
-    """p: of contacts as far beside the centre by chance; ln_bayes: over the stated shape; elongation as the contacts have it."""
+    """p: of contacts as far beside the centre by chance; elongation as the contacts have it."""
 
     p: float
-    ln_bayes: float
     elongation: float
 
 
@@ -33,8 +32,7 @@ def shape_of(impacts: Impacts, seen: Bounces, elongation: float) -> Shape:
     else:
         kicks = seen.kick[np.isfinite(seen.kick)]
         if len(kicks) < 3 or not np.isfinite(radius).all():
-            return Shape(1.0, 0.0, elongation)
+            return Shape(1.0, elongation)
         part, freedom = (kicks - np.median(kicks)) / (KICK_PER_ELONGATION * elongation + KICK_ROUGH), len(kicks) - 1
     ratio = float((np.minimum(np.abs(part), CAP) ** 2).sum()) / freedom
-    gain = freedom / 2 * (ratio - 1 - math.log(max(ratio, 1e-9))) if ratio > 1 else 0.0
-    return Shape(float(stats.chi2.sf(freedom * ratio, freedom)), gain, elongation * math.sqrt(max(ratio, 1.0)))
+    return Shape(float(stats.chi2.sf(freedom * ratio, freedom)), elongation * math.sqrt(max(ratio, 1.0)))

@@ -71,7 +71,8 @@ def impacts_seen(tracks: list, sittings: tuple[Sitting, ...]) -> Impacts:
     if listened:
         about = [t.description for t in listened]
         names = tuple(t.recording for t in listened)
-        parts.append(heard(names, [t.contacts_s for t in listened], about, [air_of(d) for d in about]))
+        times, sds = [t.contacts_s for t in listened], [t.contacts_sd_s for t in listened]
+        parts.append(heard(names, times, sds, about, [air_of(d) for d in about]))
     table = joined(parts)
     return chosen(table, usable(table))
 

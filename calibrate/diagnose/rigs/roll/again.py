@@ -9,6 +9,7 @@ from calibrate.diagnose.air import air_of, drag_shape
 from calibrate.diagnose.along import MOST, Twin, compared
 from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.rerun import Again, change_in_words
+from calibrate.diagnose.rigs.roll.session import FEW_ROWS, stays
 from calibrate.twin.along import Path1D, Recording, gone, like
 from calibrate.twin.flown import drag_factor
 from calibrate.twin.parameters import Parameters
@@ -19,9 +20,9 @@ DRAG_M_S = 0.5  # at which a roll's drag is reported
 
 def rolls_again(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
     """Each roll with the rolling friction that lets all of them run out as far as recorded, on average."""
-    seen = [r for r in recordings if len(r.x_mm)]
+    seen = [r for r in recordings if len(r.x_mm) >= FEW_ROWS and not stays(r.description)]
     if not seen:
-        raise ValueError("only run-outs were read off: there is no track to run again")
+        raise ValueError("no track from the release to the stop is there to run again: the twin's rolls go from end to end")
     values = {r: {n: v[min(k, len(v) - 1)] for n, v in finding.left_out.items()} for k, r in enumerate(finding.recordings)}
     chosen = [r for r in seen if r.recording in values][:MOST]
     paths = [_path(r) for r in chosen]

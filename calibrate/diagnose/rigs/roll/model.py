@@ -81,6 +81,8 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     for name, effect in model.effects.items():
         if effect.act and get(name):
             way = effect.act(way, at[name], context)
+    if model.runs[r].stays:  # what leans is the whole apparatus
+        beta += math.asin(max(min(way["level"], 0.9), -0.9))
     return Way(
         own[0], own[1], own[1] + length, f, math.sin(beta), math.cos(beta), mu, ripple=ripple(at, r), turn=model.turn[r],
         phase=model.phase[r], **way,
@@ -127,4 +129,7 @@ def moved(model: Model, r: int, own: np.ndarray, at: dict[str, float], more: Tab
     )
     off = x - 0.5 * (run.x.min() + run.x.max())  # from the picture's middle: what is, or runs, further off looks smaller
     x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
-    return x / (1 + at.get(f"scale.{run.session}", 0.0)), v
+    x = x / (1 + at.get(f"scale.{run.session}", 0.0))
+    if run.gates:
+        x = x - np.array([at.get(run.gate(k), 0.0) for k in range(len(x))])
+    return x, v

@@ -1,5 +1,6 @@
 """Noise of a session's rolls: what is left beside curves more flexible than any physics asked about, leg by leg."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,9 @@ from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag,
 from calibrate.diagnose.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # a simulated track may be exact; no camera is, and no path is straight to less than some micrometres
+TOLD_ROWS = 10  # to spare, from which they tell how exactly gates are passed: what is stated of them holds their places' error too
+USUAL_SD_M = 0.5e-3  # of rows of which nothing tells how exact they are
+STATED_LEVEL_SD = 0.3  # of ln of a stated noise's power
 DEGREE_DOWN, DEGREE_LEVEL = 3, 6
 SOON_S = (0.01, 0.025, 0.06, 0.15)  # behind the corner: slip bends the path within these
 LATE_S = (0.03, 0.08, 0.2)  # before the stop: a seed that climbs over itself slows and hurries most
@@ -25,7 +29,10 @@ class RunNoise:
 
 
 def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """ρ and white share by REML over all runs; σ of each run from its innovations. turn (R,) [1/m]: argument of the ripple."""
+    """ρ and white share by REML over all runs; σ of each run from its innovations. turn (R,) [1/m]: argument of the ripple. Runs of
+    few rows tell their σ all together."""
+    if any(few(run) for run in runs):
+        return _noise_of_few(runs, turn)
     stretches = [_stretches(run, turn[r]) for r, run in enumerate(runs)]
     noise = estimate([s for own in stretches for s in own])
     power, spare = np.zeros(len(runs)), np.zeros(len(runs))
@@ -39,6 +46,57 @@ def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     pooled = np.sqrt(power.sum() / max(spare.sum(), 1))
     sigma = np.where(spare >= 10, np.sqrt(power / np.maximum(spare, 1)), pooled)
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
+
+
+def few(run: Run) -> bool:
+    """Whether a run has so few rows that each stands for itself."""
+    return bool(np.isinf(run.lag).all())
+
+
+def row_weight(run: Run) -> np.ndarray:
+    """(n,) sd of each row over the run's σ: of light gates, which read times, as the speed is over its mean."""
+    if not run.gates:
+        return np.ones(len(run.x))
+    speed = np.maximum(np.abs(np.gradient(run.x, run.time_s)), 1e-6)
+    return speed / speed.mean()
+
+
+def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
+    """White noise: as stated, or of one σ from what parabolas leave, about its mean over runs past the same gates."""
+    long = [r for r, run in enumerate(runs) if not few(run)]
+    others = estimate_noise(tuple(runs[r] for r in long), turn[long]) if long else None
+    power, spare = 0.0, 0.0
+    left: dict[tuple | str, list[tuple[np.ndarray, int]]] = {}
+    for run in (run for run in runs if few(run)):
+        unknowns = 3 if run.stays else 5
+        design = _few_columns(run)[:, :unknowns] / row_weight(run)[:, None]
+        data = run.x / row_weight(run)
+        rest = data - design @ np.linalg.lstsq(design, data, rcond=1e-12)[0]
+        key = (run.sign, run.session, tuple(run.x)) if run.gates else run.recording
+        left.setdefault(key, []).append((rest, max(len(run.x) - unknowns, 0)))
+    for alike in left.values():
+        rests = np.array([rest for rest, _ in alike])
+        shared = len(rests) > 1 and rests.shape[1] > 0
+        off = rests - rests.mean(0) if shared else rests
+        power += float((off**2).sum())
+        spare += sum(free for _, free in alike) * ((len(rests) - 1) / len(rests) if shared else 1)
+    sigma = np.zeros(len(runs))
+    for r, run in enumerate(runs):
+        stated = float(np.median(run.sd_m / row_weight(run))) if few(run) else math.nan
+        told = math.sqrt(power / spare) if spare >= 1 else USUAL_SD_M
+        sigma[r] = stated if stated > 0 and not (run.gates and spare >= TOLD_ROWS) else told
+    if others is not None:
+        sigma[long] = others.sigma
+    stated_all = all(np.isfinite(run.sd_m).all() for run in runs if few(run))
+    level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / max(spare, 1.0))
+    noise = Noise(0.0, 0.0, level) if others is None else others.noise
+    return RunNoise(noise, np.maximum(sigma, EXACT_M))
+
+
+def _few_columns(run: Run) -> np.ndarray:
+    t, way = run.time_s, run.way
+    columns = [np.ones(len(t)), t - t.mean(), (t - t.mean()) ** 2]
+    return np.column_stack([*columns, np.maximum(t - way.corner, 0) ** 2, np.maximum(t - way.stop, 0) ** 2])
 
 
 def _stretches(run: Run, turn: float) -> list[Stretch]:

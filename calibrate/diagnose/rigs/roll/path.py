@@ -71,3 +71,37 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
     if not acceleration > 0 or way < 2e-3:
         raise ValueError("the track shows no seed that speeds up and slows down")
     return Path(float(release), float(corner), float(stop), float(place), float(acceleration))
+
+
+def path_on_incline(time: np.ndarray, x: np.ndarray) -> Path:
+    """Of a seed that stays on its incline: a parabola from its vertex on; corner and stop lie behind the last row."""
+    going = int(np.argmax(x > x[0] + 0.02 * np.ptp(x)))
+    first = max(min(going - 1, len(x) - 3), 0)
+    at = time.mean()
+    half, speed, place = np.polyfit(time[first:] - at, x[first:], 2)
+    if not half > 0:
+        raise ValueError("the seed does not speed up on its incline")
+    rest = -speed / (2 * half)
+    corner = time[-1] + 0.3 * (time[-1] - at - rest)
+    return Path(float(at + rest), float(corner), float(2 * corner - at - rest), float(place - half * rest**2), float(2 * half))
+
+
+FEW_UNKNOWNS = 5  # of a path: place, release, corner, stop, acceleration
+USUAL_FRICTION = 0.03
+
+
+def path_of_few(time: np.ndarray, x: np.ndarray, f: float, incline: float, length: float) -> Path:
+    """Of few rows on both legs: as stated, where incline [rad] and length [m] are; f: g over inertia. ValueError where it cannot be."""
+    if not (np.isfinite(incline) and np.isfinite(length)):
+        if len(x) > FEW_UNKNOWNS:
+            return fit_path(time, x)
+        raise ValueError(f"{len(x)} rows; [roll] incline_deg and incline_length_mm are missing, without which it takes {FEW_UNKNOWNS + 1}")
+    drive = f * (np.sin(incline) - USUAL_FRICTION * np.cos(incline))
+    down = (2 * length / drive) ** 0.5
+    if x[0] < 0.5 * length:
+        release = time[0] - (2 * max(x[0], 0.0) / drive) ** 0.5
+    else:  # the first rows are on the level, or next to it
+        release = time[0] - down - max(x[0] - length, 0.0) / (drive * down)
+    level = np.maximum(x - length, 1e-3)[x > length]
+    slow = (drive * down) ** 2 / 2 / max(level.max() if len(level) else length, 1e-3)
+    return Path(float(release), float(release + down), float(release + down + drive * down / slow), 0.0, float(drive))

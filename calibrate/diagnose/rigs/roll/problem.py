@@ -17,7 +17,7 @@ from calibrate.diagnose.engine.linear import Reduced, stacked
 from calibrate.diagnose.engine.problem import Problem
 from calibrate.diagnose.engine.series import Locals, Series, problem_of
 from calibrate.diagnose.rigs.roll.model import OWN, Model, moved, predict
-from calibrate.diagnose.rigs.roll.noise_of_run import RunNoise, estimate_noise, smooth_curves
+from calibrate.diagnose.rigs.roll.noise_of_run import RunNoise, estimate_noise, row_weight, smooth_curves
 from calibrate.diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
 
 # What every bench has, about nil: sd, unit, why. What a bench states replaces the centre (incline, length, air) or the sd (scale).
@@ -27,8 +27,10 @@ PRIORS = {
     "level": 0.003,  # deg: of a level plate
     "corner": 1.0,  # sd of the rank of what the corner takes, from nothing to what a sharp one does
 }
+STEADY_MU = 0.01  # to begin with, of seeds that stay on an incline whose angle nobody stated
 MU_SD = 0.03  # of each run about the common one, relative; larger scatter is a variance component (evidence.SCATTERS)
 STEADY_DEG = 0.01  # by how much less no incline differs from run to run: it stands there, but seeds resist unevenly on it
+GATE_SD_M = 0.5e-3  # of a light gate's place, the same in all runs: a beam is some millimetres wide, a ruler read to half of one
 LENGTH_SD_M = 1e-3  # of the centre's way on the incline: where the seed was laid, and the corner that its centre cuts
 DEPTH_SD_M, ASTRAY_SD = 2e-3, 0.01  # of a run beside the plane in which the scale holds; tangent of the angle to that plane
 GRAVITY_SD = 5e-4  # beside 9.80665: a twin of the scale
@@ -40,16 +42,20 @@ PUSH = 1e-6  # over weight, for derivatives: a 1e-4 of friction, so that the sto
 def build(runs: tuple[Run, ...], seed: Seed, turn: np.ndarray, phase: np.ndarray, *, ripple: bool) -> Model:
     """The model with all globals that this session can say something about. turn, phase (R,): argument of the ripple."""
     f = weight_over_inertia(seed)
-    mu = float(np.clip(np.median([r.way.slowing / f for r in runs]), 1e-4, 0.5))
+    told = [r.way.slowing / f for r in runs if not r.stays]
+    told = told or [math.tan(r.incline) - r.way.acceleration / f / math.cos(r.incline) for r in runs if math.isfinite(r.incline)]
+    mu = float(np.clip(np.median(told or [STEADY_MU]), 1e-4 if any(not r.stays for r in runs) else STEADY_MU, 0.5))
     incline, length = [], []
     for run in runs:
         drive = min(run.way.acceleration / f, 0.95)
         incline.append(run.incline if math.isfinite(run.incline) else math.asin(drive) + math.atan(mu))
-        length.append(run.length if math.isfinite(run.length) else run.way.way_down)
+        longer = run.way.way_down if run.stays or not math.isfinite(run.length) else run.length
+        length.append(max(longer, run.length) if run.stays and math.isfinite(run.length) else longer)
     speeds = [math.sqrt(2 * f * max(math.sin(b) - mu * math.cos(b), 0.01) * s) for b, s in zip(incline, length, strict=True)]
     sessions = tuple(dict.fromkeys(f"scale.{run.session}" for run in runs))
     effects = effects_of(runs, seed, ripple=ripple)
-    names = (*effects, "mu", "incline", "level", "inertia", "corner", *sessions, *(("air",) if seed.drag else ()))
+    gates = tuple(dict.fromkeys(run.gate(k) for run in runs if run.gates for k in range(len(run.x))))
+    names = (*effects, "mu", "incline", "level", "inertia", "corner", *sessions, *(("air",) if seed.drag else ()), *gates)
     return Model(runs, seed, mu, np.array(incline), np.array(length), turn, phase, names, 1.6 * max(speeds), effects)
 
 
@@ -71,6 +77,9 @@ def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
     sizes = {"mu": 0.1, "incline": 0.1, "level": 0.003, "inertia": 0.01, "corner": 1.0} | {f"scale.{s}": 1e-3 for s in scales}
     if seed.drag:
         known["air"], sizes["air"] = seed.drag_sd / seed.drag, seed.drag_sd / seed.drag
+    gates = [n for n in model.names if n.startswith("gate.")]
+    known |= dict.fromkeys(gates, GATE_SD_M)
+    sizes |= dict.fromkeys(gates, GATE_SD_M)
     own_shape = [n for n, e in effects.items() if e.group == NAME]
     if own_shape and np.isfinite(seed.rise_mm) and not seed.round:  # as its stated shape makes it
         known |= dict.fromkeys(own_shape, seed.rise_mm / math.sqrt(2)) | {"oval": 1.0}
@@ -81,7 +90,7 @@ def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
     steady = np.where(np.array(OWN) == "incline_deg", incline_scatter_deg(model.runs, starts), np.inf)
     own = replace(own, sd=np.minimum(own.sd, steady))
     series = tuple(
-        Series(run.recording, run.x, float(noise.sigma[r]), run.lag, noise.noise, smooth_curves(run))
+        Series(run.recording, run.x, noise.sigma[r] * row_weight(run), run.lag, noise.noise, smooth_curves(run))
         for r, run in enumerate(model.runs)
     )
     made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=20, step=STEP)
@@ -98,7 +107,7 @@ def _closer(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
     run, nil = model.runs[r], {n: 0.0 for n in model.names}
     loose = np.array([np.inf, np.inf, own.sd[2], 5 * own.sd[3], 0.3, *own.sd[5:]])
     unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03, 0.03, DEPTH_SD_M, ASTRAY_SD])
-    sigma = float(np.hypot(noise.sigma[r], 1e-5))
+    sigma = np.hypot(noise.sigma[r] * row_weight(run), 1e-5)
 
     def misfit(u: np.ndarray) -> np.ndarray:
         at = own.start[r] + unit * u

@@ -11,6 +11,7 @@ import numpy as np
 from calibrate.diagnose.engine.linear import chance, fall_of_chi2, projector, stacked
 from calibrate.diagnose.engine.problem import Fit
 from calibrate.diagnose.rigs.roll.motion import Table
+from calibrate.diagnose.rigs.roll.noise_of_run import few
 from calibrate.diagnose.rigs.roll.problem import PUSH
 from calibrate.diagnose.rigs.roll.session import Run, Seed
 from calibrate.diagnose.rigs.roll.unlisted import Flown, flown, response
@@ -49,11 +50,13 @@ def arguments(runs: tuple[Run, ...], seed: Seed, radius: float = 1.0) -> tuple[n
 def find_ripple(base: Fit, rng: np.random.Generator) -> Ripple:
     """Asked of a baseline without ripple."""
     model = base.problem.model
+    if any(few(run) for run in model.runs):
+        return Ripple(1.0, *arguments(model.runs, model.seed))
     doubt, at = np.exp(base.problem.level_sd * rng.standard_normal(4000)), flown(base)
     if all(run.turning for run in model.runs):
         own = arguments(model.runs, model.seed)
         return Ripple(chance(*_falls(base, at, [own])[0], doubt), *own)
-    way = max(float(seen[-1] - w.corner) for seen, w in zip(at.seen, at.ways, strict=True))
+    way = max(float(seen[-1] - (w.x0 if run.stays else w.corner)) for seen, w, run in zip(at.seen, at.ways, model.runs, strict=True))
     count = int(np.clip((RADII[1] - RADII[0]) * way / model.seed.radius, 9, MOST_RADII))  # neighbours differ by 2 rad at the end
     radii = np.linspace(*RADII, count)
     falls = _asked(base, at, radii)

@@ -7,16 +7,17 @@ import numpy as np
 
 from calibrate.diagnose.air import G_M_S2, Air, air_of, drag_shape
 from calibrate.diagnose.engine.noise import frame_lag
-from calibrate.diagnose.rigs.roll.path import Path, fit_path
+from calibrate.diagnose.rigs.roll.path import Path, fit_path, path_of_few, path_on_incline
+from calibrate.twin.roll_tracks import inertia_told
 
 MOST_ROWS = 280  # a recording has a few dozen independent things to say; more rows only cost time
-LEAST_ROWS = 24
-LEAST_LEVEL = 12  # of them behind the corner
+LEAST_ROWS = 4
+FEW_ROWS = 24  # of fewer, none can be told to be wrong, and corner and stop are as stated
+LEAST_LEVEL = 12  # behind the corner, of a track that is seen right through
 REST_SHARE = 0.25  # rows at rest, over rows on the way, that are used at either end
 SPIKE_SD = 8.0
 NEIGHBOURS = 9
 USUAL_RADIUS_M = 3.5e-3
-ROUND = 0.02  # elongation of what is taken for a ball
 REFERENCE_SPEED_M_S = 0.5
 ANY_DISTANCE_M = 0.87  # of a camera of which none is stated: (mean of 1/D²)^−½ of 0.3 to 20 m, log-uniform
 OF_DRAG = ("length_mm", "width_mm", "thickness_mm", "mass_g", "density_kg_m3")  # what drag over weight is worked out from
@@ -43,7 +44,15 @@ class Run:
     turning: tuple[float, float] | None
     drag: float = 1.0
     away: float = math.inf
+    stays: bool = False
+    gates: bool = False
+    sd_m: np.ndarray = field(default_factory=lambda: np.zeros(0))
     notes: tuple[str, ...] = field(default=())
+
+
+    def gate(self, k: int) -> str:
+        """The global that row k's light gate has: how far it stands from where it is said to."""
+        return f"gate.{self.session}.{1000 * self.x[k]:.6g}mm"
 
 
 @dataclass(frozen=True)
@@ -66,46 +75,69 @@ class Seed:
 def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
     """Runs that can be used, the seed, notes. ValueError where no run can be used."""
     told = told_of([r.description for r in rolls if len(r.x_mm)])
+    seed = seed_of(told)
     runs, notes = [], []
+    past = [tuple(r.x_mm) for r in rolls if 0 < len(r.x_mm) < FEW_ROWS]
     for roll in rolls:
         if not len(roll.x_mm):
             continue
         try:
-            runs.append(replace(run_of(roll), drag=drag_beside(roll.description, told)))
+            made = run_of(roll, seed)
+            gates = made.gates or past.count(tuple(roll.x_mm)) > 1  # no camera sees a seed at the same places twice
+            runs.append(replace(made, gates=gates, drag=drag_beside(roll.description, told)))
             notes += [f"{roll.recording}: {text}" for text in runs[-1].notes]
         except ValueError as error:
             notes.append(f"{roll.recording} is left out: {error}")
     if not runs:
         raise ValueError("; ".join(notes) or "none of the recordings holds a track")
-    return tuple(runs), seed_of(told), tuple(notes)
+    return tuple(runs), seed, tuple(notes)
 
 
-def run_of(roll) -> Run:
+def stays(description: dict) -> bool:
+    """Whether a roll never leaves its incline: as stated, or as its rows say."""
+    told = description.get("roll", {})
+    return not told.get("level", not told.get("ends_on_incline"))
+
+
+def run_of(roll, seed: Seed) -> Run:
     """One recording (calibrate.twin.roll_tracks.SeenRoll); ValueError says what it lacks."""
     if len(roll.x_mm) < LEAST_ROWS:
         raise ValueError(f"{len(roll.x_mm)} usable rows; at least {LEAST_ROWS} are needed")
-    keep = _no_spikes(roll.x_mm)
+    few = roll.gates or len(roll.x_mm) < FEW_ROWS
+    keep = np.arange(len(roll.x_mm)) if few else _no_spikes(roll.x_mm)
     time, x, frame = roll.time_s[keep], roll.x_mm[keep] / 1000, roll.frame[keep]
     told, notes = roll.description.get("roll", {}), list(roll.notes)
     if len(keep) < len(roll.x_mm):
         notes.append(f"{len(roll.x_mm) - len(keep)} rows far off their neighbours are left out")
-    way = fit_path(time, x)
-    moving = max(way.stop - way.release, 1e-3)
-    used = (time >= way.release - REST_SHARE * moving) & (time <= way.stop + REST_SHARE * moving)
-    time, x, frame, spread = _averaged(time[used], x[used], frame[used])
-    if len(time) < LEAST_ROWS:
-        raise ValueError(f"{len(time)} usable rows on its way; at least {LEAST_ROWS} are needed")
-    level = int((time > way.corner).sum())
-    if level < LEAST_LEVEL or x[-1] - way.place < 1.2 * way.way_down:
-        raise ValueError(f"the track ends too soon behind the incline ({level} rows); a diagnosis lives on the run-out")
+    incline = math.radians(told["incline_deg"]) if told.get("incline_deg") else math.nan
+    length = told["incline_length_mm"] / 1000 if told.get("incline_length_mm") else math.nan
+    spread = np.zeros(len(x))
+    if stays(roll.description):
+        way = path_on_incline(time, x)
+        used = time >= way.release - REST_SHARE * (time[-1] - way.release)
+        if not few:
+            time, x, frame, spread = _averaged(time[used], x[used], frame[used])
+    elif few:
+        way = path_of_few(time, x, weight_over_inertia(seed), incline, length)
+        if not (time > way.corner).any():
+            raise ValueError("no row lies behind the incline; [roll] level = false says that the seed stays on it")
+    else:
+        way = fit_path(time, x)
+        moving = max(way.stop - way.release, 1e-3)
+        used = (time >= way.release - REST_SHARE * moving) & (time <= way.stop + REST_SHARE * moving)
+        time, x, frame, spread = _averaged(time[used], x[used], frame[used])
+        level = int((time > way.corner).sum())
+        if level < LEAST_LEVEL or x[-1] - way.place < 1.2 * way.way_down:
+            raise ValueError(f"the track ends too soon behind the incline ({level} rows); a diagnosis lives on the run-out")
     direction = told.get("direction") or told.get("seen_direction", "+x")
-    angle = None if roll.angle_deg is None else roll.angle_deg[keep]
+    angle = None if roll.angle_deg is None or few else roll.angle_deg[keep]
     return Run(
-        roll.recording, roll.session, time, x, spread, frame_lag(frame), way, -1.0 if direction == "-x" else 1.0,
-        math.radians(told["incline_deg"]) if told.get("incline_deg") else math.nan,
-        told["incline_length_mm"] / 1000 if told.get("incline_length_mm") else math.nan,
+        roll.recording, roll.session, time, x, spread, np.full(len(x), np.inf) if few else frame_lag(frame), way,
+        -1.0 if direction == "-x" else 1.0, incline, length,
         _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way), notes=tuple(notes),
-        away=1e-3 * (roll.description["camera"].get("distance_mm") or 1e3 * ANY_DISTANCE_M),
+        away=1e-3 * (roll.description["camera"].get("distance_mm") or 1e3 * ANY_DISTANCE_M), stays=stays(roll.description),
+        gates=roll.gates,
+        sd_m=roll.sd_mm / 1000 if few and len(roll.sd_mm) == len(x) else np.full(len(x), np.nan),
     )  # fmt: skip
 
 
@@ -154,21 +186,15 @@ def drag_beside(description: dict, told: dict) -> float:
 
 def seed_of(told: dict) -> Seed:
     """The session's seed, of what one recording tells."""
-    seed = told.get("seed", {})
-    sizes = sorted((seed[k] / 1000 for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)), reverse=True)
+    said = told.get("seed", {})
+    sizes = sorted((said[k] / 1000 for k in ("length_mm", "width_mm", "thickness_mm") if said.get(k)), reverse=True)
     air: Air = air_of(told)
     at_half = REFERENCE_SPEED_M_S * float(drag_shape(REFERENCE_SPEED_M_S, air.reynolds_per_speed))
-    if len(sizes) < 2:
-        radius = sizes[0] / 2 if sizes else USUAL_RADIUS_M
-        inertia, sd, rise, ball = 1.4, 0.02, math.nan, False
-    else:
-        a, b = (sizes[1] / 2, sizes[-1] / 2) if len(sizes) == 3 else (sizes[-1] / 2, sizes[-1] / 2)
-        radius, rise = (a + b) / 2, 1e3 * (a - b)
-        inertia = 1 + (a**2 + b**2) / (5 * radius**2)
-        ball = sizes[0] - sizes[-1] < ROUND * (sizes[0] + sizes[-1])
-        sd = 0.003 if ball else 0.02
-    return Seed(radius, inertia, sd, rise, air.share * at_half, DRAG_DOUBT * air.sd * at_half, air.room * at_half,
-                air.reynolds_per_speed, ball)  # fmt: skip
+    inertia = inertia_told(told)
+    radius = inertia.radius_mm / 1000 if sizes else USUAL_RADIUS_M
+    rise = 500 * (sizes[1] - sizes[-1]) if len(sizes) > 1 else math.nan
+    return Seed(radius, inertia.factor, inertia.sd, rise, air.share * at_half, DRAG_DOUBT * air.sd * at_half, air.room * at_half,
+                air.reynolds_per_speed, inertia.ball)  # fmt: skip
 
 
 def weight_over_inertia(seed: Seed) -> float:

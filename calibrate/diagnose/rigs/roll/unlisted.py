@@ -62,12 +62,12 @@ def windows_of(fit: Fit) -> Windows:
     reach_t = max(t - way.t0 for t, way in zip(last, at.ways, strict=True))
     reach_x = max(float(x[-1] - way.x0) for x, way in zip(at.seen, at.ways, strict=True))
     top = max(float(s.max()) for s in at.speed)
-    corner = max(way.corner - way.x0 for way in at.ways)
+    corner, passing = max(way.corner - way.x0 for way in at.ways), any(not run.stays for run in model.runs)
     where, columns = [], []
     for axis, reach, unit in (("t_s", reach_t, 1.0), ("x_mm", reach_x, 1e3), ("v_m_s", top, 1.0)):
         for low, high in pairwise(np.linspace(0.0, reach, BINS + 1)):
             table = bump(low, high, 1.3 * reach)
-            sector = "onset" if axis == "x_mm" and high <= corner + 0.5 * (high - low) else "run-out"
+            sector = "onset" if passing and axis == "x_mm" and high <= corner + 0.5 * (high - low) else "run-out"
             where.append(Bin(axis, float(low * unit), float(high * unit), "resistance", sector))
             columns.append([_at_axis(fit, at, r, axis, table) for r in range(len(model.runs))])
     if np.all(model.turn > 0) and all(run.turning for run in model.runs):
@@ -144,17 +144,23 @@ def law_of(base: Fit) -> str | None:
 def _library(base: Fit) -> tuple[list[Term], list[np.ndarray]]:
     """Terms, and each run's columns (n, K)."""
     at, runs = flown(base), base.problem.model.runs
-    reach = max(float(x[-1] - way.corner) for x, way in zip(at.seen, at.ways, strict=True))
+    reach = max(float(x[-1] - begin(way, run)) for x, way, run in zip(at.seen, at.ways, runs, strict=True))
     edges = np.linspace(0.0, reach, PARTS + 1)
     terms = [Term(family, p) for family in ("speed", "travel", "time") for p in POWERS if family == "speed" or p > 0]
     terms += [Term("part", part=(1e3 * a, 1e3 * b)) for a, b in combinations(edges, 2) if b - a < 0.65 * reach]
-    terms.append(Term("corner"))
+    if any(not run.stays for run in runs):
+        terms.append(Term("corner"))
     return terms, [np.column_stack([_column(base, at, r, term, reach) for term in terms]) for r in range(len(runs))]
+
+
+def begin(way, run) -> float:
+    """Where that way begins whose law is looked for [m]: behind the corner, or, of a seed that stays on its incline, at its release."""
+    return float(way.x0 if run.stays else way.corner)
 
 
 def _column(base: Fit, at: Flown, r: int, term: Term, reach: float) -> np.ndarray:
     way = at.ways[r]
-    length = way.corner - way.x0
+    length = begin(way, base.problem.model.runs[r]) - way.x0
     if term.family == "corner":
         return response(base, at, r, way=replace(way, keep=way.keep * (1 - PUSH)))
     if term.family == "part":
@@ -169,7 +175,7 @@ def _column(base: Fit, at: Flown, r: int, term: Term, reach: float) -> np.ndarra
         values = np.maximum((grid - length) / reach, 0) ** term.power
         return response(base, at, r, place=Table(0.0, float(grid[1]), -PUSH * values))
     t = base.problem.model.runs[r].time_s
-    corner = float(np.interp(way.corner, np.maximum.accumulate(at.seen[r]), t)) - way.t0
+    corner = float(np.interp(way.x0 + length, np.maximum.accumulate(at.seen[r]), t)) - way.t0
     grid = np.linspace(0.0, float(t[-1]) - way.t0, POINTS)
     values = np.maximum((grid - corner) / grid[-1], 0) ** term.power
     return response(base, at, r, time=Table(0.0, float(grid[1]), -PUSH * values))

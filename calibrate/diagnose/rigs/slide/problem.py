@@ -16,7 +16,7 @@ from calibrate.diagnose.engine.series import Locals, Series
 from calibrate.diagnose.engine.series import problem_of as series_problem
 from calibrate.diagnose.rigs.slide.model import LOCALS, Model, moved, predict
 from calibrate.diagnose.rigs.slide.motion import G_M_S2
-from calibrate.diagnose.rigs.slide.session import Read, Run, Session
+from calibrate.diagnose.rigs.slide.session import LEAST_REST, LEAST_SLIDING, Read, Run, Session
 
 # What every bench has, about nil: sd, unit, why. What a bench states replaces the sd (scale) or the centre (air, tilt).
 PRIORS = {
@@ -35,6 +35,7 @@ RUN_SD = 0.003  # of a run's friction about the pair's; larger scatter is a vari
 READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve beside which noise is what is left of a slide
+FEW_DEGREE, FEW_SD_MM = 2, 0.5  # of runs of few rows: their curve; sd where nothing tells it
 EXACT_MM = 1e-4  # a simulated track may be exact
 ANYWHERE_MM, ANYWHEN_S = 1e3, 1e3
 TURNS = 30  # of Gauss–Newton: an onset moves much for little, and what air does beside a plate gives way slowly
@@ -57,7 +58,12 @@ def prepare(session: Session) -> Prepared:
         return Prepared(session, _white(session), ())
     noise = estimate([part for run in session.runs for part in _stretches(run)])
     kept, sigma = [], []
+    pooled = _pooled([run for run in session.runs if _few(run)])
     for run in session.runs:
+        if _few(run):
+            kept.append(run)
+            sigma.append(np.full(len(run.time), pooled))
+            continue
         good = np.concatenate([~spikes(_innovations(part, noise)) for part in _stretches(run)])
         rest = int(good[: run.rest].sum())
         clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=rest, lock=run.lock[good])
@@ -66,26 +72,43 @@ def prepare(session: Session) -> Prepared:
     return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
 
 
+def _pooled(runs: list[Run]) -> float:
+    """σ [mm] of the rows of runs of few, all together: about a parabola each."""
+    parts = [part for run in runs for part in _stretches(run)]
+    left = [part.data - part.design @ np.linalg.lstsq(part.design, part.data, rcond=None)[0] for part in parts]
+    spare = sum(max(len(part.data) - part.design.shape[1], 0) for part in parts)
+    return max(math.sqrt(sum(float(v @ v) for v in left) / spare), EXACT_MM) if spare else FEW_SD_MM
+
+
 def _stretches(run: Run) -> list[Stretch]:
     out = []
     for part, degree in ((slice(0, run.rest), 0), (slice(run.rest, None), DEGREE)):
         t = run.time[part]
+        if not len(t):  # light gates see no rest
+            continue
         t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
-        degree = min(degree, max(len(t) // 6, 0))
+        degree = min(degree, FEW_DEGREE if _few(run) else max(len(t) // 6, 0))
         design = np.column_stack([legendre.legvander(t, degree), _ripple(run, part)])
         out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out
 
 
+def _few(run: Run) -> bool:
+    """Whether it has so few rows that each stands for itself."""
+    return len(run.time) < LEAST_SLIDING + LEAST_REST
+
+
 def _ripple(run: Run, part: slice) -> np.ndarray:
     """Pixel lock (m, 2) where a block crosses more pixels than such a curve follows; else (m, 0)."""
+    if _few(run):
+        return run.lock[part, :0]
     crossed = float(np.ptp(run.travel[part])) > DEGREE * float(np.hypot(*run.lock[0]))
     return run.lock[part] if crossed and run.lock.any() else run.lock[part, :0]
 
 
 def motion_of(run: Run) -> Stretch:
     """The slide of one run beside a flexible curve."""
-    return _stretches(run)[1]
+    return _stretches(run)[-1]
 
 
 def _innovations(stretch: Stretch, noise: Noise) -> np.ndarray:

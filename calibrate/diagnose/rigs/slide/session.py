@@ -12,6 +12,7 @@ from calibrate.diagnose.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 MASS_OF_ELLIPSOID = math.pi / 6
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
+LEAST_OF_FEW = 4  # rows of sliding past light gates, or in few pictures: place, onset and friction, and one more
 RESOLUTIONS_DEG = (5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)  # that people read protractors and goniometers to
 FINEST_DEG, COARSE_DEG = 0.01, 0.15  # of a reading that is as good as exact; from which a grid shows
 ON_GRID_DEG = 0.0055  # how near its grid a reading lies that is written to a hundredth
@@ -155,15 +156,16 @@ def _run(seen) -> Run:
     told = seen.description.get("slide", {})
     good = np.isfinite(seen.time_s) & np.isfinite(seen.x_mm)
     time, x, frame = seen.time_s[good], seen.x_mm[good], seen.frame[good]
-    if len(time) < LEAST_SLIDING + LEAST_REST:
-        raise ValueError(f"{len(time)} usable rows; a slide needs at least {LEAST_SLIDING + LEAST_REST}")
+    few = len(time) < LEAST_SLIDING + LEAST_REST
+    if len(time) < LEAST_OF_FEW:
+        raise ValueError(f"{len(time)} usable rows; a slide needs at least {LEAST_OF_FEW}")
     edge = max(3, len(x) // 20)
     way = float(np.median(x[-edge:]) - np.median(x[:edge]))
     sign = math.copysign(1.0, way)
     travel = sign * x
     noise = 1.4826 * float(np.median(np.abs(np.diff(travel, 2)))) / math.sqrt(6)
-    first, stop = _sliding(time, travel, noise, told)
-    travel = travel - np.median(travel[: max(first, 3)])
+    first, stop = _few_sliding(travel) if few else _sliding(time, travel, noise, told)
+    travel = travel - (travel[0] if few else np.median(travel[: max(first, 3)]))
     tilt_column = None if seen.tilt_deg is None else np.asarray(seen.tilt_deg, float)[good]
     if tilt_column is not None and np.isfinite(tilt_column[:stop]).sum() >= 8:
         tilt = seen_tilt(time[:stop], tilt_column[:stop], time[first], time[stop - 1])
@@ -179,6 +181,18 @@ def _run(seen) -> Run:
         1e-3 * float(told.get("start_mm", 0.0)), _blown(seen.description), float(camera["scale_sd"]),
         sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
     )  # fmt: skip
+
+
+def _few_sliding(travel: np.ndarray) -> tuple[int, int]:
+    """Likewise of few rows, which are all of one slide; ValueError where too few are."""
+    size = float(np.ptp(travel))
+    if size < LEAST_TRAVEL_MM:
+        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
+    first = int(np.argmax(travel - travel[0] > 0.01 * size))
+    first = 0 if first < 2 else first
+    if len(travel) - first < LEAST_OF_FEW:
+        raise ValueError(f"{len(travel) - first} rows of sliding; at least {LEAST_OF_FEW} are needed")
+    return first, len(travel)
 
 
 def _sliding(time: np.ndarray, travel: np.ndarray, noise: float, told: dict) -> tuple[int, int]:

@@ -1,0 +1,137 @@
+"""The keys of recording.toml as a form: each with its unit, range, help, present value and where that comes from."""
+
+import re
+import typing
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from page.folder import Refused
+from vision.evidence.keys import Keys
+from vision.recording import RIGS
+
+UNITS = {
+    "mm": "mm", "g": "g", "s": "s", "deg": "°", "kg_m3": "kg/m³", "pa_s": "Pa s", "px": "px", "mm_per_px": "mm/px", "fps": "1/s",
+    "deg_s": "°/s", "mm_s": "mm/s", "rad_s": "rad/s", "pct": "%",
+}  # fmt: skip
+OWN_FIRST = ("seed", "camera")  # sections that every rig has
+SIMULATED = "simulated"  # in a help text: measuring does without it
+NEEDED = re.compile(r"\[(\w+)\] (\w+)(?: is missing| is needed|, )")
+
+
+@dataclass(frozen=True)
+class Field:
+    """One key. value: what the file says, None: nothing; inherited: what bench.toml says; kind: number, list, choice, yes, text."""
+
+    section: str
+    key: str
+    kind: str
+    unit: str
+    bounds: str
+    help: str
+    choices: tuple[str, ...]
+    value: Any
+    inherited: Any
+
+    @property
+    def rare(self) -> bool:
+        """Only simulating needs it."""
+        return SIMULATED in self.help
+
+    def read(self, text: Any) -> Any:
+        """The value that somebody typed; None for nothing. Refused, in words, for what cannot be one."""
+        if text is None or (isinstance(text, str) and not text.strip()):
+            return None
+        if self.kind in ("yes", "choice"):
+            return text
+        if self.kind == "text":
+            return str(text).strip()
+        parts = re.split(r"[;\s]+|,(?!\d)|,\s+", str(text).strip()) if self.kind == "list" else [str(text)]
+        numbers = [_number(part, self) for part in parts if part]
+        return numbers if self.kind == "list" else numbers[0]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table of keys, "" those above all tables."""
+
+    name: str
+    title: str
+    help: str
+    fields: tuple[Field, ...]
+
+
+def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
+    """The sections that a recording of `rig` has; content: its recording.toml; defaults: the bench.toml."""
+    beside = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
+    wanted = [*OWN_FIRST, *([rig] if rig in RIGS else []), *beside, "air"]
+    top = tuple(_field("", key, info, content, defaults) for key, info in Keys.model_fields.items() if not _section(info))
+    sections = [Section("", "Recording", "", top)]
+    for name in wanted:
+        model = _section(Keys.model_fields[name])
+        assert model is not None
+        inside, above = content.get(name, {}), defaults.get(name, {})
+        fields = tuple(_field(name, key, info, inside, above) for key, info in model.model_fields.items())
+        sections.append(Section(name, name.capitalize(), (model.__doc__ or "").strip(), fields))
+    return sections
+
+
+def needed(reasons: list[str]) -> set[tuple[str, str]]:
+    """Keys (section, key) that a measurement asked for by name."""
+    return {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
+
+
+def _section(info: FieldInfo) -> type[BaseModel] | None:
+    return info.annotation if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel) else None
+
+
+def _field(section: str, key: str, info: FieldInfo, content: dict, defaults: dict) -> Field:
+    kind, choices, bounds = _kind(info.annotation)
+    plain = key.removesuffix("_sd")
+    unit = next((UNITS[end] for end in sorted(UNITS, key=len, reverse=True) if plain == end or plain.endswith(f"_{end}")), "")
+    help_text = " ".join((info.description or "").split())
+    return Field(section, key, kind, unit, bounds, help_text, choices, content.get(key), defaults.get(key))
+
+
+def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
+    """(kind, choices, bounds in words) of a key's type."""
+    parts = [a for a in typing.get_args(annotation) if a is not type(None)] or [annotation]
+    if typing.get_origin(annotation) is dict:
+        return "conditions", (), ""
+    choices = tuple(str(c) for p in parts for c in (typing.get_args(p) if typing.get_origin(p) is Literal else ()))
+    if choices:
+        return "choice", choices, ""
+    inner = parts[0]
+    if typing.get_origin(inner) is typing.Annotated:
+        base, *said = typing.get_args(inner)
+    else:
+        base, said = inner, []
+    if base is bool:
+        return "yes", (), ""
+    if base is str:
+        return "text", (), ""
+    if typing.get_origin(base) is tuple:
+        return "list", (), f"{len(typing.get_args(base))} numbers"
+    limits = [m for s in said for m in (getattr(s, "metadata", None) or [s])]
+    low = next((m.gt if isinstance(m, Gt) else m.ge for m in limits if isinstance(m, Gt | Ge)), None)
+    high = next((m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)), None)
+    return "number", (), _range(low, high)
+
+
+def _range(low: Any, high: Any) -> str:
+    if low is not None and high is not None:
+        return f"{low:g} to {high:g}"
+    return f"above {low:g}" if low is not None else f"below {high:g}" if high is not None else ""
+
+
+def _number(text: str, field: Field) -> float | int:
+    """A decimal comma is a point: nobody groups thousands in a form."""
+    plain = text.strip().replace(",", ".").removesuffix(field.unit).strip()
+    try:
+        value = float(plain)
+    except ValueError:
+        raise Refused(f"{field.key}: {text!r} is not a number") from None
+    return int(value) if value == int(value) and re.fullmatch(r"[+-]?\d+", plain) else value

@@ -1,0 +1,105 @@
+"""What was found on a recording, as the page draws it over the picture, and what a person's corrections make of it."""
+
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from page.pictures import photo
+from vision.batch import observe, observe_or_fail
+from vision.measurement import MeasurementError, Observation, Quantity
+from vision.pile.repose import PileOptions, Repose, measure_repose
+from vision.recording import Recording
+
+MOST_POINTS = 900  # of a drawn surface
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A pile as drawn, in px of the whole picture: polylines by name, and the numbers. trouble: why there are none."""
+
+    surface: list[list[float]] = field(default_factory=list)
+    base: list[float] | None = None
+    roi: list[int] | None = None
+    window: list[float] = field(default_factory=lambda: [20.0, 80.0])
+    crest: list[float] | None = None
+    lines: list[list[float]] = field(default_factory=list)
+    quantities: tuple[Quantity, ...] = ()
+    notes: tuple[str, ...] = ()
+    trouble: str = ""
+
+
+def see_pile(recording: Recording, options: PileOptions) -> Seen:
+    """Measure the recording's first photo with these options."""
+    file = recording.files[0]
+    image = photo(file, file.stat().st_mtime_ns)
+    try:
+        return _seen(measure_repose(image, recording.camera, options), image)
+    except MeasurementError as error:
+        return Seen(roi=list(options.roi) if options.roi else None, base=list(options.baseline) if options.baseline else None,
+                    window=[100 * w for w in options.window], trouble=str(error))  # fmt: skip
+
+
+def automatic(recording: Recording) -> PileOptions:
+    """How the photo is read when nobody corrects: only what the rig itself says."""
+    one_sided = recording.pile.box_mm is not None and recording.pile.cylinder_mm is None
+    return PileOptions(side="right" if one_sided else "")
+
+
+def corrected(recording: Recording) -> PileOptions:
+    """The same with the corrections that recording.toml holds."""
+    pile, options = recording.pile, automatic(recording)
+    window = tuple(w / 100 for w in pile.window_pct) if pile.window_pct else options.window
+    return replace(options, roi=pile.roi_px, baseline=pile.baseline_px, window=(window[0], window[1]))
+
+
+def see(recording: Recording) -> Observation:
+    """Measure whatever it is; what cannot be measured says why."""
+    return observe_or_fail(recording, observe)
+
+
+def reasons(observation: Observation) -> list[str]:
+    """Why something is doubtful or failed, each once; paths of files shortened to their names."""
+    said = [*dict.fromkeys(q.reason for q in observation.quantities if q.reason), *observation.notes]
+    return [shorten(text) for text in said]
+
+
+def shorten(text: str) -> str:
+    """
+    >>> shorten("/home/me/soy/drop-01/recording.toml: [drop] height_mm is missing")
+    'recording.toml: [drop] height_mm is missing'
+    """
+    return re.sub(r"(?:/[^\s:/]+)+/(?=[^\s:/]+)", "", text)
+
+
+def _seen(found: Repose, image: np.ndarray) -> Seen:
+    x0, y0, width, height = found.roi
+    columns = np.flatnonzero(np.isfinite(found.surface))
+    columns = columns[:: max(1, len(columns) // MOST_POINTS)]
+    surface = [[float(c + x0), float(found.surface[c] + y0)] for c in columns]
+    base = [float(x0), float(found.base.at(0) + y0), float(x0 + width - 1), float(found.base.at(width - 1) + y0)]
+    lines = [[s.line.x_low + x0, s.line.at(s.line.x_low) + y0, s.line.x_high + x0, s.line.at(s.line.x_high) + y0] for s in found.slopes]
+    whole = (width, height) == (image.shape[1], image.shape[0])
+    return Seen(
+        surface, base, None if whole else [int(v) for v in found.roi], [100 * w for w in found.window], [float(v) for v in found.crest],
+        [[float(v) for v in line] for line in lines], found.quantities, found.notes,
+    )  # fmt: skip
+
+
+def ruler(points: list[float], length_mm: float) -> tuple[float, float]:
+    """(mm_per_px, its sd) of a length drawn between two points, each placed to a pixel: s = L/d, sd = s √2/d."""
+    distance = float(np.hypot(points[2] - points[0], points[3] - points[1]))
+    if distance < 10 or not 0 < length_mm < 1e5:
+        raise MeasurementError("draw the ruler over at least 10 px, and say its length in mm")
+    scale = length_mm / distance
+    return scale, scale * float(np.sqrt(2)) / distance
+
+
+def plumb(points: list[float]) -> float:
+    """Direction of a drawn plumb line, clockwise from straight down [deg], whichever end was set first."""
+    dx, dy = points[2] - points[0], points[3] - points[1]
+    if dy < 0:
+        dx, dy = -dx, -dy
+    return float(-np.degrees(np.arctan2(dx, dy)))
+
+

@@ -1,0 +1,191 @@
+"""The application: plain routes for files and pictures, pages for people, all behind the guard."""
+
+import asyncio
+import re
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import quote
+
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
+from fastapi.staticfiles import StaticFiles
+
+from page import pictures
+from page.bring import Arrived, bring, check
+from page.folder import INCOMING, MARK, Folder, Refused
+from page.guard import Guard
+from page.looking import see
+from vision.measurement import MeasurementError, Observation
+from vision.recording import Recording, read_recording
+
+SERVED = {".html": "text/html", ".png": "image/png", ".csv": "text/csv", ".json": "application/json", ".txt": "text/plain",
+          ".mp4": "video/mp4", ".md": "text/plain"}  # fmt: skip
+SCRIPTS = "sandbox allow-scripts"  # a report draws its figures itself, and reaches nothing of the page
+NO_SCRIPTS = "sandbox allow-same-origin"  # a contact sheet loads pictures that lie beside it
+KEPT_OBSERVATIONS = 40
+
+
+@dataclass
+class Site:
+    """What all pages share: the folder, and what was measured or decoded since the start."""
+
+    folder: Folder
+    observations: dict[tuple, Observation] = field(default_factory=dict)
+    films: dict[Path, pictures.Film] = field(default_factory=dict)
+    batches: dict[str, list[Arrived]] = field(default_factory=dict)
+
+    def recording(self, name: str) -> Recording:
+        """The recording of this name; Refused, in words, where it cannot be read or is gone."""
+        path = self.folder.inside(name)
+        if not path.exists():
+            raise Refused(f"{name}: no longer there. Was the folder moved?")
+        try:
+            return read_recording(path)
+        except MeasurementError as error:
+            raise Refused(str(error)) from error
+
+    def seen(self, recording: Recording) -> Observation:
+        """What measuring finds, remembered until the recording changes."""
+        key = (recording.path, *(p.stat().st_mtime_ns for p in (*recording.files[:1], recording.toml) if p.exists()))
+        if key not in self.observations:
+            if len(self.observations) >= KEPT_OBSERVATIONS:
+                self.observations.pop(next(iter(self.observations)))
+            self.observations[key] = see(recording)
+        return self.observations[key]
+
+    def film(self, recording: Recording) -> pictures.Film:
+        if recording.path not in self.films:
+            self.films = {recording.path: pictures.Film(recording)}  # one open at a time
+        return self.films[recording.path]
+
+
+def application(folder: Folder, port: int, token: str) -> Guard:
+    """The whole server for one folder."""
+    from nicegui import ui
+
+    from page.views import pages
+
+    folder.clear_incoming()
+    site = Site(folder)
+    app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
+    app.exception_handler(Refused)(_refused)
+    app.mount("/static", StaticFiles(directory=Path(__file__).parent / "static"))
+    _files(app, site)
+    _pictures(app, site)
+    pages(site)
+    ui.run_with(app, title="benchtwin", dark=None, reconnect_timeout=60.0, show_welcome_message=False)
+    return Guard(app, port, token)
+
+
+async def _refused(_: Request, error: Exception) -> Response:
+    return PlainTextResponse(str(error), status_code=422)
+
+
+def _files(app: FastAPI, site: Site) -> None:
+    folder = site.folder
+
+    @app.put("/upload/{batch}")
+    async def upload(batch: str, name: str, request: Request) -> Response:
+        if not re.fullmatch(r"[0-9a-f-]{36}", batch):
+            raise Refused("this batch has no proper name")
+        parts = name.split("/")
+        if name.startswith("/") or "\0" in name or "\\" in name or ".." in parts or len(name) > 1000:
+            raise Refused(f"{name[:80]!r} is not a name for a file here")
+        check(name, int(request.headers.get("content-length", 0)), folder)
+        place = folder.root / INCOMING / batch
+        place.mkdir(parents=True, exist_ok=True)
+        file = place / f"{len(site.batches.setdefault(batch, [])):06d}"
+        try:
+            await _receive(request, file, name, folder)
+        except OSError as error:
+            file.unlink(missing_ok=True)
+            raise Refused(f"{name}: cannot be written: {error.strerror}") from error
+        site.batches[batch].append(Arrived(name, file))
+        return Response(status_code=204)
+
+    @app.post("/bring/{batch}")
+    async def sort(batch: str, bench: str) -> Response:
+        arrived = site.batches.pop(batch, [])
+        refused: list[str] = []
+        made: list[Path] = []
+        try:
+            made = await asyncio.to_thread(bring, arrived, folder.inside(bench), folder)
+        except (Refused, OSError) as error:
+            refused.append(str(error))
+        finally:
+            if re.fullmatch(r"[0-9a-f-]{36}", batch):
+                shutil.rmtree(folder.root / INCOMING / batch, ignore_errors=True)
+        where = f"/recording?r={quote(folder.name_of(made[0]))}" if len(made) == 1 else None
+        return JSONResponse({"refused": refused, "open": where, "made": [folder.name_of(p) for p in made]})
+
+    @app.get("/left/{name:path}")
+    async def left(name: str) -> Response:
+        path = folder.inside(name)
+        within = [p for p in path.parents if p.is_relative_to(folder.root.resolve())]
+        if not path.is_file() or path.suffix not in SERVED or not any((p / MARK).is_file() for p in within):
+            raise Refused(f"{name}: not among the results here")
+        headers = {"cache-control": "no-cache"}
+        if path.suffix == ".html":
+            headers["content-security-policy"] = SCRIPTS if path.name == "report.html" else NO_SCRIPTS
+        return FileResponse(path, media_type=SERVED[path.suffix], headers=headers)
+
+    @app.get("/zip")
+    async def packed(bench: str) -> Response:
+        from page.pack import packed_bench
+
+        path = folder.inside(bench)
+        file = await asyncio.to_thread(packed_bench, path, folder)
+        return FileResponse(file, filename=f"{path.name}.zip", media_type="application/zip")
+
+
+async def _receive(request: Request, file: Path, name: str, folder: Folder) -> None:
+    """Stream the body into the file; what the header promised is checked again on what comes."""
+    size = 0
+    with file.open("xb") as out:
+        async for chunk in request.stream():
+            before = size // 50_000_000
+            size += len(chunk)
+            if size // 50_000_000 > before:
+                check(name, size, folder)
+            out.write(chunk)
+    check(name, size, folder)
+    if not size:
+        file.unlink()
+        raise Refused(f"{name}: the file is empty (0 bytes)")
+
+
+def _pictures(app: FastAPI, site: Site) -> None:
+    def jpeg(data: bytes) -> Response:
+        return Response(data, media_type="image/jpeg", headers={"cache-control": "private, max-age=3600"})
+
+    @app.get("/thumb")
+    async def thumb(r: str) -> Response:
+        try:
+            data = await asyncio.to_thread(pictures.thumbnail, site.recording(r))
+        except (MeasurementError, OSError, StopIteration) as error:
+            raise Refused(str(error)) from error
+        return jpeg(data) if data else Response(status_code=404)
+
+    @app.get("/photo")
+    async def whole(r: str) -> Response:
+        file = site.recording(r).files[0]
+        try:
+            image = await asyncio.to_thread(pictures.photo, file, file.stat().st_mtime_ns)
+        except MeasurementError as error:
+            raise Refused(str(error)) from error
+        return jpeg((await asyncio.to_thread(pictures.shown, image))[0])
+
+    @app.get("/frame")
+    async def frame(r: str, i: int) -> Response:
+        try:
+            return jpeg(await asyncio.to_thread(site.film(site.recording(r)).frame, i))
+        except (IndexError, MeasurementError) as error:
+            raise Refused(f"frame {i} cannot be read: {error}") from error
+
+    @app.get("/overlay")
+    async def overlay(r: str, name: str) -> Response:
+        found = await asyncio.to_thread(site.seen, site.recording(r))
+        if name not in found.pictures:
+            raise Refused(f"{name}: no such picture")
+        return jpeg(pictures.shown(found.pictures[name])[0])

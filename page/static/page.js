@@ -1,0 +1,51 @@
+// Files dropped anywhere on the page go up one by one, then are sorted into recordings together.
+(() => {
+  const body = document.documentElement;
+  const files = async entry => {
+    if (entry.isFile) return new Promise((yes, no) => entry.file(f => yes([[entry.fullPath.replace(/^\//, ''), f]]), no));
+    const reader = entry.createReader(), inside = [];
+    for (;;) {
+      const some = await new Promise((yes, no) => reader.readEntries(yes, no));
+      if (!some.length) break;
+      for (const one of some) if (!one.name.startsWith('.')) inside.push(...await files(one));
+    }
+    return inside;
+  };
+  const say = text => { const place = document.querySelector('#bring-progress'); if (place) place.textContent = text; };
+  const bring = async found => {
+    const bench = document.querySelector('[data-bench]')?.dataset.bench;
+    if (!bench || !found.length) return;
+    const batch = crypto.randomUUID(), refused = [];
+    for (const [i, [name, file]] of found.entries()) {
+      say(`Copying ${i + 1} of ${found.length}: ${name}`);
+      try {
+        const answer = await fetch(`/upload/${batch}?name=${encodeURIComponent(name)}`, {method: 'PUT', body: file});
+        if (!answer.ok) refused.push(await answer.text());
+      } catch (error) { refused.push(`${name}: the copy was interrupted (${error.message})`); }
+    }
+    say('Sorting …');
+    const answer = await fetch(`/bring/${batch}?bench=${encodeURIComponent(bench)}`, {method: 'POST'});
+    const told = answer.ok ? await answer.json() : {refused: [await answer.text()], open: null};
+    refused.push(...told.refused);
+    if (refused.length) sessionStorage.setItem('refused', JSON.stringify(refused));
+    if (told.open) location.href = told.open; else location.reload();
+  };
+  window.bringFiles = input => bring([...input.files].map(f => [f.webkitRelativePath || f.name, f]));
+  addEventListener('dragover', e => { if (e.dataTransfer.types.includes('Files')) { e.preventDefault(); body.classList.add('dropping'); } });
+  addEventListener('dragleave', e => { if (!e.relatedTarget) body.classList.remove('dropping'); });
+  addEventListener('drop', async e => {
+    if (!e.dataTransfer.types.includes('Files')) return;
+    e.preventDefault(); body.classList.remove('dropping');
+    const entries = [...e.dataTransfer.items].map(i => i.webkitGetAsEntry()).filter(Boolean);
+    bring((await Promise.all(entries.map(files))).flat());
+  });
+  addEventListener('DOMContentLoaded', () => {
+    const refused = JSON.parse(sessionStorage.getItem('refused') || '[]');
+    sessionStorage.removeItem('refused');
+    const place = document.createElement('div');
+    place.id = 'refused';
+    place.setAttribute('role', 'alert');
+    for (const text of refused) { const line = document.createElement('p'); line.textContent = text; place.append(line); }
+    if (refused.length) { place.style = 'position:fixed;bottom:1rem;left:1rem;right:1rem;background:#7a1f1f;color:#fff;padding:.6rem 1rem;z-index:9998;max-height:40vh;overflow:auto'; place.onclick = () => place.remove(); document.body.append(place); }
+  });
+})();

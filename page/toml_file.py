@@ -1,0 +1,81 @@
+"""recording.toml and bench.toml as a person writes them: changed key by key, comments kept, never half written, never
+overwriting what somebody else changed meanwhile."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import Table
+
+from page.folder import Refused, write_whole
+from vision.evidence.keys import validate
+from vision.measurement import MeasurementError
+
+BY_HAND = "set by hand on the page"
+Changes = dict[tuple[str, str], Any]  # (section, key) → value; None takes the key away; section "": above all sections
+
+
+@dataclass(frozen=True)
+class Keys:
+    """A file's keys, and the version of it that they were read from ("" for a file that is not there)."""
+
+    path: Path
+    version: str
+    content: dict
+
+
+def read(path: Path) -> Keys:
+    """The file as it is now; Refused where it is not valid TOML."""
+    text = path.read_text(encoding="utf-8-sig") if path.is_file() else ""
+    return Keys(path, _version(text), _parsed(text, path).unwrap())
+
+
+def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
+    """Write the changes into the file; Refused where it has changed since `keys` was read, or would not be valid."""
+    text = keys.path.read_text(encoding="utf-8-sig") if keys.path.is_file() else ""
+    if _version(text) != keys.version:
+        raise Refused(f"{keys.path.name} was changed meanwhile, elsewhere. Reload the page; what you changed here is not saved")
+    document = _parsed(text, keys.path)
+    for (section, key), value in changes.items():
+        _set(document, section, key, value, by_hand)
+    written = tomlkit.dumps(document)
+    try:
+        validate(document.unwrap(), Path(keys.path.name))
+    except MeasurementError as error:
+        raise Refused(str(error)) from error
+    write_whole(keys.path, written.encode("utf8"))
+    return Keys(keys.path, _version(written), document.unwrap())
+
+
+def _set(document: tomlkit.TOMLDocument, section: str, key: str, value: Any, by_hand: bool) -> None:
+    if section and section not in document:
+        if value is None:
+            return
+        document[section] = tomlkit.table()
+    place = document[section] if section else document
+    if value is None:
+        if key in place:
+            del place[key]
+        if isinstance(place, Table) and not place:
+            del document[section]
+        return
+    item = tomlkit.item(value)
+    if by_hand:
+        item.comment(BY_HAND)
+    elif key in place and (said := place[key].trivia.comment) and BY_HAND not in said:
+        item.trivia.comment, item.trivia.comment_ws = said, place[key].trivia.comment_ws
+    place[key] = item
+
+
+def _parsed(text: str, path: Path) -> tomlkit.TOMLDocument:
+    try:
+        return tomlkit.parse(text)
+    except TOMLKitError as error:
+        raise Refused(f"{path.name}: not valid TOML: {error}") from error
+
+
+def _version(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest() if text else ""

@@ -1,0 +1,90 @@
+"""A bench: its recordings as pictures, what holds for all of them, runs, and what they left."""
+
+import asyncio
+from urllib.parse import quote
+
+from nicegui import ui
+
+from page import runs
+from page.folder import Refused
+from page.server import Site
+from page.views import believe, run, say
+from page.views.frame import frame
+from vision.measurement import MeasurementError
+from vision.recording import Recording, find_recordings
+
+TABS = ("Recordings", "What holds for all", "Run", "Results")
+PICTURED = ("photos", "frames", "video")
+
+
+def register(site: Site) -> None:
+    @ui.page("/", title="benchtwin")
+    async def start() -> None:
+        benches = site.folder.benches()
+        if len(benches) == 1:
+            await _bench(site, site.folder.name_of(benches[0]), TABS[0])
+            return
+        with frame(site.folder.root.name):
+            ui.label("Benches in this folder").classes("text-h6")
+            for bench in benches:
+                name = site.folder.name_of(bench)
+                ui.link(name, f"/bench?b={quote(name)}").classes("text-lg")
+
+    @ui.page("/bench")
+    async def bench(b: str, tab: str = TABS[0]) -> None:
+        await _bench(site, b, tab)
+
+
+async def _bench(site: Site, name: str, tab: str) -> None:
+    try:
+        folder = site.folder.inside(name)
+        entries = await asyncio.to_thread(find_recordings, folder)
+    except (Refused, OSError) as error:
+        with frame("benchtwin", back="/"):
+            ui.label(f"This bench cannot be opened: {error}").classes("failed")
+        return
+    with frame(folder.name, back="/" if len(site.folder.benches()) > 1 else "", bench=name):
+        with ui.tabs().props("align=left no-caps") as tabs:
+            for label in TABS:
+                ui.tab(label)
+        with ui.tab_panels(tabs, value=tab if tab in TABS else TABS[0], animated=False).classes("w-full"):
+            with ui.tab_panel(TABS[0]):
+                _recordings(site, entries)
+            with ui.tab_panel(TABS[1]):
+                ui.label("A key stated here holds for every recording that does not say otherwise (bench.toml).").classes("soft")
+                say.form_for(folder / "bench.toml", None, {}, set(), lambda: None)
+            with ui.tab_panel(TABS[2]):
+                run.panel(site, folder)
+            with ui.tab_panel(TABS[3]):
+                results = ui.refreshable(believe.panel)
+                results(site, folder)
+        tabs.on_value_change(lambda e: results.refresh() if e.value == TABS[3] else None)
+    runs.advance(folder, site.folder)
+
+
+def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None:
+    good = [e for e in entries if isinstance(e, Recording)]
+    trouble = [e for e in entries if not isinstance(e, Recording) and "nothing to measure here" not in str(e)]
+    with ui.row().classes("items-center"):
+        ui.html('<label class="q-btn bg-primary text-white" style="padding:.5rem 1rem;cursor:pointer">Bring files'
+                '<input type="file" multiple style="display:none" onchange="bringFiles(this)"></label>', sanitize=False)  # fmt: skip
+        ui.label("or drop photos, films, tables or whole folders anywhere on this page. A photo is measured at once.").classes("soft")
+    if not good and not trouble:
+        ui.label("Nothing here yet. Drop the photo of a pile to begin with.").classes("text-lg")
+    for error in trouble:
+        ui.label(str(error)).classes("failed").style("white-space: pre-wrap")
+    with ui.element("div").classes("card-grid"):
+        for recording in good:
+            _card(site, recording)
+
+
+def _card(site: Site, recording: Recording) -> None:
+    name = site.folder.name_of(recording.path)
+    with ui.link(target=f"/recording?r={quote(name)}").classes("no-underline text-inherit"), ui.card().tight().classes("w-full"):
+        if recording.evidence in PICTURED:
+            ui.element("img").classes("thumb").props(f'src="/thumb?r={quote(name)}" loading=lazy alt=""')
+        else:
+            ui.icon("show_chart", size="4rem").classes("thumb text-white")
+        with ui.column().classes("q-pa-sm gap-0"):
+            ui.label(recording.id).classes("font-bold").style("overflow-wrap: anywhere")
+            ui.label(f"{recording.rig or 'which rig?'} · {recording.evidence}").classes("soft")

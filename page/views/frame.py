@@ -1,0 +1,63 @@
+"""What every page has: heading, way back, style, the words for what went wrong."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any
+
+from nicegui import ui
+
+from page.folder import Refused
+
+FILES = '<link rel="stylesheet" href="/static/page.css"><script src="/static/page.js"></script>'
+
+
+@contextmanager
+def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
+    """The page's frame; back: where the arrow leads; bench: where dropped files go."""
+    ui.add_head_html(FILES)
+    ui.page_title(f"{title} · benchtwin")
+    with ui.header().classes("items-center q-py-sm"):
+        if back:
+            ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to(back)).props('flat color=white dense aria-label="Back"')
+        ui.label(title).classes("text-lg")
+        ui.space()
+        ui.label().props('id="bring-progress" role="status"')
+        dark = ui.dark_mode(None)
+        turn = ui.button(icon="contrast", on_click=lambda: dark.set_value(not dark.value))
+        turn.props('flat color=white dense aria-label="Dark or light"')
+    with ui.column().classes("w-full max-w-screen-2xl mx-auto") as body:
+        if bench:
+            body.props(f'data-bench="{bench_attribute(bench)}"')
+        yield
+
+
+def bench_attribute(name: str) -> str:
+    """A folder's name as it can stand in an attribute of NiceGUI's."""
+    return name.replace("&", "&amp;").replace('"', "&quot;")
+
+
+def told(work: Callable[..., Any]) -> Callable[..., Any]:
+    """`work` of a button, what is refused or fails told on the page in words."""
+    import inspect
+
+    def say(error: Exception) -> None:
+        text = str(error) if isinstance(error, Refused) else f"{getattr(error, 'filename', None) or ''} {error}".strip()
+        ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="OK")
+
+    if inspect.iscoroutinefunction(work):
+        @wraps(work)
+        async def later(*args: Any) -> Any:
+            try:
+                return await work(*args)
+            except (Refused, OSError) as error:
+                say(error)
+        return later
+
+    @wraps(work)
+    def now(*args: Any) -> Any:
+        try:
+            return work(*args)
+        except (Refused, OSError) as error:
+            say(error)
+    return now

@@ -1,0 +1,239 @@
+"""One recording: its picture with what was found, corrections by hand, what is known of it."""
+
+import asyncio
+from dataclasses import asdict
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+from nicegui import ui
+from PIL import Image
+
+from page import looking, toml_file
+from page.folder import Refused
+from page.form import needed
+from page.server import Site
+from page.views import say
+from page.views.frame import frame, told
+from page.views.numbers import quantities_table
+from page.views.picture import Picture
+from vision.evidence.keys import read_toml
+from vision.measurement import MeasurementError
+from vision.recording import Recording, find_recordings
+
+TOOL_NAMES = {
+    "": "Look", "base": "Base line", "roi": "Region", "window": "Window", "ruler": "Ruler", "plumb": "Plumb line",
+    "strike": "Strike out", "follow": "Follow",
+}  # fmt: skip
+KEPT_AS = {"base": ("pile", "baseline_px"), "roi": ("pile", "roi_px"), "window": ("pile", "window_pct")}
+
+
+def register(site: Site) -> None:
+    @ui.page("/recording")
+    async def recording(r: str) -> None:
+        try:
+            shown = site.recording(r)
+        except (Refused, OSError) as error:
+            with frame("benchtwin", back="/"):
+                ui.label(f"This recording cannot be opened: {error}").classes("failed").style("white-space: pre-wrap")
+                _only_keys(site, r)
+            return
+        await View(site, r, shown).build()
+
+
+def _only_keys(site: Site, name: str) -> None:
+    """The form alone, where it is the keys that are wrong."""
+    try:
+        folder = site.folder.inside(name)
+    except Refused:
+        return
+    if (folder / "recording.toml").is_file():
+        say.form_for(folder / "recording.toml", None, {}, set(), ui.navigate.reload)
+
+
+class View:
+    """A recording's page; measuring runs beside it, the page stays alive."""
+
+    def __init__(self, site: Site, name: str, recording: Recording):
+        self.site, self.name, self.recording = site, name, recording
+        self.bench = recording.path.parent
+        self.picture: Picture | None = None
+        self.size = (1, 1)
+        self.ruler: list[float] | None = None
+        self.uncorrected: looking.Seen | None = None  # measured once: a reload forgets it
+
+    @property
+    def is_pile(self) -> bool:
+        return self.recording.rig == "pile" and self.recording.evidence == "photos"
+
+    async def build(self) -> None:
+        back = f"/bench?b={quote(self.site.folder.name_of(self.bench))}"
+        with frame(self.recording.id, back=back):
+            await self._neighbours()
+            with ui.row().classes("w-full no-wrap items-start max-lg:flex-wrap"):
+                with ui.column().classes("grow").style("min-width: min(100%, 34rem)"):
+                    await self._picture()
+                with ui.column().style("min-width: 20rem; max-width: 30rem"):
+                    self.numbers = ui.html("", sanitize=False)
+                    self.reasons = ui.column().classes("gap-1")
+                    self.busy = ui.row().classes("items-center")
+            self.form = ui.column().classes("w-full")
+        await ui.context.client.connected(timeout=30)  # the page is there while it is measured
+        await self._measure()
+
+    async def _neighbours(self) -> None:
+        """Buttons and arrow keys to the recordings before and after."""
+        entries = [e for e in await asyncio.to_thread(find_recordings, self.bench) if isinstance(e, Recording)]
+        names = [self.site.folder.name_of(e.path) for e in entries]
+        at = names.index(self.name) if self.name in names else 0
+        with ui.row():
+            for icon, step, key in (("navigate_before", -1, "j"), ("navigate_next", 1, "k")):
+                if 0 <= at + step < len(names):
+                    where = f"/recording?r={quote(names[at + step])}"
+                    label = "The recording before" if step < 0 else "The next recording"
+                    button = ui.button(icon=icon, on_click=lambda w=where: ui.navigate.to(w))
+                    button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
+            ui.label(f"{at + 1} of {len(names)} · {self.recording.rig or 'which rig?'} · {self.recording.evidence}").classes("soft")
+
+    async def _picture(self) -> None:
+        if self.is_pile:
+            with Image.open(self.recording.files[0]) as photo:
+                self.size = photo.size if photo.getexif().get(274, 1) < 5 else photo.size[::-1]
+            self._tools(("", "base", "roi", "window", "ruler", "plumb"))
+            version = self.recording.files[0].stat().st_mtime_ns
+            source = f"/photo?r={quote(self.name)}&v={version}"
+            self.picture = Picture(source, self.size, f"Photo of {self.recording.id}", self._moved)
+        elif self.recording.evidence in ("frames", "video"):
+            await self._film()
+        else:
+            self.plots = ui.column().classes("w-full")
+
+    def _tools(self, tools: tuple[str, ...]) -> None:
+        with ui.row().classes("items-center"):
+            self.tool = ui.toggle({t: TOOL_NAMES[t] for t in tools}, value="").props("dense no-caps")
+            self.tool.on_value_change(lambda e: self._show(tool=e.value or ""))
+            ui.button("Automatic again", on_click=told(self._automatic)).props("flat dense no-caps")
+            with ui.row().classes("items-center").bind_visibility_from(self.tool, "value", value="ruler"):
+                self.length = ui.number("ruler, mm", value=100, min=0).props("dense").classes("w-24")
+                ui.button("Set scale", on_click=told(self._set_scale)).props("dense no-caps")
+
+    async def _film(self) -> None:
+        film = await asyncio.to_thread(self.site.film, self.recording)
+        self.size = film.size
+        self._tools(("", "strike", "follow", "ruler", "plumb"))
+        self.picture = Picture(self._frame(0), self.size, f"Film of {self.recording.id}", self._moved)
+        with ui.row().classes("w-full items-center no-wrap"):
+            last = max(film.count - 1, 0)
+            slider = ui.slider(min=0, max=last, value=0, step=1).props('label aria-label="Frame"').classes("grow")
+            ui.label().bind_text_from(slider, "value", lambda v: f"frame {int(v)} of {last}")
+        slider.on_value_change(lambda e: self._show(src=self._frame(int(e.value)), frame=int(e.value)))
+        words = "Arrow keys step from frame to frame. Strike out: click the places that are wrong. Follow: click the seed."
+        ui.label(words).classes("soft text-xs")
+        self.plots = ui.column().classes("w-full")
+
+    def _frame(self, index: int) -> str:
+        return f"/frame?r={quote(self.name)}&i={index}"
+
+    def _show(self, **props: Any) -> None:
+        if self.picture is not None:
+            self.picture.show(**props)
+
+    async def _measure(self) -> None:
+        """Measure anew with what the files say now, and show it."""
+        self.busy.clear()
+        with self.busy:
+            ui.spinner()
+            ui.label("measuring …")
+        try:
+            self.recording = self.site.recording(self.name)
+            if self.is_pile:
+                said = await self._measure_pile()
+            else:
+                said = await self._measure_other()
+        except (Refused, OSError, MeasurementError) as error:
+            said = [str(error)]
+        self.busy.clear()
+        self.reasons.clear()
+        with self.reasons:
+            for text in said:
+                ui.label(text).classes("text-sm")
+        self.form.clear()
+        with self.form:
+            self._keys(said)
+
+    async def _measure_pile(self) -> list[str]:
+        options = looking.corrected(self.recording)
+        found = await asyncio.to_thread(looking.see_pile, self.recording, options)
+        columns = {"automatic": found.quantities}
+        if options != looking.automatic(self.recording):
+            if self.uncorrected is None:
+                self.uncorrected = await asyncio.to_thread(looking.see_pile, self.recording, looking.automatic(self.recording))
+            columns = {"corrected": found.quantities, "automatic": self.uncorrected.quantities}
+        self._show(layers={k: v for k, v in asdict(found).items() if k not in ("quantities", "notes", "trouble")})
+        self.numbers.set_content(quantities_table(columns))
+        said = [q.reason for q in found.quantities if q.reason]
+        return [looking.shorten(text) for text in dict.fromkeys([*([found.trouble] if found.trouble else []), *said, *found.notes])]
+
+    async def _measure_other(self) -> list[str]:
+        found = await asyncio.to_thread(self.site.seen, self.recording)
+        self.numbers.set_content(quantities_table({"measured": found.quantities}))
+        if found.places is not None:
+            rows = [[int(r.frame), round(r.x_px, 2), round(r.y_px, 2), bool(r.left_out)] for r in found.places.itertuples()]
+            self._show(layers={"track": rows})
+        self.plots.clear()
+        with self.plots:
+            for picture in found.pictures:
+                version = hash((self.recording.toml.stat().st_mtime_ns if self.recording.toml.exists() else 0, picture))
+                ui.image(f"/overlay?r={quote(self.name)}&name={quote(picture)}&v={version}").classes("w-full")
+        return looking.reasons(found)
+
+    def _keys(self, said: list[str]) -> None:
+        if not self.recording.path.is_dir():
+            ui.label("This photo lies loose in the folder; put it into a folder of its own to say something about it.").classes("soft")
+            return
+        beside = self.bench / "bench.toml"
+        try:
+            defaults = read_toml(beside) if beside.is_file() else {}
+        except MeasurementError as error:
+            defaults = {}
+            ui.label(str(error)).classes("failed")
+        ui.label("What is known of this recording").classes("text-h6")
+        say.form_for(self.recording.path / "recording.toml", self.recording.rig, defaults, needed(said), ui.navigate.reload)
+
+    async def _moved(self, what: str, value: Any) -> None:
+        """A handle was let go: keep it, measure anew."""
+        if what == "ruler":
+            self.ruler = value
+        elif what == "plumb":
+            await self._keep({("camera", "plumb_deg"): round(looking.plumb(value), 3)})
+        elif what == "follow":
+            await self._keep({("track", "follow_px"): [round(float(v), 1) for v in value]})
+        elif what == "strike":
+            struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
+            await self._keep({("track", "left_out_frames"): sorted(struck) or None})
+        elif what in KEPT_AS:
+            kept = [int(v) for v in value] if what == "roi" else [round(float(v), 2) for v in value]
+            await self._keep({KEPT_AS[what]: kept})
+
+    async def _set_scale(self) -> None:
+        points = self.ruler or [0.35 * self.size[0], 0.5 * self.size[1], 0.65 * self.size[0], 0.5 * self.size[1]]
+        try:
+            scale, sd = looking.ruler(points, float(self.length.value or np.nan))
+        except MeasurementError as error:
+            raise Refused(str(error)) from error
+        await self._keep({("camera", "mm_per_px"): float(f"{scale:.6g}"), ("camera", "mm_per_px_sd"): float(f"{sd:.2g}")})
+
+    async def _automatic(self) -> None:
+        keys = [*KEPT_AS.values()] if self.is_pile else [("track", "left_out_frames"), ("track", "follow_px")]
+        self.tool.set_value("")
+        await self._keep(dict.fromkeys(keys))
+
+    async def _keep(self, changes: dict) -> None:
+        try:
+            if not self.recording.path.is_dir():
+                raise Refused("This photo lies loose in the folder; put it into a folder of its own to correct it")
+            keys = toml_file.read(self.recording.path / "recording.toml")
+            toml_file.change(keys, changes, by_hand=True)
+        except (Refused, OSError) as error:
+            ui.notify(str(error), type="negative", timeout=12_000, close_button="OK")
+        await self._measure()

@@ -1,0 +1,99 @@
+"""Runs of a bench: asked for, followed, stopped, gone on with."""
+
+import re
+from pathlib import Path
+
+from nicegui import ui
+
+from page import runs
+from page.runs import BROKEN, DONE, FAILED, RUNNING, STOPPED, WAITING, Run
+from page.server import Site
+from page.views.frame import told
+
+EVERY_S = 0.7
+ASKS = (  # command, label, options, what for
+    ("measure", "Measure", (), "every recording: numbers, pictures, means over the repeats"),
+    ("calibrate", "Calibrate, quick", ("--quick",), "contact parameters from fewer simulations: minutes"),
+    ("calibrate", "Calibrate", (), "contact parameters with all repeats and piles: half an hour and more"),
+    ("diagnose", "Diagnose", ("--quick",), "is anything in the recordings that no parameter explains?"),
+)
+COLOURS = {DONE: "good", RUNNING: "", WAITING: "soft", STOPPED: "doubtful", FAILED: "failed", BROKEN: "doubtful"}
+
+
+def panel(site: Site, bench: Path) -> None:
+    """Buttons and the list of runs, renewed while one runs."""
+    with ui.row():
+        for command, label, options, purpose in ASKS:
+
+            @told
+            def ask(command: str = command, options: tuple[str, ...] = options) -> None:
+                runs.ask(bench, command, options, site.folder)
+                listed.refresh()
+
+            ui.button(label, on_click=lambda ask=ask: ask()).tooltip(purpose)
+    ui.label("A run goes on when this page or the browser is closed. Stopped, it goes on where it was.").classes("soft")
+    opened: set[str] = set()
+
+    @ui.refreshable
+    def listed() -> None:
+        found = runs.all_runs(bench, site.folder)
+        if not found:
+            ui.label("No run yet.").classes("soft")
+        for one in found:
+            _shown(site, bench, one, opened, listed.refresh)
+
+    listed()
+    last: list[object] = [None]
+
+    def look() -> None:
+        try:
+            runs.advance(bench, site.folder)
+            now = [(r.folder.name, r.status, r.progress, len(r.log), int(r.took_s)) for r in runs.all_runs(bench, site.folder)
+                   if r.status in (RUNNING, WAITING)]  # fmt: skip
+        except OSError:
+            return  # the bench was moved away; the page says so when it is used
+        if now != last[0]:
+            last[0] = now
+            listed.refresh()
+
+    ui.timer(EVERY_S, look)
+
+
+def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None:
+    name = one.folder.name
+
+    @told
+    def stop() -> None:
+        runs.stop(one)
+        refresh()
+
+    @told
+    def go_on() -> None:
+        runs.go_on(one, bench, site.folder)
+        refresh()
+
+    with ui.card().classes("w-full q-pa-sm"), ui.column().classes("w-full gap-1"):
+        with ui.row().classes("items-center w-full"):
+            ui.label(f"{one.number}. {one.command} {' '.join(one.options)}").classes("font-bold")
+            ui.label(one.status).classes(COLOURS[one.status])
+            ui.label(_duration(one.took_s) if one.status != WAITING else "")
+            ui.space()
+            if one.status in (RUNNING, WAITING):
+                ui.button("Stop", on_click=stop).props("flat dense")
+            if one.status in (STOPPED, BROKEN, FAILED):
+                ui.button("Go on", on_click=go_on).props("flat dense")
+        if one.status == RUNNING:
+            part = re.search(r"\b(\d+)/(\d+)\b", one.progress)
+            share = int(part[1]) / max(int(part[2]), 1) if part else 0.0
+            ui.linear_progress(share, show_value=False).props("" if part else "indeterminate")
+            ui.label(one.progress).classes("text-sm").props('role="status"')
+        if one.log:
+            def turn(event) -> None:
+                (opened.add if event.value else opened.discard)(name)
+
+            with ui.expansion("What it said", value=name in opened or one.status == FAILED, on_value_change=turn).classes("w-full"):
+                ui.label(one.log).classes("log")
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

@@ -1,0 +1,238 @@
+"""The page in a real browser: bring, look, drag, say, run, believe. Skipped where there is no Chromium with its driver."""
+
+import io
+import re
+import shutil
+import subprocess
+import sys
+import time
+import tomllib
+import urllib.error
+import urllib.request
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vision.pile.repose import measure_repose
+from vision.synthetic.piles import PileScene, draw_pile
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+DRIVER = shutil.which("chromedriver")
+pytestmark = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no Chromium with chromedriver on this machine")
+ANGLE = 30.0
+SURFACE, FITTED = (0x2F, 0xD0, 0x6B), (0xFF, 0x4D, 0x4D)  # the drawn surface; the fitted line lies over it
+
+
+class Window:
+    """A browser window on a page that is served from a folder."""
+
+    def __init__(self, address: str, folder):
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+
+        options = webdriver.ChromeOptions()
+        options.binary_location = str(BROWSER)
+        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1280,900"):
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+        self.folder, self.root = folder, address.split("?")[0].rstrip("/")
+        self.driver.get(address)
+
+    def go(self, path: str) -> None:
+        self.driver.get(self.root + path)
+
+    def all(self, selector: str):
+        return self.driver.find_elements("css selector", selector)
+
+    def text(self, selector: str = "body") -> str:
+        from selenium.common.exceptions import StaleElementReferenceException
+
+        try:
+            return "\n".join(e.text for e in self.all(selector))
+        except StaleElementReferenceException:  # drawn anew meanwhile
+            return ""
+
+    def until(self, condition, seconds: float = 30.0):
+        end = time.time() + seconds
+        while not (found := condition()):
+            assert time.time() < end, f"not within {seconds} s; the page says:\n{self.text()}"
+            time.sleep(0.05)
+        return found
+
+    def press(self, label: str, selector: str = "button, .q-tab") -> None:
+        def there():
+            return next((e for e in self.all(selector) if e.text.strip().lower() == label.lower()), None)
+
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'}); arguments[0].click()", self.until(there))
+
+    def bring(self, *files) -> None:
+        entry = self.until(lambda: self.all("input[type=file]"))[0]
+        self.driver.execute_script("arguments[0].style.display = 'block'", entry)
+        entry.send_keys("\n".join(map(str, files)))
+
+    def type(self, label: str, text: str) -> None:
+        field = self.until(lambda: next((e for e in self.all(f'input[aria-label="{label}"]') if e.is_displayed()), None))
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
+        field.send_keys("\ue009a\ue000", text)  # Ctrl+A, then what replaces it
+        time.sleep(0.3)
+
+    def drag(self, handle: str, dx: int, dy: int) -> None:
+        from selenium.webdriver import ActionChains
+
+        place = self.until(lambda: self.all(f'[data-handle="{handle}"]'))[0]
+        ActionChains(self.driver, duration=30).move_to_element(place).click_and_hold().move_by_offset(dx, dy).release().perform()
+
+    def troubles(self) -> list[str]:
+        return [e["message"] for e in self.driver.get_log("browser") if e["level"] == "SEVERE" and "favicon" not in e["message"]]
+
+
+@pytest.fixture(scope="module")
+def window(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("served") / "bench"
+    server = subprocess.Popen(
+        [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    assert server.stdout is not None
+    said = ""
+    while not (address := re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", said)):
+        line = server.stdout.readline()
+        assert line, said
+        said += line
+    for _ in range(200):
+        try:
+            urllib.request.urlopen(address[0].split("?")[0], timeout=5)
+        except urllib.error.HTTPError:  # it answers, and refuses: it has no key
+            break
+        except OSError:
+            time.sleep(0.1)
+    opened = Window(address[0], folder)
+    yield opened
+    opened.driver.quit()
+    server.terminate()
+    server.wait(10)
+
+
+@pytest.fixture
+def photo(tmp_path):
+    picture = draw_pile(PileScene(angle_deg=ANGLE, size=(900, 600), pile_height=180), np.random.default_rng(0))
+    file = tmp_path / "heap <b>&amp;.png"
+    Image.fromarray(picture).save(file)
+    return file
+
+
+def numbers(window, name: str) -> list[float]:
+    """The values in the row `name` of the table, in the order of its columns."""
+    row = re.search(rf"^{name} (.*)$", window.text(".numbers"), re.M)
+    return [float(v) for v in re.findall(r"([\d.]+) ±", row[1])] if row else []
+
+
+def test_a_dropped_photo_is_measured_and_corrected(window, photo):
+    window.go("/")
+    began = time.time()
+    window.bring(photo)
+    angle = window.until(lambda: numbers(window, "repose angle"))
+    assert time.time() - began < 20  # of the 60 s that a person has
+    assert angle == [pytest.approx(ANGLE, abs=0.1)]
+    assert photo.name not in window.driver.title and "pile-01" in window.driver.title
+
+    window.until(lambda: window.all(".look image"))
+    time.sleep(0.5)
+    drawn = Image.open(io.BytesIO(window.all(".look svg")[0].screenshot_as_png)).convert("RGB")
+    assert surface_share(drawn, photo) > 0.8
+    assert surface_share(drawn.transform(drawn.size, Image.Transform.AFFINE, (1, 0, 0, 0, 1, 25)), photo) < 0.4  # the control
+
+    window.press("Base line")
+    window.drag("base-left", 0, -12)
+    window.until(lambda: len(numbers(window, "repose angle")) == 2)
+    both = numbers(window, "repose angle")
+    assert both[1] == pytest.approx(ANGLE, abs=0.1) and both[0] != both[1]
+    text = (window.folder / "pile-01" / "recording.toml").read_text()
+    assert "set by hand" in text and len(tomllib.loads(text)["pile"]["baseline_px"]) == 4
+    window.press("Automatic again")
+    window.until(lambda: len(numbers(window, "repose angle")) == 1)
+    assert "baseline_px" not in (window.folder / "pile-01" / "recording.toml").read_text()
+    assert not window.troubles()
+
+
+def surface_share(drawn: Image.Image, photo) -> float:
+    """How much of the surface, as measured apart from the page, is drawn in the page's picture (within 4 px)."""
+    image = np.asarray(Image.open(photo))
+    surface = measure_repose(image).surface
+    scale = min(drawn.width / image.shape[1], drawn.height / image.shape[0])
+    left, top = (drawn.width - scale * image.shape[1]) / 2, (drawn.height - scale * image.shape[0]) / 2
+    line = np.logical_or(*(np.abs(np.asarray(drawn).astype(int) - colour).sum(axis=2) < 150 for colour in (SURFACE, FITTED)))
+    columns = np.flatnonzero(np.isfinite(surface))[5:-5:7]
+    places = [(round(left + scale * c), round(top + scale * surface[c])) for c in columns]
+    return float(np.mean([line[max(0, y - 4) : y + 5, max(0, x - 3) : x + 4].any() for x, y in places]))
+
+
+def readings(folder, name: str, text: str = 'rig = "drop"  # of the grey plate\n') -> None:
+    (folder / name).mkdir(parents=True, exist_ok=True)
+    (folder / name / "recording.toml").write_text(text)
+    (folder / name / "readings.csv").write_text("rebound_height_mm\n70\n72\n71\n")
+
+
+def test_what_is_missing_is_asked_for_and_saved_as_toml(window):
+    readings(window.folder, "drop-01")
+    window.go("/recording?r=drop-01")
+    window.until(lambda: "needed: Release to plate" in window.text())
+    window.type("height_mm [mm]", "310,5")
+    window.press("Save")
+    window.until(lambda: numbers(window, "restitution"))
+    text = (window.folder / "drop-01" / "recording.toml").read_text()
+    assert text == 'rig = "drop"  # of the grey plate\n\n[drop]\nheight_mm = 310.5\n'
+    window.type("height_mm [mm]", "high")
+    window.press("Save")
+    window.until(lambda: "height_mm: 'high' is not a number" in window.text())
+    assert (window.folder / "drop-01" / "recording.toml").read_text() == text
+
+
+def test_the_second_of_two_pages_is_told(window):
+    readings(window.folder, "drop-02")
+    window.go("/recording?r=drop-02")
+    window.until(lambda: "needed: Release" in window.text())
+    (window.folder / "drop-02" / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 200\n')  # the other page
+    window.type("height_mm [mm]", "310")
+    window.press("Save")
+    window.until(lambda: "was changed meanwhile" in window.text())
+    assert "height_mm = 200" in (window.folder / "drop-02" / "recording.toml").read_text()
+
+
+def test_a_run_is_followed_and_its_results_stand_in_a_frame(window):
+    for name in ("drop-05", "drop-06"):
+        readings(window.folder, name, 'rig = "drop"\n[drop]\nheight_mm = 310\n')
+    window.go("/")
+    window.press("Run")
+    window.press("Measure")
+    window.until(lambda: "1. measure" in window.text() and "done" in window.text(), 60)
+    window.press("Results")
+    window.until(lambda: "Means over repeats" in window.text() and "restitution" in window.text(".q-table"))
+    assert "as one zip" in window.text()
+    assert not window.troubles()
+
+
+def test_files_that_cannot_be_taken_are_named_and_the_rest_is_brought(window, tmp_path):
+    bad, good = tmp_path / "<i>x.exe", tmp_path / "drop 9.csv"
+    bad.write_text("x")
+    good.write_text("t_s\n0.25\n0.5\n0.7\n")
+    window.go("/")
+    window.bring(bad, good)
+    window.until(lambda: "<i>x.exe: not something that benchtwin reads" in window.text("#refused"))  # it shows as itself
+    assert (window.folder / "drop 9" / "impacts.csv").read_text() == good.read_text()
+
+
+def test_a_recording_that_is_gone_is_said(window):
+    window.go("/recording?r=nowhere")
+    window.until(lambda: "no longer there" in window.text())
+    window.go("/recording?r=../../etc")
+    window.until(lambda: "not a name inside this folder" in window.text())
+
+
+@pytest.mark.parametrize("path", ["/", "/photo?r=pile-01", "/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/static/page.js"])
+def test_without_the_key_nothing_answers(window, path):
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        urllib.request.urlopen(window.root + path, timeout=10)
+    assert refused.value.code == 403

@@ -1,0 +1,127 @@
+"""`benchtwin import`: a bench that measures, with every guess and question in it; whole or not at all."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from bouncing import HEIGHT_M, IMPACTS_S, ball
+from typer.testing import CliRunner
+
+from benchtwin import app
+from vision import measure
+
+FRAME, X, Y = ball()
+
+
+def exported(times: float = 1.0) -> str:
+    rows = [f"{times * t:.6g};{x:.6g};{y:.6g}".replace(".", ",") for t, x, y in zip(FRAME / 120, X, Y)]
+    return "\n".join([";mass A;", "t;x;y", *rows])
+
+
+HEARD = "Event time (s),Interval (s)\n" + "".join(f"{t},{g}\n" for t, g in zip(IMPACTS_S, np.append(np.diff(IMPACTS_S), 0)))
+PLATE = "time (s),ax (g),ay (g),az (g)\n" + "".join(
+    f"{t:.2f},{np.sin(a):.6f},0,{np.cos(a):.6f}\n" for t in np.arange(0, 12, 0.05) for a in [np.radians(np.clip(2 * (t - 1), 0, 18))]
+)
+
+
+def run(*words: object):
+    return CliRunner().invoke(app, ["import", *map(str, words)])
+
+
+@pytest.fixture
+def files(tmp_path):
+    for name, text in {"film.txt": exported(), "clap.csv": HEARD, "plate.csv": PLATE}.items():
+        (tmp_path / name).write_text(text, encoding="utf8")
+    return tmp_path
+
+
+def test_a_bench_is_written_that_measures(files):
+    result = run(files / "film.txt", files / "clap.csv", files / "plate.csv", "--out", files / "bench")
+    assert result.exit_code == 0, result.output
+    bench = files / "bench"
+    assert sorted(p.relative_to(bench).as_posix() for p in bench.rglob("*") if p.is_file()) == [
+        "bench.toml", "clap/impacts.csv", "clap/recording.toml", "film/recording.toml", "film/track.csv", "plate/recording.toml",
+        "plate/tilt.csv",
+    ]  # fmt: skip
+    for file in bench.rglob("*.toml"):
+        tomllib.loads(file.read_text(encoding="utf8"))
+    film = (bench / "film" / "recording.toml").read_text(encoding="utf8")
+    assert (
+        'rig = "drop"' in film and "# GUESS: lengths in m, which the file does not say" in film and "# QUESTION: [drop] height_mm" in film
+    )
+    questions = (bench / "bench.toml").read_text(encoding="utf8")
+    for said in ("[seed] length_mm", "film: [drop] height_mm", "clap: [drop] height_mm", "plate: was the plate stopped"):
+        assert said in questions and said in result.output
+    with (bench / "bench.toml").open("a") as file:
+        file.write(f"[drop]\nheight_mm = {1000 * HEIGHT_M}\n")
+    found = {(o.recording, q.name): q.value for o in measure(bench) for q in o.quantities}
+    assert found["film", "restitution"] == pytest.approx(0.8, abs=0.003)
+    assert found["clap", "restitution_normal"] == pytest.approx(0.8, abs=1e-4)
+
+
+def test_what_cannot_be_read_is_named_and_the_rest_written(files):
+    (files / "spoilt.trk").write_text("<object")
+    result = run(files / "film.txt", files / "spoilt.trk", "--out", files / "bench", "--quiet")
+    assert result.exit_code == 0
+    assert "spoilt.trk" in result.output and "# NOT READ: " in (files / "bench" / "bench.toml").read_text(encoding="utf8")
+    assert (files / "bench" / "film" / "track.csv").is_file()
+
+
+def test_nothing_read_is_nothing_written(files):
+    (files / "spoilt.trk").write_text("<object")
+    assert run(files / "spoilt.trk", "--out", files / "bench").exit_code == 1
+    assert not (files / "bench").exists()
+
+
+def test_a_write_that_fails_leaves_no_half_bench(files, monkeypatch):
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pandas.DataFrame.to_csv", full)
+    result = run(files / "film.txt", "--out", files / "bench")
+    assert result.exit_code == 2 and "No space left" in result.output
+    assert sorted(p.name for p in files.iterdir()) == ["clap.csv", "film.txt", "plate.csv"]
+
+
+def test_a_doubted_unit_is_a_question_and_stays(files):
+    (files / "film.txt").write_text(exported(1000).replace("t;x;y", "t (s);x (m);y (m)"))
+    result = run(files / "film.txt", "--out", files / "bench")
+    assert "are the times milliseconds?" in result.output
+    rows = np.loadtxt(files / "bench" / "film" / "track.csv", delimiter=",", skiprows=1)
+    assert rows[-1, 0] == pytest.approx(1000 * FRAME[-1] / 120, rel=1e-4)
+    (reason,) = {q.reason for o in measure(files / "bench") for q in o.quantities}
+    assert "are the times milliseconds?" in reason
+
+
+def test_track_and_rig_are_chosen_by_hand(files):
+    rows = [f"{t:.5f},{x:.6f},{y:.6f},{0.2 + 0.1 * t:.6f},0.3" for t, x, y in zip(FRAME / 120, X, Y)]
+    (files / "two.csv").write_text("\n".join(["t,x,y,x,y", *rows]))
+    assert run(files / "two.csv", "--out", files / "bench", "--track", 2, "--rig", "roll").exit_code == 0
+    written = np.loadtxt(files / "bench" / "two" / "track.csv", delimiter=",", skiprows=1)
+    assert written[:, 2] == pytest.approx(300) and 'rig = "roll"' in (files / "bench" / "two" / "recording.toml").read_text()
+    assert "--track 3: it holds 2 tracks" in run(files / "two.csv", "--out", files / "b", "--track", 3).output
+
+
+def test_overwrite_replaces_its_own_bench_and_nothing_else(files):
+    words = (files / "film.txt", "--out", files / "bench")
+    assert run(*words).exit_code == 0
+    assert "say --overwrite" in run(*words).output
+    assert run(*words, "--overwrite").exit_code == 0
+    (files / "bench" / "film" / "video.mp4").write_bytes(b"mine")
+    result = run(*words, "--overwrite")
+    assert result.exit_code == 2 and "holds something else than a drafted bench (film)" in result.output
+    assert (files / "bench" / "film" / "video.mp4").read_bytes() == b"mine"
+
+
+def test_a_name_that_could_break_the_file_does_not(files):
+    name = 'a"b\\c [d] #e.txt'
+    (files / name).write_text(exported(), encoding="utf8")
+    assert run(files / name, files / "film.txt", "--out", files / "bench").exit_code == 0
+    for file in (files / "bench").rglob("*.toml"):
+        tomllib.loads(file.read_text(encoding="utf8"))
+
+
+@pytest.mark.parametrize(("words", "said"), [(("no.trk",), "no such file"), (("film.txt", "--rig", "fall"), "it is one of drop, slide")])
+def test_misuse_is_told(files, words, said):
+    result = run(files / words[0], *words[1:], "--out", files / "bench")
+    assert result.exit_code == 2 and said in result.output

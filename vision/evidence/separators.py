@@ -1,0 +1,29 @@
+"""What parts the columns of a text table, and what marks decimals: told from its lines, or said to be ambiguous."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+_WITH_POINT = re.compile(r"\s*[+-]?\d*\.\d+(?:[eE][+-]?\d+)?\s*")
+_WITH_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
+_WITH_BOTH = re.compile(r"\s*[+-]?(?:\d+[.']\d+,\d+|\d+[,']\d+\.\d+)\s*")  # 1.234,5: thousands and decimals
+
+
+@dataclass(frozen=True)
+class Separators:
+    """`column`: tab, semicolon or comma, " " for any white space. `decimal`: point or comma; "" where both or thousands are seen."""
+
+    column: str
+    decimal: str
+
+
+def separators(heading: str, lines: Sequence[str]) -> Separators:
+    """What parts the columns of `heading`, and how the numbers in the `lines` below it are written."""
+    column = next((c for c in ("\t", ";", ",") if c in heading), " ")
+    if column == ",":
+        return Separators(",", ".")
+    cells = [cell.strip('"') for line in lines for cell in (line.split() if column == " " else line.split(column))]
+    point, comma = (any(kind.fullmatch(cell) for cell in cells) for kind in (_WITH_POINT, _WITH_COMMA))
+    if (point and comma) or any(_WITH_BOTH.fullmatch(cell) for cell in cells):
+        return Separators(column, "")
+    return Separators(column, "," if comma else ".")

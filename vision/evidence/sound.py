@@ -1,0 +1,167 @@
+"""Sound of a recording: a video's own track or a sound file, as mono samples on the clock of the pictures."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vision.measurement import MeasurementError
+
+SOUND_SUFFIXES = (".wav", ".m4a", ".mp3", ".ogg", ".flac", ".aac", ".opus")
+LOSSLESS = ("flac", "alac", "wavpack", "ape", "tta")
+LONGEST_S = 600.0  # 115 MB at 48 kHz
+LEAST_S = 0.1
+RATES_HZ = (8_000, 400_000)
+GAP_S = 5e-3  # time stamps that leave more than this between two blocks of samples tell of lost sound
+SILENT = 1e-7  # of full scale: below the last bit of 16
+
+
+@dataclass(frozen=True, eq=False)
+class Sound:
+    """Mono samples (n,) of full scale 1, taken `rate_hz` times a second; the first one at `start_s` on the clock of the pictures,
+    whose zero is the first picture (of a file without pictures, the first sample). `lossy`: whether an encoder has changed it
+    (AAC, MP3, Opus, Vorbis)."""
+
+    path: Path
+    samples: np.ndarray
+    rate_hz: float
+    start_s: float
+    lossy: bool
+    notes: tuple[str, ...] = ()
+
+    @property
+    def duration_s(self) -> float:
+        return len(self.samples) / self.rate_hz
+
+
+def has_sound(file: Path) -> bool:
+    """Whether a film or sound file has a track of sound at all; False too where it cannot be opened."""
+    try:
+        with _opened(file) as container:
+            return bool(container.streams.audio)
+    except MeasurementError:
+        return False
+
+
+def only_sound(file: Path) -> bool:
+    """Whether a file holds sound and no moving pictures; False where it cannot be opened. The cover of a piece of music is no film."""
+    try:
+        with _opened(file) as container:
+            return _film(container) is None and bool(container.streams.audio)
+    except MeasurementError:
+        return False
+
+
+def read_sound(file: Path) -> Sound:
+    """The sound of a film or a sound file.
+
+    Several channels are averaged; where time stamps leave a gap it is filled with silence and noted. Raises MeasurementError
+    where there is no sound, only silence, or nothing that can be decoded.
+    """
+    if file.stat().st_size == 0:
+        raise MeasurementError(f"{file}: the file is empty (0 bytes)")
+    notes: list[str] = []
+    with _opened(file) as container:
+        if not container.streams.audio:
+            raise MeasurementError(f"{file}: holds no sound track")
+        film = _film(container)
+        rate = float(container.streams.audio[0].rate or 0)
+        if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
+            low, high = RATES_HZ
+            raise MeasurementError(f"{file}: {rate:g} samples a second; sound should have {low:,} to {high:,}")
+        codec = container.streams.audio[0].codec_context.name
+        blocks = _placed(_blocks(file, container, rate, notes), rate, notes)
+        first = next(blocks, None)
+        if first is None:
+            raise MeasurementError(f"{file}: its sound track holds nothing that can be read")
+        samples = np.concatenate([first[1], *(block for _, block in blocks)])
+    if len(samples) < LEAST_S * rate:
+        raise MeasurementError(f"{file}: {len(samples) / rate:.2g} s of sound; a drop needs {LEAST_S:g} s at least")
+    if not np.abs(samples).max() > SILENT:
+        raise MeasurementError(f"{file}: its sound is silent from beginning to end")
+    start = first[0] - _first_picture(file) if film else 0.0
+    lossy = not codec.startswith("pcm") and codec not in LOSSLESS
+    return Sound(file, samples, rate, start, lossy, tuple(notes))
+
+
+def _blocks(file: Path, container, rate: float, notes: list[str]) -> Iterator[tuple[float | None, np.ndarray]]:
+    """(time stamp [s], None where it has none; samples) of one block after the other, until the end or LONGEST_S."""
+    import av
+
+    frames = container.decode(container.streams.audio[0])
+    count = 0
+    while count < LONGEST_S * rate:
+        try:
+            frame = next(frames)
+        except StopIteration:
+            return
+        except (av.error.FFmpegError, ValueError) as error:
+            notes.append(f"{file.name}: the sound is damaged after {count / rate:.3g} s ({getattr(error, 'strerror', error)})")
+            return
+        if frame.sample_rate != rate:
+            notes.append(f"{file.name}: the sound changes its rate after {count / rate:.3g} s and is left out from there")
+            return
+        block = _mono(frame)
+        count += len(block)
+        yield frame.time, block
+    notes.append(f"{file.name}: only the first {LONGEST_S:g} s of its sound are listened to")
+
+
+def _placed(blocks: Iterator[tuple[float | None, np.ndarray]], rate: float, notes: list[str]) -> Iterator[tuple[float, np.ndarray]]:
+    """The blocks with their times, gaps between time stamps filled with silence."""
+    due = None
+    for stamp, block in blocks:
+        at = stamp if stamp is not None and math.isfinite(stamp) else (0.0 if due is None else due)
+        if due is not None:
+            missing = at - due
+            if GAP_S < missing < LONGEST_S:
+                note = f"{missing * 1000:.0f} ms of sound are missing at {due:.3f} s"
+                notes.append(note)
+                block = np.concatenate([np.zeros(round(missing * rate), np.float32), block])
+            at = due
+        due = at + len(block) / rate
+        yield at, block
+
+
+def _mono(frame) -> np.ndarray:
+    """(n,) float32 of full scale 1."""
+    found = frame.to_ndarray()
+    channels = frame.layout.nb_channels
+    if not frame.format.is_planar:
+        found = found.reshape(-1, channels).T
+    if found.dtype == np.uint8:
+        found = (found.astype(np.float32) - 128) / 128
+    elif np.issubdtype(found.dtype, np.integer):
+        found = found.astype(np.float32) / -float(np.iinfo(found.dtype).min)
+    return np.clip(np.nan_to_num(found.astype(np.float32).mean(axis=0)), -8, 8)
+
+
+def _film(container):
+    """The stream of moving pictures, None where there is none."""
+    films = (s for s in container.streams.video if not int(s.disposition) & 0x400)  # a picture that is attached, such as a cover
+    return next(films, None)
+
+
+def _first_picture(file: Path) -> float:
+    """The time stamp [s] of the first picture, nil where none can be read."""
+    import av
+
+    with _opened(file) as container:
+        try:
+            frame = next(itertools.islice(container.decode(_film(container)), 1), None)
+        except av.error.FFmpegError:
+            frame = None
+    return float(frame.time) if frame is not None and frame.time is not None else 0.0
+
+
+def _opened(file: Path):
+    import av
+
+    av.logging.set_level(None)
+    try:
+        return av.open(str(file), metadata_errors="replace")
+    except (av.error.FFmpegError, OSError, ValueError) as error:
+        raise MeasurementError(f"{file}: not a sound or film that can be read ({getattr(error, 'strerror', error)})") from error

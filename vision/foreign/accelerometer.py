@@ -1,0 +1,114 @@
+"""A phone's accelerometer on a tilting plate → the plate's angle. SensorLog-like CSV: a column of time, three of acceleration.
+
+Gravity is what an accelerometer at rest feels: the angle between it and the phone's z axis is the plate's, for a phone lying on it.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from vision.foreign.found import Found
+from vision.foreign.source import Source
+from vision.foreign.table import column
+from vision.foreign.units import TIME, name_and_unit
+from vision.measurement import MeasurementError
+
+TOOL = "accelerometer table"
+AXES = 3
+G_M_S2 = 9.81
+_AXIS = re.compile(r"(.*?(?:acc|gf|grav|^).*?)[ _]?([xyz])")
+_TIME = re.compile(r"\bt\b|time|elapsed|timestamp|since")
+_KNOWN = {"seconds_elapsed": "s", "seconds": "s"}  # times whose name is their unit
+_UNITS = ("g", "m/s^2", "m/s²", "m/s2")
+_TURNING = 0.15  # of the largest angle: where the plate has begun to rise, and where it is nearly up
+
+
+def holds(source: Source) -> bool:
+    if source.packed or source.is_xml or source.is_workbook:
+        return False
+    head = source.top
+    return len(head) > 2 and len(_axes(head[0])) == AXES and any(_TIME.search(str(h).lower()) for h in head[0])
+
+
+def read(source: Source) -> Found:
+    path, rows = source.path, source.rows
+    headings = [str(h).lower() for h in rows[0]]
+    axes = _axes(rows[0])
+    units = {name_and_unit(rows[0][k])[1] for k in axes}
+    clocks = [k for k, h in enumerate(headings) if _TIME.search(h) and (_unit_of_time(h) in TIME) and _numeric(rows, k)]
+    if not clocks:
+        raise MeasurementError(f"{path}: no column of time says its unit; write it behind the name, such as time (s) or timestamp (ms)")
+    best = max(clocks, key=lambda k: ("since" in headings[k] or "elapsed" in headings[k], -k))
+    time = column(path, rows[1:], best, headings[best], 2) * TIME[_unit_of_time(headings[best])]
+    felt = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
+    if units <= {"g"}:
+        felt *= G_M_S2
+    return tilting(path, TOOL, time, felt)
+
+
+def tilting(path: Path, tool: str, time: np.ndarray, felt: np.ndarray) -> Found:
+    """The tilt of a plate from what a phone on it feels: time [s] (n,), felt [m/s²] or [g] (n, 3)."""
+    there = np.isfinite(time) & np.isfinite(felt).all(axis=1)
+    time, felt = time[there], felt[there]
+    if len(time) < 10 or np.ptp(time) <= 0:
+        raise MeasurementError(f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10")
+    order = np.argsort(time, kind="stable")
+    time, felt = time[order] - time.min(), felt[order]
+    size = float(np.median(np.linalg.norm(felt, axis=1)))
+    if 0.8 < size < 1.2:
+        felt, size = felt * G_M_S2, size * G_M_S2
+    if not 0.8 * G_M_S2 < size < 1.2 * G_M_S2:
+        raise MeasurementError(
+            f"{path}: an acceleration of {size:.3g} m/s² at rest, so gravity is not in it; record the acceleration with g for a tilt"
+        )
+    angle = np.degrees(np.arctan2(np.hypot(felt[:, 0], felt[:, 1]), np.abs(felt[:, 2])))
+    table = pd.DataFrame({"t_s": time, "tilt_deg": angle}).drop_duplicates("t_s")
+    keys, up = _rise(table["t_s"].to_numpy(), table["tilt_deg"].to_numpy())
+    guesses = ("the phone lies flat on the plate: its angle is the one between its z axis and gravity",)
+    questions = (
+        "it holds the plate's angle, no motion of the seeds: put their video or track.csv into the folder, its tilt_deg on its own clock",
+        f"was the plate stopped when the seeds slid? Then {up:.4g}° is the angle of sliding: write it to readings.csv as slide_angle_deg",
+    )
+    return Found(tool, tilt=table, keys={"slide": keys} if keys else {}, guesses=guesses, questions=questions)
+
+
+def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]:
+    """start_deg and tilt_rate_deg_s of a plate that is raised steadily, where it is, and the angle at which it stops."""
+    wide = max(1, len(angle) // 100)
+    smooth = np.convolve(angle, np.ones(wide) / wide, "valid")
+    middle = time[wide // 2 : wide // 2 + len(smooth)]
+    start, up = float(np.median(smooth[: max(3, len(smooth) // 20)])), float(smooth.max())
+    top = int(np.argmax(smooth >= up - _TURNING * (up - start)))
+    rising = np.flatnonzero(smooth[: top + 1] < start + _TURNING * (up - start))
+    first = int(rising[-1]) if rising.size else 0
+    if up - start < 3 or top - first < 5:
+        return {}, up
+    fit = np.polyfit(middle[first:top], smooth[first:top], 1)
+    straight = np.std(smooth[first:top] - np.polyval(fit, middle[first:top])) < 0.05 * (up - start)
+    if not (straight and 0 < fit[0] < 1000):
+        return {}, up
+    return {"tilt_rate_deg_s": float(f"{fit[0]:.4g}")} | ({"start_deg": round(start, 2)} if 0 <= start < 80 else {}), up
+
+
+def _axes(headings: list) -> list[int]:
+    """Columns of acceleration along x, y and z; [] unless there is one of each."""
+    found: dict[str, dict[str, int]] = {}
+    bare = ("a", "") if "seconds_elapsed" in headings else ("a",)  # x, y, z of Sensor Logger; elsewhere they are places
+    for k, heading in enumerate(headings):
+        name, unit = name_and_unit(heading)
+        axis = _AXIS.fullmatch(name)
+        if axis and (unit in _UNITS or axis[1] in bare or any(word in name for word in ("acc", "gf", "grav"))):
+            found.setdefault(axis[1], {})[axis[2]] = k
+    whole = [axes for axes in found.values() if len(axes) == AXES]
+    return [whole[0][axis] for axis in "xyz"] if whole else []
+
+
+def _unit_of_time(heading: str) -> str:
+    name, unit = name_and_unit(heading)
+    return unit or _KNOWN.get(name, "") or name.rpartition("_")[2] or ("ms" if name.endswith(" in ms") else "")
+
+
+def _numeric(rows: list, k: int) -> bool:
+    return any(len(row) > k and isinstance(row[k], float) for row in rows[1:3])

@@ -1,0 +1,149 @@
+"""A bench folder drafted from files of other tools: one recording folder each, with every guess and every question as a comment."""
+
+import re
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import tomlkit
+
+from vision.evidence.photo import PHOTO_SUFFIXES
+from vision.foreign import read_foreign, tool_of
+from vision.foreign.evidence import chosen, falls, impact_rows, track_rows
+from vision.foreign.found import Found
+from vision.measurement import MeasurementError
+from vision.recording import RIGS, VIDEO_SUFFIXES
+
+_ALWAYS_ASKED = {  # rig → what no file of a tool says, by key
+    "drop": (("[drop] height_mm", "from which height was it released (lowest point of the seed to plate, in mm)?"),),
+    "slide": (("[slide] tilt_rate_deg_s", "how fast was the plate raised, and at what angle did it start ([slide] start_deg)?"),),
+    "roll": (("[roll] incline_deg, incline_length_mm", "how steep and how long was the incline?"),),
+    "pile": (),
+    "": (("rig", "which rig is it: drop, slide, roll or pile?"),),
+}
+OF_ALL = "What holds for every recording here; a recording.toml wins over it."
+DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")  # how a drafted recording.toml begins, with the name of its file
+WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
+OF_A_BENCH = (  # what holds for all recordings, by section
+    ("seed", "[seed] length_mm, width_mm, thickness_mm, mass_g", "what was dropped, slid or rolled: its sizes and mass?"),
+    ("camera", "[camera] distance_mm", "how far was the camera from the plane of the motion?"),
+)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """One recording to be written: `name`, the file that it comes from, its evidence, keys, guesses and questions (in words).
+
+    table: of `evidence` (a file name); None where the file itself is the evidence and is copied.
+    """
+
+    name: str
+    file: Path
+    tool: str
+    rig: str
+    evidence: str
+    table: pd.DataFrame | None
+    keys: dict[str, dict[str, Any]] = field(default_factory=dict)
+    guesses: tuple[str, ...] = ()
+    questions: tuple[str, ...] = ()
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """All that is to be asked of its owner."""
+        stated = {f"[{section}] {key}" for section, held in self.keys.items() for key in held}
+        rest = [f"{key}: {words}" for key, words in _ALWAYS_ASKED[self.rig] if key not in stated]
+        return (*self.questions, *rest)
+
+
+def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
+    """The recordings in one file. rig: "" where it is not stated; track: the number of the one to take, else the likeliest."""
+    if path.suffix.lower() in (*VIDEO_SUFFIXES, *PHOTO_SUFFIXES) and not tool_of(path):
+        photo = path.suffix.lower() in PHOTO_SUFFIXES
+        said = ("a photo is of a pile",) if photo and not rig else ()
+        yield Draft(path.stem, path, "photo" if photo else "video", rig or ("pile" if photo else ""), path.name, None, guesses=said)
+        return
+    found = read_foreign(path)
+    if found.tilt is not None:
+        if rig not in ("", "slide"):
+            raise MeasurementError(f"{path}: the angle of a plate belongs to a slide, not to a {rig}")
+        yield _draft(path, path.stem, found, rig or "slide", "tilt.csv", found.tilt, ())
+    elif found.runs:
+        if rig not in ("", "drop"):
+            raise MeasurementError(f"{path}: impact times belong to a drop, not to a {rig}")
+        runs = found.runs[track - 1 : track] if track else found.runs
+        for number, (name, times) in enumerate(runs, track or 1):
+            stem = path.stem if len(found.runs) == 1 else f"{path.stem}-{number}"
+            said = (f"run {number} of {len(found.runs)}: {name}",) if name else ()
+            yield _draft(path, stem, found, rig or "drop", "impacts.csv", impact_rows(path, name, times), said)
+    else:
+        trail, which = chosen(path, found, track)
+        guess = () if rig else ('rig = "drop": it falls freely',) if falls(found, trail) else ()
+        yield _draft(path, path.stem, found, rig or ("drop" if guess else ""), "track.csv", track_rows(found, trail), (*which, *guess))
+
+
+def _draft(path: Path, name: str, found: Found, rig: str, evidence: str, table: pd.DataFrame, said: tuple[str, ...]) -> Draft:
+    doubt = (found.doubt,) if found.doubt else ()
+    guesses = (*said, *found.guesses)
+    return Draft(name, path, found.tool, rig, evidence, table, found.keys, guesses, (*doubt, *found.questions))
+
+
+def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[str]:
+    """Write bench.toml and a folder for each draft into `folder`, which is empty; returns all questions, each with its recording.
+
+    trouble: files that could not be read, in words, to stand in bench.toml.
+    """
+    questions = []
+    for draft in drafts:
+        inside = folder / draft.name
+        inside.mkdir()
+        (inside / "recording.toml").write_text(_recording_toml(draft), encoding="utf8")
+        if draft.table is None:
+            shutil.copyfile(draft.file, inside / draft.evidence)
+        else:
+            draft.table.to_csv(inside / draft.evidence, index=False, float_format="%.9g")
+        questions += [f"{draft.name}: {q}" for q in draft.asked]
+    asked = [f"{key}: {words}" for _, key, words in OF_A_BENCH]
+    (folder / "bench.toml").write_text(_bench_toml(drafts, asked, questions, trouble), encoding="utf8")
+    return [*(f"all: {q}" for q in asked), *questions]
+
+
+def _recording_toml(draft: Draft) -> str:
+    document = tomlkit.document()
+    document.add(_comment(f"Drafted from {draft.file.name} ({draft.tool}). GUESS: assumed, correct it where it is wrong."))
+    if draft.rig:
+        document["rig"] = draft.rig
+    for guess in draft.guesses:
+        document.add(_comment(f"GUESS: {guess}"))
+    for section, held in draft.keys.items():
+        table = tomlkit.table()
+        for key, value in held.items():
+            table[key] = value
+            table[key].comment(f"GUESS: as {_plain(draft.file.name)} says")
+        document[section] = table
+    for question in draft.asked:
+        document.add(_comment(f"QUESTION: {question}"))
+    return tomlkit.dumps(document)
+
+
+def _bench_toml(drafts: list[Draft], asked: list[str], questions: list[str], trouble: list[str]) -> str:
+    document = tomlkit.document()
+    document.add(_comment(OF_ALL))
+    document["provenance"] = "measured"
+    if len(rigs := {d.rig for d in drafts}) == 1 and (rig := rigs.pop()) in RIGS:
+        document["rig"] = rig
+    for heading, lines in (("QUESTIONS for all", asked), ("QUESTIONS by recording", questions), ("NOT READ", trouble)):
+        for line in lines:
+            document.add(_comment(f"{heading}: {line}"))
+    return tomlkit.dumps(document)
+
+
+def _comment(text: str):
+    return tomlkit.comment(_plain(text))
+
+
+def _plain(text: str) -> str:
+    """Text that a TOML comment may hold, in one line."""
+    return "".join(c if c.isprintable() else " " for c in text.encode("utf8", "replace").decode("utf8"))[:400]

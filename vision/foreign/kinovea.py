@@ -1,0 +1,148 @@
+"""Kinovea: trajectories as CSV ("Time", "name/0/X", "name/0/Y") or text ("#Kinovea Trajectory data export"), and .kva files (XML).
+
+Exports are in the unit of Kinovea's calibration, which they do not name, y up; a .kva holds pixels, y down, and its calibration.
+"""
+
+import math
+import re
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from vision.foreign.found import Found, Trail
+from vision.foreign.settle import Stated, settled
+from vision.foreign.source import Source
+from vision.foreign.table import column
+from vision.foreign.trails import some, trail
+from vision.foreign.units import LENGTH
+from vision.measurement import MeasurementError
+
+TOOL = "Kinovea"
+_TEXT = "#Kinovea Trajectory data export"
+_CLOCK = re.compile(r"(-?)(\d+):(\d\d):(\d\d):(\d+)")  # hours, minutes, seconds, hundredths or thousandths
+_CENTIMETRES = {"centimeters": "cm", "meters": "m", "millimeters": "mm", "inches": "in", "feet": "ft", "pixels": "px"}
+
+
+def holds(source: Source) -> bool:
+    if source.is_xml:
+        return b"<KinoveaVideoAnalysis" in source.head
+    if source.packed or source.is_workbook or not source.first_lines:
+        return False
+    if source.first_lines[0].startswith(_TEXT):
+        return True
+    heading = source.top[0]
+    return len(heading) > 2 and heading[0] == "Time" and all(re.fullmatch(r".*/[XY]", str(h)) for h in heading[1:] if h)
+
+
+def read(source: Source) -> Found:
+    if source.is_xml:
+        return _analysis(source)
+    return _text(source) if source.first_lines[0].startswith(_TEXT) else _table(source)
+
+
+def _table(source: Source) -> Found:
+    headings, rows, path = [str(h) for h in source.rows[0]], source.rows[1:], source.path
+    time, trails = column(path, rows, 0, "Time", 2), []
+    for k, heading in enumerate(headings):
+        if not heading.endswith("/X"):
+            continue
+        name = heading[:-2]
+        if f"{name}/Y" not in headings:
+            raise MeasurementError(f"{path}: column {name}/Y is missing beside {heading}")
+        x, y = column(path, rows, k, heading, 2), column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2)
+        trails.append(trail(path, name.removesuffix("/0"), time, x, y))
+    return settled(Stated(path, TOOL, some(path, trails), "", "", "up"), {}, [], [])
+
+
+def _text(source: Source) -> Found:
+    """Blocks of lines T X Y parted by empty lines; times as h:mm:ss:hundredths or as numbers."""
+    blocks: list[tuple[str, list[list[float]]]] = [("", [])]
+    clocked = False
+    for k, line in enumerate(source.text.splitlines(), 1):
+        cells = line.split()
+        if not cells or line.startswith("#"):
+            if blocks[-1][1]:
+                blocks.append(("", []))
+            if cells and line.startswith("# "):
+                blocks[-1] = (line[2:52].strip(), [])
+            continue
+        clocked = clocked or bool(_CLOCK.fullmatch(cells[0]))
+        try:
+            blocks[-1][1].append([_seconds(cells[0]), *(float(c.replace(",", ".")) for c in cells[1:3])])
+        except ValueError as error:
+            raise MeasurementError(f"{source.path}: line {k} is not a time, an x and a y ({line[:40]!r})") from error
+        if len(cells) < 3:
+            raise MeasurementError(f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and a y are to be in it")
+    trails = []
+    for name, points in blocks:
+        t, x, y = np.array(points, dtype=float).reshape(-1, 3).T
+        trails.append(trail(source.path, name, t, x, y))
+    return settled(Stated(source.path, TOOL, some(source.path, trails), "s" if clocked else "", "", "up"), {}, [], [])
+
+
+def _seconds(text: str) -> float:
+    if found := _CLOCK.fullmatch(text):
+        hours, minutes, seconds, rest = (int(found[k]) for k in (2, 3, 4, 5))
+        value = 3600 * hours + 60 * minutes + seconds + rest / 10 ** len(found[5])
+        return -value if found[1] else value
+    return float(text.replace(",", "."))
+
+
+def _analysis(source: Source) -> Found:
+    root, path, guesses = source.xml, source.path, []
+    step, fps = _value(source, root, "AverageTimeStampsPerFrame"), _value(source, root, "CaptureFramerate")
+    if not step or step <= 0:
+        raise MeasurementError(f"{path}: AverageTimeStampsPerFrame is missing; without it its times cannot be told")
+    trails = []
+    for track in root.iter("Track"):
+        points = [_point(source, p) for p in track.iter("TrackPoint")]
+        x, y, stamp = np.array(points, dtype=float).reshape(-1, 3).T
+        trails.append(trail(path, (track.get("name") or "")[:50], np.round(stamp / step), x, y))
+    found = some(path, trails)
+    keys: dict[str, dict[str, float]] = {"camera": {}}
+    if fps and 0 < fps < 5e6:
+        guesses.append(f"{fps:.6g} frames per second, as Kinovea's capture rate; a slowed film says another rate than its camera had")
+        keys["camera"]["fps"] = fps
+        found = tuple(Trail(t.name, t.time / fps, t.x, t.y) for t in found)
+    if scale := _scale(source, root):
+        keys["camera"]["mm_per_px"] = scale
+    return settled(Stated(path, TOOL, found, "s" if fps else "frame", "px", "down"), keys, guesses, [])
+
+
+def _scale(source: Source, root: Element) -> float | None:
+    """Millimetres of a pixel by a calibration line; None where there is none, or a plane in perspective."""
+    line = root.find(".//CalibrationLine")
+    if line is not None:
+        unit = (root.findtext(".//Calibration/Unit") or root.findtext(".//Unit") or "").strip().lower()
+        (ax, ay), (bx, by) = (_pair(source, line.findtext(f"Segment/{end}") or "") for end in ("A", "B"))
+        length, pixels = _value(source, line, "Length"), math.hypot(bx - ax, by - ay)
+        mm = LENGTH.get(_CENTIMETRES.get(unit, unit))
+        return float(f"{length * mm / pixels:.8g}") if length and mm and pixels > 0 else None
+    mm = LENGTH.get(_CENTIMETRES.get((root.findtext(".//LengthUnit") or "").strip().lower(), ""))
+    scale = _value(source, root, ".//PixelToUnit")
+    return float(f"{scale * mm:.8g}") if scale and mm else None
+
+
+def _point(source: Source, point: Element) -> list[float]:
+    cells = (point.text or "").strip().split(";")
+    try:
+        return [float(c) for c in cells[:3]] if len(cells) >= 3 else [][1]
+    except (ValueError, IndexError) as error:
+        raise MeasurementError(f"{source.path}: a TrackPoint is {(point.text or '')[:30]!r}; it should be x;y;time") from error
+
+
+def _pair(source: Source, text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(c) for c in text.split(";"))
+    except ValueError as error:
+        raise MeasurementError(f"{source.path}: an end of its calibration line is {text[:30]!r}; it should be x;y") from error
+    return x, y
+
+
+def _value(source: Source, root: Element, name: str) -> float | None:
+    text = root.findtext(name)
+    try:
+        value = float(text) if text and text.strip() else None
+    except ValueError as error:
+        raise MeasurementError(f"{source.path}: {name} = {(text or '')[:30]!r} is not a number") from error
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,45 @@
+"""ImageJ's and Fiji's Manual Tracking: a results table of Track n°, Slice n°, X, Y, Distance, Velocity, Pixel Value, in pixels, y down."""
+
+import re
+
+import numpy as np
+
+from vision.foreign.found import Found
+from vision.foreign.settle import Stated, settled
+from vision.foreign.source import Source
+from vision.foreign.table import column
+from vision.foreign.trails import some, trail
+from vision.measurement import MeasurementError
+
+TOOL = "ImageJ Manual Tracking"
+_TRACK, _SLICE = re.compile(r"track\s*n"), re.compile(r"slice\s*n")
+
+
+def holds(source: Source) -> bool:
+    if source.packed or source.is_xml or source.is_workbook:
+        return False
+    heading = " ".join(map(str, source.top[0])).lower()
+    return bool(_TRACK.search(heading) and _SLICE.search(heading))
+
+
+def read(source: Source) -> Found:
+    headings = [str(h).lower() for h in source.rows[0]]
+    rows, path = source.rows[1:], source.path
+    places = [next((k for k, h in enumerate(headings) if match(h)), -1) for match in (_TRACK.match, _SLICE.match, "x".__eq__, "y".__eq__)]
+    if -1 in places:
+        raise MeasurementError(f"{path}: columns Track, Slice, X and Y are to be in it; found {', '.join(headings)[:200]}")
+    number, frame, x, y = (column(path, rows, k, headings[k], 2) for k in places)
+    trails = [trail(path, f"track {n:g}", frame[number == n], x[number == n], y[number == n]) for n in np.unique(number[~np.isnan(number)])]
+    questions = []
+    if "distance" in headings:
+        gone = column(path, rows, headings.index("distance"), "distance", 2)
+        pixels = np.hypot(np.diff(x, prepend=np.nan), np.diff(y, prepend=np.nan))
+        use = (np.diff(number, prepend=np.nan) == 0) & (gone > 0) & (pixels > 0)
+        scale = float(np.median(gone[use] / pixels[use])) if use.any() else 1.0
+        if abs(scale - 1) > 1e-3:
+            questions.append(
+                f"its Distance says {scale:.5g} units a pixel, in the unit chosen in ImageJ: how many millimetres is a pixel "
+                "([camera] mm_per_px)? Without it, ratios only"
+            )
+    guesses = ["a slice is a frame"]
+    return settled(Stated(path, TOOL, some(path, trails), "frame", "px", "down"), {}, guesses, questions)

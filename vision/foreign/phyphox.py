@@ -1,0 +1,87 @@
+"""phyphox: acoustic stopwatch → impact times; acceleration with g → tilt. .xls, .xlsx, a .zip of CSV, or one CSV, in any language.
+
+The app translates its headings but not its units, so that tables are told by their units and by how their columns hang together.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from vision.foreign.accelerometer import AXES, tilting
+from vision.foreign.found import Found
+from vision.foreign.source import Rows, Source
+from vision.foreign.table import column
+from vision.foreign.units import TIME, name_and_unit
+from vision.measurement import MeasurementError
+
+TOOL = "phyphox"
+_ACCELERATION = ("m/s^2", "m/s²", "m/s2")
+ROUNDED_S = 2e-3  # an interval beside the times that it parts, each as it was written
+_OTHER = "acoustic stopwatch or acceleration (with g)"
+
+
+def holds(source: Source) -> bool:
+    if source.is_xml:
+        return False
+    if source.is_workbook:
+        return any(name.startswith("Metadata") for name in source.sheets) or any(_kind(rows) for rows in source.sheets.values())
+    if source.packed:
+        return any(name.split("/")[-2:-1] == ["meta"] for name in source.members) or any(_kind(rows) for rows in source.sheets.values())
+    return bool(_kind(source.top))
+
+
+def read(source: Source) -> Found:
+    tables = {name: rows for name, rows in source.sheets.items() if "meta" not in name.lower()}
+    kinds = {name: _kind(rows) for name, rows in tables.items()}
+    guesses = ["times as the phone's microphone heard them"]
+    for kind in ("events", "stops", "single"):
+        runs = [(name if k == 0 else f"{name} {k + 1}", run) for name in tables if kinds[name] == kind
+                for k, run in enumerate(_runs(source, tables[name], kind))]  # fmt: skip
+        if runs:
+            longest = sum(len(run) > 1 for _, run in runs)
+            return Found(TOOL, runs=tuple((n if longest > 1 else "", run) for n, run in runs if len(run) > 1), guesses=tuple(guesses))
+    if name := next((n for n in tables if kinds[n] == "acceleration"), ""):
+        rows = tables[name]
+        time, *axes = (column(source.path, rows[1:], k, str(rows[0][k]), 2) for k in range(4))
+        return tilting(source.path, TOOL, time, np.array(axes).T)
+    held = "; ".join(f"{name}: {', '.join(map(str, rows[0]))}"[:120] for name, rows in tables.items() if rows)[:300]
+    raise MeasurementError(f"{source.path}: no {_OTHER} in it; it holds {held or 'nothing'}")
+
+
+def _kind(rows: Rows) -> str:
+    """events: times and the intervals after them; stops: a start and many stops; single: one start, stop, difference; acceleration."""
+    if len(rows) < 2 or not rows[0] or not any(isinstance(cell, float) for cell in rows[1]):
+        return ""
+    units = [name_and_unit(heading)[1] for heading in rows[0]]
+    numbers = [cell for cell in rows[1] if isinstance(cell, float)]
+    if units[:1] == ["s"] and len(units) >= 1 + AXES and all(u in _ACCELERATION for u in units[1 : 1 + AXES]):
+        return "acceleration"
+    if units[0] not in TIME or any(u not in TIME for u in units if u) or len(numbers) < 2:
+        return ""
+    if len(units) == 3 and len(rows) == 2 and len(numbers) == 3 and abs(numbers[1] - numbers[0] - numbers[2]) < 1e-6:
+        return "single"
+    if len(rows) == 2 and len(numbers) > 3 and all(b >= a for a, b in pairwise(numbers)):
+        return "stops"
+    following = rows[2][0] if len(rows) > 2 and rows[2] else None
+    return "events" if isinstance(following, float) and abs(following - numbers[0] - numbers[1]) < ROUNDED_S else ""
+
+
+def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
+    """Impact times [s] of each run in a table."""
+    if any(name_and_unit(h)[1] not in ("s", "") for h in rows[0]):
+        raise MeasurementError(f"{source.path}: its times are in {name_and_unit(rows[0][0])[1]}; phyphox writes seconds (s)")
+    wide = max(len(row) for row in rows)
+    columns = [column(source.path, rows[1:], k, str(rows[0][k]) if k < len(rows[0]) else "", 2) for k in range(wide)]
+    if kind == "single":
+        return [np.array([columns[0][0], columns[1][0]])]
+    if kind == "stops":
+        times = np.array([c[0] for c in columns])
+        return [times[np.isfinite(times) & (times > 0)]]
+    runs, stated = [], [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]  # people leave columns empty between
+    for k in (k for k in stated[::2] if k + 1 < wide):
+        there = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
+        time, gap = columns[k][there], columns[k + 1][there]
+        if len(time):
+            last = [time[-1] + gap[-1]] if gap[-1] > 0 else []  # an interval of nil: the last event
+            runs.append(np.append(time, last))
+    return runs

@@ -1,0 +1,179 @@
+"""A file opened once for all readers: its text, its tables or its XML, whichever it holds; limits against hostile files."""
+
+import csv
+import re
+import zipfile
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError
+
+import defusedxml.ElementTree
+from defusedxml.common import DefusedXmlException
+
+from vision.evidence.separators import Separators, separators
+from vision.foreign.workbook import sheets_of
+from vision.measurement import MeasurementError
+
+MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
+MOST_TABLES = 50  # in a packed file
+HEAD = 20_000  # bytes in which a tool is recognised
+Cell = str | float
+Rows = list[list[Cell]]
+_SAYS_UTF8 = re.compile(rb"""\s*<\?xml[^>]*encoding=["']utf-?8["']""", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+class Source:
+    """One file. `rows` raises MeasurementError with the file's name where it cannot be read as what it seems."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        size = path.stat().st_size
+        if size == 0:
+            raise MeasurementError(f"{path}: the file is empty (0 bytes)")
+        if size > MOST_BYTES:
+            raise MeasurementError(f"{path}: {size / 1e6:.0f} MB; a file of another tool has {MOST_BYTES / 1e6:.0f} MB at most")
+        with path.open("rb") as file:
+            self.head = file.read(HEAD)
+
+    @property
+    def packed(self) -> bool:
+        return self.head.startswith(b"PK\x03\x04")
+
+    @property
+    def is_workbook(self) -> bool:
+        return self.head.startswith(b"\xd0\xcf\x11\xe0") or (self.packed and any(n.startswith("xl/") for n in self.members))
+
+    @property
+    def is_xml(self) -> bool:
+        return _decoded(self.head[:400]).lstrip("\ufeff \r\n\t").startswith("<")
+
+    @cached_property
+    def text(self) -> str:
+        """The whole file as text."""
+        return _decoded(self.path.read_bytes())
+
+    @cached_property
+    def first_lines(self) -> list[str]:
+        """The lines of the head that are whole, as text; none of a binary file."""
+        if b"\0" in self.head and not self.head.startswith((b"\xff\xfe", b"\xfe\xff")):
+            return []
+        lines = _decoded(self.head).splitlines()
+        return lines if len(self.head) < HEAD else lines[:-1]
+
+    @cached_property
+    def top(self) -> Rows:
+        """The cells of the first lines, whatever their decimals; at least one row, which may be empty."""
+        return table_of(self.first_lines[:20], strict=False) or [[]]
+
+    @cached_property
+    def members(self) -> list[str]:
+        """Names of the files in a packed one."""
+        try:
+            with zipfile.ZipFile(self.path) as packed:
+                return [m.filename for m in packed.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
+        except Exception as error:  # of a damaged one the library raises what it happens to meet
+            raise MeasurementError(f"{self.path}: the zip file is damaged or cut short ({error})") from error
+
+    def member(self, name: str) -> bytes:
+        """What a packed file holds under `name`."""
+        try:
+            with zipfile.ZipFile(self.path) as packed, packed.open(name) as file:
+                content = file.read(MOST_BYTES + 1)
+        except Exception as error:
+            raise MeasurementError(f"{self.path}: {name} in it is damaged or locked ({error})") from error
+        if len(content) > MOST_BYTES:
+            raise MeasurementError(f"{self.path}: {name} unpacks to more than {MOST_BYTES / 1e6:.0f} MB")
+        return content
+
+    @cached_property
+    def xml(self) -> Element:
+        return self.parsed(self.path.read_bytes())
+
+    def parsed(self, content: bytes) -> Element:
+        """XML without entities of its own, whose unfolding could fill the memory."""
+        try:
+            content.decode("utf-8")
+        except UnicodeDecodeError:
+            if _SAYS_UTF8.match(content):  # some tools say so and write letters of Windows
+                content = content.decode("cp1252", "replace").encode()
+        try:
+            return defusedxml.ElementTree.fromstring(content, forbid_dtd=False)
+        except (ParseError, DefusedXmlException, ValueError, LookupError, RecursionError) as error:
+            raise MeasurementError(f"{self.path}: not valid XML ({str(error) or type(error).__name__})") from error
+
+    @cached_property
+    def sheets(self) -> dict[str, Rows]:
+        """The tables in the file by name: sheets of a workbook, members of a packed file, or the file's own."""
+        if self.is_workbook:
+            return self._workbook()
+        if self.packed:
+            tables = [n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))][:MOST_TABLES]
+            return {n.rpartition(".")[0]: self._rows(_decoded(self.member(n))) for n in tables}
+        return {self.path.stem: self._rows(self.text)}
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The cells of a text table, its numbers as floats."""
+        return self._rows(self.text)
+
+    def _workbook(self) -> dict[str, Rows]:
+        try:
+            raw = sheets_of(self.path)
+        except ValueError as error:
+            raise MeasurementError(f"{self.path}: {error}") from error
+        return {name: [[_cell(c, ".") for c in row] for row in rows] for name, rows in raw.items()}
+
+    def _rows(self, text: str) -> Rows:
+        try:
+            return table_of(text.splitlines())
+        except ValueError as error:
+            raise MeasurementError(f"{self.path}: {error}") from error
+
+
+def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
+    """The cells of the lines that are not empty, numbers as floats.
+
+    ValueError, where it is strict, for decimals that are ambiguous or cells that are too long.
+    """
+    lines = [line for line in lines if line.strip()]
+    by = _separators(lines)
+    if not by.decimal and strict:
+        raise ValueError("numbers with points and with commas, or with thousands marked; save it with one kind")
+    if by.column == " ":
+        return [[_cell(c, by.decimal) for c in line.split()] for line in lines]
+    try:
+        rows = list(csv.reader(lines, delimiter=by.column))
+    except csv.Error as error:
+        if not strict:
+            return []
+        raise ValueError(f"not a table ({error})") from error
+    return [[_cell(c, by.decimal) for c in row] for row in rows]
+
+
+def _separators(lines: Sequence[str]) -> Separators:
+    """Tab before semicolon before comma, whichever is in most lines; in some languages commas mark decimals, but never in words."""
+    few = lines[:200]
+    words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
+    often = (c for c in ("\t", ";", ",") if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words))
+    return separators(next(often, " "), lines)
+
+
+def _decoded(content: bytes) -> str:
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16", "replace")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        if error.start >= len(content) - 4:  # cut within a letter
+            return content.decode("utf-8-sig", "ignore")
+        return content.decode("cp1252", "replace")
+
+
+def _cell(cell: object, decimal: str) -> Cell:
+    if isinstance(cell, int | float) and not isinstance(cell, bool):
+        return float(cell)
+    text = str(cell).strip().lstrip("\ufeff")
+    number = text.replace(",", ".") if decimal == "," else text
+    return float(number) if _NUMBER.fullmatch(number) and len(number) < 50 else text

@@ -1,0 +1,168 @@
+"""Tracker's own files: .trk (XML) and .trz (a zip with one .trk in it and its video).
+
+Places are stored in pixels of the picture (y down); the coordinate system (origin, angle, pixels per unit) makes what Tracker shows.
+"""
+
+import re
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from vision.foreign.found import Found, Trail
+from vision.foreign.settle import Stated, settled
+from vision.foreign.source import Source
+from vision.foreign.trails import some, trail
+from vision.foreign.units import LENGTH
+from vision.measurement import MeasurementError
+
+TOOL = "Tracker"
+_PANEL, _ANY = "tracker.TrackerPanel", b"org.opensourcephysics.cabrillo.tracker."
+_CALIBRATIONS = ("TapeMeasure", "Calibration")
+
+
+@dataclass(frozen=True)
+class _System:
+    """The coordinate system at one frame: origin [px, y down], angle of the x axis [deg, anticlockwise], pixels per unit."""
+
+    x0: float
+    y0: float
+    angle: float
+    scale: tuple[float, float]
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        turn, right, up = np.radians(self.angle), x - self.x0, self.y0 - y
+        across, along = right * np.cos(turn) + up * np.sin(turn), up * np.cos(turn) - right * np.sin(turn)
+        return float(across / self.scale[0]), float(along / self.scale[1])
+
+
+def holds(source: Source) -> bool:
+    if source.packed:
+        return any(name.lower().endswith(".trk") for name in source.members)
+    return source.is_xml and _ANY in source.head
+
+
+def read(source: Source) -> Found:
+    panel, inside = _panel(source)
+    clip, control, coords = (_object(panel, name) for name in ("videoclip", "clipcontrol", "coords"))
+    step_ms = _number(source, control, "delta_t")
+    if step_ms is None or not 1e-4 < step_ms < 1e7:
+        raise MeasurementError(f"{source.path}: delta_t = {step_ms} of its clip; it should be the milliseconds from frame to frame")
+    start_ms, first = _number(source, clip, "starttime") or 0.0, _number(source, clip, "startframe") or 0.0
+    systems = _systems(source, coords)
+    points = [item for item in _items(panel) if _kind(item) == "PointMass"]
+    trails = []
+    for item in points:
+        frames, places = _places(source, item, systems)
+        time = (start_ms + (frames - first) * step_ms) / 1000
+        trails.append(trail(source.path, _text(item, "name") or "", time, places[:, 0], places[:, 1]))
+    if not points:
+        raise MeasurementError(f"{source.path}: no point mass that was tracked; a model or a ruler is no measurement")
+    found = some(source.path, trails)
+    return _found(source, panel, inside, found, 1000 / step_ms, systems)
+
+
+def _found(source: Source, panel: Element, inside: str, trails: tuple[Trail, ...], fps: float, systems: dict[int, _System]) -> Found:
+    guesses = [f"{fps:.6g} frames per second and times as {inside} says; a slowed film says another rate than its camera had"]
+    questions, keys = [], {"camera": {"fps": round(fps, 6)}}
+    first, unit = systems[min(systems)], _text(panel, "length_unit") or ""
+    if {round(s.angle, 3) for s in systems.values()} != {0.0}:
+        guesses.append(f"x and y along Tracker's axes, which are turned by {first.angle:.3g}°")
+    if first.scale[0] == 1.0 and not any(_kind(item) in _CALIBRATIONS for item in _items(panel)):
+        questions.append("it has no calibration: how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios only")
+        unit = "px"
+    elif unit and unit.lower() not in LENGTH:
+        questions.append(f"lengths are in {unit!r}: how many millimetres is one of them ([camera] mm_per_px)? Without it, ratios only")
+        unit = "px"
+    elif not unit:
+        guesses.append("lengths in metres, Tracker's unit where the file names none")
+    if unit != "px" and len({s.scale for s in systems.values()}) == 1:
+        keys["camera"]["mm_per_px"] = float(f"{LENGTH[unit.lower() or 'm'] / abs(first.scale[0]):.8g}")
+    return settled(Stated(source.path, TOOL, trails, "s", unit.lower() or "m", "up"), keys, guesses, questions)
+
+
+def _panel(source: Source) -> tuple[Element, str]:
+    """The TrackerPanel's element, and the name of the file it stands in."""
+    panel, name = source.xml if not source.packed else None, source.path.name
+    if panel is None:
+        inside = [member for member in source.members if member.lower().endswith(".trk")]
+        if len(inside) > 1:
+            raise MeasurementError(f"{source.path}: {len(inside)} .trk files in it; unpack it and take one ({', '.join(inside)[:200]})")
+        name = inside[0]
+        panel = source.parsed(source.member(name))
+    if _PANEL not in panel.get("class", ""):
+        raise MeasurementError(f"{source.path}: {name} holds several tabs or none; save one tab as .trk")
+    return panel, name
+
+
+def _systems(source: Source, coords: Element | None) -> dict[int, _System]:
+    """The coordinate systems by the frame from which each holds."""
+    systems = {}
+    for frame, data in _frames(_property(coords, "framedata")):
+        x0, y0, angle, x_scale, y_scale = (_number(source, data, n) for n in ("xorigin", "yorigin", "angle", "xscale", "yscale"))
+        if x0 is None or y0 is None or not x_scale or not y_scale:
+            raise MeasurementError(f"{source.path}: its coordinate system at frame {frame} lacks origin or scale")
+        if not all(1e-9 < abs(s) < 1e12 for s in (x_scale, y_scale)):
+            raise MeasurementError(f"{source.path}: a scale of {x_scale:g} pixels a unit at frame {frame} cannot be")
+        systems[frame] = _System(x0, y0, angle or 0.0, (x_scale, y_scale))
+    if not systems:
+        raise MeasurementError(f"{source.path}: no coordinate system in it")
+    return systems
+
+
+def _places(source: Source, item: Element, systems: dict[int, _System]) -> tuple[np.ndarray, np.ndarray]:
+    """Frames (n) and places (n, 2) of a point mass, in Tracker's coordinates."""
+    frames, places, starts = [], [], np.array(sorted(systems))
+    for frame, data in _frames(_property(item, "framedata")):
+        x, y = _number(source, data, "x"), _number(source, data, "y")
+        if x is None or y is None:
+            continue
+        holds_from = starts[max(int(np.searchsorted(starts, frame, "right")) - 1, 0)]
+        frames.append(frame)
+        places.append(systems[int(holds_from)].place(x, y))
+    return np.array(frames, dtype=float), np.array(places, dtype=float).reshape(-1, 2)
+
+
+def _items(panel: Element) -> list[Element]:
+    tracks = _property(panel, "tracks")
+    return [o for p in ([] if tracks is None else tracks) if (o := p.find("object")) is not None]
+
+
+def _frames(array: Element | None):
+    """(frame, object) of an array's elements; those that are empty are left out."""
+    for child in [] if array is None else array:
+        number = re.fullmatch(r"\[(\d{1,9})\]", child.get("name", ""))
+        inside = child.find("object")
+        if number and inside is not None:
+            yield int(number[1]), inside
+
+
+def _kind(item: Element) -> str:
+    return item.get("class", "").rsplit(".", 1)[-1]
+
+
+def _property(element: Element | None, name: str) -> Element | None:
+    return next((p for p in ([] if element is None else element) if p.get("name") == name), None)
+
+
+def _object(element: Element, name: str) -> Element | None:
+    held = _property(element, name)
+    return None if held is None else held.find("object")
+
+
+def _text(element: Element | None, name: str) -> str | None:
+    held = _property(element, name)
+    return None if held is None else (held.text or "").strip()
+
+
+def _number(source: Source, element: Element | None, name: str) -> float | None:
+    text = _text(element, name)
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise MeasurementError(f"{source.path}: {name} = {text[:30]!r} is not a number") from error
+    if not np.isfinite(value):
+        raise MeasurementError(f"{source.path}: {name} = {text[:30]} is not finite")
+    return value

@@ -1,0 +1,193 @@
+"""A drop that is heard: sound → impacts → speeds and restitution, alone or beside pictures of the same drop.
+
+Beside pictures the clock of the sound may be shifted (a film's tracks are seldom laid together exactly, sound takes 3 ms a metre,
+a file of its own begins when it likes): one shift brings the impacts heard upon those seen, and is said. Intervals know nothing of
+it. What both give is their mean, weighted; where they contradict each other, that is said and both are in doubt.
+"""
+
+import itertools
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from vision.evidence.sound import Sound, has_sound, read_sound
+from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
+from vision.motion.bouncing import Chain, find_chain
+from vision.motion.impacts import measure_impacts
+from vision.motion.onsets import Onsets, find_onsets
+from vision.overlay.sound import draw_sound
+from vision.recording import Recording
+
+LEAST_SURE = 5.5  # ln likelihood ratio of a chain of impacts that is believed without doubt
+CONTRADICT = 3.0  # sds
+LOST_S = 0.3  # a film's own sound is not further off than this
+SAME_S = 0.03  # an impact seen and one heard may be the same within this, or three sds
+MOST_LISTED = 6  # of what was removed, in one note
+
+
+@dataclass(frozen=True, eq=False)
+class Heard:
+    """One drop as it was heard. times, sd [s] (m,): impacts in an unbroken row, on the clock of the pictures; first: whether the
+    first of them is the first after the release."""
+
+    sound: Sound
+    onsets: Onsets
+    chain: Chain
+    times: np.ndarray
+    sd: np.ndarray
+    first: bool
+    doubt: str
+    notes: tuple[str, ...]
+
+
+def sound_of(recording: Recording) -> Path | None:
+    """The file whose sound belongs to a recording; None where there is none."""
+    if recording.sound is not None:
+        return recording.sound
+    if recording.evidence == "sound":
+        return recording.files[0]
+    return recording.files[0] if recording.evidence == "video" and has_sound(recording.files[0]) else None
+
+
+def hear(file: Path, recording: Recording) -> Heard:
+    """The impacts in a sound. MeasurementError where there are not two of one bouncing body."""
+    if recording.rig != "drop":
+        raise MeasurementError(f"{file}: sound tells the impacts of a drop; a {recording.rig} needs pictures, a track or light gates")
+    sound = read_sound(file)
+    onsets = find_onsets(sound)
+    chain = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
+    if len(chain.impacts) < 2:
+        said = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
+        todo = "lay the phone beside the plate, let nothing else sound, and record until all is still"
+        raise MeasurementError(f"{file}: {said if len(onsets) else 'no impact is heard'}; {todo}")
+    rows, first, notes = _unbroken(chain, onsets)
+    doubt = "" if chain.odds > LEAST_SURE else "few impacts, and other sounds nearly as likely to be them"
+    if len(rows) == 2 and len(chain.impacts) == 2 and not recording.drop.height_mm:
+        doubt = "two impacts, one interval: nothing shows that no other came between"
+    times, sd = onsets.time_s[rows], onsets.sd_s[rows]
+    listed = f"{len(rows)} impacts heard, the first at {times[0]:.4f} s, to ± {1000 * np.median(sd):.2g} ms each"
+    notes = [*sound.notes, listed, *notes, *_removed(chain, onsets)]
+    return Heard(sound, onsets, chain, times, sd, first, doubt, tuple(notes))
+
+
+def _unbroken(chain: Chain, onsets: Onsets) -> tuple[np.ndarray, bool, list[str]]:
+    """The longest row of impacts with none missing between, whether it has the first of all, notes."""
+    edges = [0, *np.flatnonzero(chain.missed), len(chain.impacts)]
+    a, b = max(itertools.pairwise(edges), key=lambda part: (part[1] - part[0], -part[0]))
+    notes = [
+        f"an impact between {onsets.time_s[chain.impacts[k - 1]]:.3f} and {onsets.time_s[chain.impacts[k]]:.3f} s was not heard"
+        for k in np.flatnonzero(chain.missed)
+    ]
+    if notes:
+        notes.append(f"the {b - a} impacts that follow one another without a gap are used")
+    return chain.impacts[a:b], a == 0, notes
+
+
+def _removed(chain: Chain, onsets: Onsets) -> list[str]:
+    """One note a reason, with the times of the sounds that were left out for it."""
+    by_reason: dict[str, list[str]] = {}
+    for row, why in chain.removed.items():
+        by_reason.setdefault(why, []).append(f"{onsets.time_s[row]:.3f}")
+    more = {why: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else "" for why, at in by_reason.items()}
+    return [f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s{more[why]}: {why}" for why, at in by_reason.items()]
+
+
+def observe_heard(recording: Recording, file: Path) -> Observation:
+    """A drop from its sound alone."""
+    heard = hear(file, recording)
+    quantities, bounces, notes = measure_impacts(heard.times, heard.sd, recording, first=heard.first)
+    if heard.doubt:
+        quantities = tuple(q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(heard.doubt) for q in quantities)
+    shown = [q for q in quantities if q.name.startswith("restitution") and q.value > 0]
+    caption = ", ".join(f"{q.name} {q.value:.4g} ± {q.sd:.2g}" for q in shown)
+    pictures = {"sound": draw_sound(heard.sound, heard.onsets, heard.chain, caption)}
+    said = tuple(dict.fromkeys((*heard.notes, *notes)))
+    return Observation(recording.id, "drop", tuple(quantities), said, pictures, None, bounces)
+
+
+def with_sound(seen: Observation, recording: Recording, file: Path) -> Observation:
+    """What the pictures of a drop gave, and its sound: both where both give something."""
+    try:
+        heard = observe_heard(recording, file)
+    except MeasurementError as error:
+        return replace(seen, notes=(*seen.notes, f"its sound is not used: {error}"))
+    pictures = {**seen.pictures, **heard.pictures}
+    if all(q.quality == FAILED for q in seen.quantities):
+        note = f"nothing could be had from the pictures ({seen.quantities[0].reason}): what follows is from the sound"
+        return replace(heard, notes=tuple(dict.fromkeys((note, *seen.notes, *heard.notes))), pictures=pictures, track=seen.track)
+    if seen.bounces is None or "t_s" not in seen.bounces:
+        note = "the pictures have no clock ([camera] fps): what the sound gives stands beside them"
+        shift, agree = None, True
+    else:
+        shift, note, agree = _shift(seen.bounces, heard.bounces, recording.sound is None)
+    quantities = tuple(_both(q, heard.quantities) for q in seen.quantities)
+    if not agree:
+        quantities = tuple(q if q.quality == FAILED else q.doubt(note) for q in quantities)
+    bounces = seen.bounces if shift is None else _sharpened(seen.bounces, heard.bounces, shift)
+    said = tuple(dict.fromkeys((*seen.notes, *heard.notes, note)))
+    return replace(seen, quantities=quantities, notes=said, pictures=pictures, bounces=bounces)
+
+
+def _shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[float | None, str, bool]:
+    """By how much the sound lags the pictures [s] (None: nothing fits), words for it, whether both tell of the same drop."""
+    a, a_sd = seen.t_s.to_numpy(), seen.t_sd_s.to_numpy()
+    b, b_sd = heard.t_s.to_numpy(), heard.t_sd_s.to_numpy()
+    off = b[None] - a[:, None]
+    sd = np.hypot(a_sd[:, None], b_sd[None])
+    near = np.maximum(SAME_S, 3 * sd)
+    tried = off[np.isfinite(off) & (~np.full(off.shape, own) | (np.abs(off) < LOST_S + near))]
+    if not tried.size:
+        return None, "the impacts heard lie nowhere near those seen: sound and pictures are of different drops, or far out of step", False
+    fits = [(np.abs(off - lag) < near) for lag in tried]
+    best = max(range(len(tried)), key=lambda k: (fits[k].sum(), -np.abs(off - tried[k])[fits[k]].sum()))
+    pairs = fits[best]
+    if pairs.sum() < min(2, len(a)):
+        return None, "only one impact heard is also seen: sound and pictures could not be brought together", len(a) < 2
+    weight = 1 / sd[pairs] ** 2
+    lag = float(np.average(off[pairs], weights=weight))
+    chi = float(np.sum(weight * (off[pairs] - lag) ** 2))
+    spread = max(1.0, np.sqrt(chi / max(1, pairs.sum() - 1)))
+    lag_sd = float(spread / np.sqrt(weight.sum()))
+    amount = f"{1000 * lag:.1f} ± {1000 * lag_sd:.1f} ms"
+    if not own:
+        said = f"the sound's clock runs {amount} after that of the pictures"
+    elif abs(lag) > 3 * lag_sd:
+        said = f"the sound is shifted by {amount} against the pictures; only its intervals are used"
+    else:
+        said = f"sound and pictures are in step: {amount} apart"
+    return lag, f"{said} ({int(pairs.sum())} impacts both seen and heard)", True
+
+
+def _both(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
+    """A quantity from pictures and sound; that of the sound where the pictures have none or no scale."""
+    o = next((o for o in others if o.name == q.name and o.quality != FAILED), None)
+    if o is None or not o.sd > 0:
+        return q
+    if q.quality == FAILED or not q.sd > 0 or q.unit != o.unit:
+        return o
+    if abs(q.value - o.value) > CONTRADICT * np.hypot(q.sd, o.sd):
+        better = min((q, o), key=lambda one: (one.quality != GOOD, one.sd))
+        return better.doubt(f"the pictures give {q.value:.4g} ± {q.sd:.2g}, the sound {o.value:.4g} ± {o.sd:.2g}")
+    if q.quality != o.quality:
+        return q if q.quality == GOOD else o
+    weight = np.array([q.sd**-2, o.sd**-2])
+    value = float(np.average([q.value, o.value], weights=weight))
+    return replace(q, value=value, sd=float(weight.sum() ** -0.5))
+
+
+def _sharpened(seen: pd.DataFrame, heard: pd.DataFrame, shift: float) -> pd.DataFrame:
+    """The bounces seen, with the moments that were heard, and restitutions from both."""
+    out = seen.copy()
+    for k, row in seen.iterrows():
+        off = np.abs(heard.t_s - shift - row.t_s)
+        j = int(off.argmin())
+        if off[j] > max(SAME_S, 3 * row.t_sd_s):
+            continue
+        out.loc[k, ["t_s", "t_sd_s"]] = heard.t_s[j] - shift, heard.t_sd_s[j]
+        one, two = (row.restitution, row.restitution_sd), (heard.restitution[j], heard.restitution_sd[j])
+        if np.isfinite([*one, *two]).all() and abs(one[0] - two[0]) < CONTRADICT * np.hypot(one[1], two[1]):
+            weight = np.array([one[1] ** -2, two[1] ** -2])
+            out.loc[k, ["restitution", "restitution_sd"]] = np.average([one[0], two[0]], weights=weight), weight.sum() ** -0.5
+    return out

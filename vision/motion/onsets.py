@@ -1,0 +1,265 @@
+"""Sudden sounds in a recording: when each begins, how sure that is, how it rings.
+
+The recording's own noise is predicted from its past samples and taken away (an autoregressive filter, which looks back only, so
+that nothing comes earlier than it is). What is left is white where nothing happens. A one-sided window that fades as a ring does
+is laid over it every half millisecond: power in some of its frequencies that stands out from the noise and from what was there
+just before is a sudden sound. How strong one has to be is told by the peaks of the noise itself, at a rate of false alarms.
+
+The moment of an onset is where the signal's power changes most probably (two variances, Akaike's criterion: Maeda 1985); in strong
+noise, where the fading window catches most of the ring. Both give a likelihood over time, whose width is the standard deviation.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import next_fast_len, rfft
+from scipy.linalg import solve_toeplitz
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
+from scipy.signal import oaconvolve, welch
+
+from vision.evidence.sound import Sound
+
+FADE_S = 4e-3  # of the window's amplitude; rings of 1 to 20 ms lose less than a third of their signal to noise by it
+REACH = 3.0  # fades that the window is long
+HOP_S = 5e-4
+BEFORE_S = 0.012  # what was there just before is averaged over this
+STANDS_OUT = 6.0  # times the noise's power in one frequency: e^-6 of the noise does
+MOST_OVER = 25.0  # beyond, a frequency says nothing more
+FRESH_S = 7e-3  # what begins now is louder than it was this long ago
+APART_S = 4e-3  # of two onsets at least
+NOISE_PEAKS_PER_S = 2.0  # as strong as the weakest onset that is listed at all
+MOST_ONSETS = 160  # in BLOCK_S
+BLOCK_S = 20.0
+EDGE_S = 0.06  # of a recording's beginning and end: encoders begin and stop with a click
+ORDER_S = 8e-4  # how far back the noise is predicted from
+BANDS_HZ = np.geomspace(200, 20_000, 25)
+LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
+CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, with rings of several tones
+AHEAD_S = 5e-3  # of what follows a first jump; half a long block of AAC is 20 ms, but its shaping leaves less
+PRE_ECHO = 0.4  # of the amplitude that follows: what an encoder lets sound before a click is fainter
+LOSSY_SD_S = 1e-4  # of an onset that an encoder has changed, however loud
+TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
+HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
+USUAL_HZ = (500.0, 8000.0)  # where codecs leave no noise out
+DEEPEST = 1e-7  # of a noise's power per hertz, relative to where it is loudest
+
+
+@dataclass(frozen=True, eq=False)
+class Onsets:
+    """n sudden sounds in the order of time.
+
+    time_s, sd_s (n,); strength (n,): minus the logarithm of how many peaks of noise a second are as strong; level_db (n,): power
+    over the noise; timbre (n, bands): what share of the amplitude lies in each of BANDS_HZ, of length 1; rise_s (n,): from onset
+    to the loudest moment of 20 ms; lasting_db (n,): how loud its faintest 10 ms are in the next 50 ms, against its first 10 ms.
+    """
+
+    time_s: np.ndarray
+    sd_s: np.ndarray
+    strength: np.ndarray
+    level_db: np.ndarray
+    timbre: np.ndarray
+    rise_s: np.ndarray
+    lasting_db: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def chosen(self, rows: np.ndarray) -> "Onsets":
+        return Onsets(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+
+def find_onsets(sound: Sound) -> Onsets:
+    """Every sudden sound, faint ones among them; times on the clock of the pictures."""
+    rate, white = sound.rate_hz, whitened(sound.samples, sound.rate_hz)
+    ends = round(EDGE_S * rate)
+    white[:ends], white[len(white) - ends :] = 0, 0  # where a recording begins and stops is no sound
+    edges = np.linspace(0, len(white), int(np.ceil(sound.duration_s / BLOCK_S)) + 1).astype(int)
+    margin = round((BEFORE_S + 2 * REACH * FADE_S) * rate)
+    parts = []
+    for first, stop in itertools.pairwise(edges):
+        begin = max(0, first - margin)
+        found = _in_block(white[begin : stop + margin], rate, sound.lossy)
+        at = found.time_s + begin / rate
+        inside = np.flatnonzero((at >= first / rate) & (at < stop / rate))
+        part = found.chosen(inside)
+        parts.append(Onsets(part.time_s + begin / rate + sound.start_s, *(getattr(part, name) for name in _REST)))
+    return Onsets(*(np.concatenate([getattr(part, name) for part in parts]) for name in Onsets.__dataclass_fields__))
+
+
+_REST = tuple(Onsets.__dataclass_fields__)[1:]
+
+
+def whitened(samples: np.ndarray, rate_hz: float) -> np.ndarray:
+    """(n,) float32: the samples less what the noise's own past predicts of them; of variance 1 where there is only noise."""
+    size = min(len(samples), next_fast_len(round(0.04 * rate_hz)))
+    hertz, density = welch(samples, rate_hz, nperseg=size, average="median", detrend="constant")
+    density = density.astype(float)
+    usual = float(np.median(density[(hertz >= USUAL_HZ[0]) & (hertz <= USUAL_HZ[1])]))
+    floor = max(
+        DEEPEST * density.max(), HOLLOW * usual, 2.0**-32 / 3 / rate_hz, 1e-14 * float(np.mean(np.square(samples, dtype=float))) / rate_hz
+    )
+    memory = np.fft.irfft(density + floor)
+    order = min(max(8, round(ORDER_S * rate_hz)), len(memory) // 2 - 1)
+    past = solve_toeplitz(memory[:order], memory[1 : order + 1])
+    left = float(memory[0] - past @ memory[1 : order + 1])
+    filtered = oaconvolve(samples, np.concatenate([[1.0], -past]).astype(np.float32))[: len(samples)]
+    return filtered / np.float32(np.sqrt(max(left, 1e-12 * memory[0]) * rate_hz / 2))
+
+
+def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
+    window, hop = _window(rate), max(1, round(HOP_S * rate))
+    power = _spectra(white, np.arange(0, max(1, len(white) - len(window)), hop), window)
+    hops = rate / hop
+    level = _usual(power)
+    before = _just_before(power, level, round(BEFORE_S * hops), round(REACH * FADE_S * hops))
+    over = power / before
+    loud = np.log(np.maximum(over, STANDS_OUT) / STANDS_OUT).sum(axis=1)
+    lag = round(FRESH_S * hops)
+    earlier = np.maximum(before[lag:], power[: len(power) - lag])
+    fresh = np.concatenate([over[:lag], power[lag:] / earlier])  # a ring that goes on is not a new one
+    score = np.clip(fresh - STANDS_OUT, 0, MOST_OVER).sum(axis=1)
+    at, strength = _peaks(loud, score, hops)
+    return _described(white, rate, lossy, window, hop, power, before, level, at, strength)
+
+
+def _window(rate: float) -> np.ndarray:
+    t = np.arange(next_fast_len(round(REACH * FADE_S * rate))) / rate
+    return np.exp(-t / FADE_S).astype(np.float32)
+
+
+def _spectra(white: np.ndarray, at: np.ndarray, window: np.ndarray) -> np.ndarray:
+    """(frames, frequencies) float32: power in the window that begins at each of `at`."""
+    views = np.lib.stride_tricks.sliding_window_view(np.pad(white, (0, len(window))), len(window))
+    out = np.empty((len(at), len(window) // 2 + 1), np.float32)
+    for k in range(0, len(at), 2000):
+        found = rfft(views[at[k : k + 2000]] * window, axis=1)
+        out[k : k + 2000] = found.real**2 + found.imag**2
+    return out
+
+
+def _usual(power: np.ndarray) -> np.ndarray:
+    """(frequencies,): the noise's power, from its middle value; where a codec leaves holes, from the louder part; never nil."""
+    some = power[:: max(1, len(power) // 4000)]
+    middle, high = np.quantile(some, [0.5, 0.85], axis=0)
+    level = np.maximum(middle / np.log(2), high / -np.log(0.15) / 2)
+    return np.maximum(level, HOLLOW * np.median(level) + 1e-9).astype(np.float32)
+
+
+def _just_before(power: np.ndarray, level: np.ndarray, long: int, gap: int) -> np.ndarray:
+    """(frames, frequencies): the noise, or what was there before the window if that was more."""
+    total = np.cumsum(np.concatenate([np.zeros((1, power.shape[1]), np.float32), power]), axis=0, dtype=np.float64)
+    stop = np.maximum(np.arange(len(power)) - gap + 1, 0)
+    start = np.maximum(stop - long, 0)
+    mean = (total[stop] - total[start]) / np.maximum(stop - start, 1)[:, None]
+    return np.maximum(mean, level).astype(np.float32)
+
+
+def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frames at which `loud` is highest around, and how strong each is, the noise's own peaks being the measure."""
+    wide = max(1, round(APART_S * hops))
+    top = np.flatnonzero((loud == maximum_filter1d(loud, 2 * wide + 1)) & (loud > 0))
+    top = top[np.diff(top, prepend=-wide - 1) > wide]
+    if not len(top):
+        return top, np.zeros(0)
+    found = score[top]
+    silent = max(0, round(len(loud) / (2 * wide)) - len(top))  # stretches of noise without a peak
+    low, high = np.quantile(np.concatenate([np.zeros(silent), found]), [0.4, 0.8])
+    scale = max((high - low) / np.log(0.6 / 0.2), 1.0)
+    per_s = len(loud) / (2 * wide) / (len(loud) / hops)
+    strength = (found - low) / scale - np.log(0.6 * per_s)
+    strong = np.flatnonzero(strength > -np.log(NOISE_PEAKS_PER_S))
+    strong = np.sort(strong[np.argsort(-strength[strong], kind="stable")[:MOST_ONSETS]])
+    return top[strong], strength[strong]
+
+
+def _described(white, rate: float, lossy: bool, window, hop: int, power, before, level, at: np.ndarray, strength: np.ndarray) -> Onsets:
+    rows = [_one(white, rate, lossy, window, k * hop, power[k], before[k], float(level.sum())) for k in at]
+    time, sd, level, rise, lasting = np.array([row[:5] for row in rows]).reshape(-1, 5).T
+    timbre = np.array([row[5] for row in rows]).reshape(-1, len(BANDS_HZ) - 1)
+    order = np.argsort(time, kind="stable")
+    return Onsets(time, sd, strength, level, timbre, rise, lasting).chosen(order)
+
+
+def _one(white, rate: float, lossy: bool, window, near: int, power: np.ndarray, before: np.ndarray, noise: float):
+    """time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
+    over = power / before
+    seen = over > min(STANDS_OUT, float(over.max())) - 1e-9
+    time, sd = _moment(white, rate, lossy, window, near, seen, before)
+    begin = round(time * rate)
+    frequency = np.fft.rfftfreq(len(window), 1 / rate)
+    extra = np.where(seen, power - before, 0.0)
+    band = np.digitize(frequency, BANDS_HZ) - 1
+    inside = (band >= 0) & (band < len(BANDS_HZ) - 1)
+    shares = np.sqrt(np.bincount(band[inside], np.maximum(extra[inside], 0), len(BANDS_HZ) - 1))
+    rise, lasting = _course(white, rate, begin)
+    return time, sd, 10 * np.log10(max(extra.sum() / noise, 1e-9)), rise, lasting, shares / max(np.linalg.norm(shares), 1e-30)
+
+
+def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
+    """Rise [s] and lasting [dB] of what begins at a sample."""
+    here = np.square(white[begin : begin + round(0.06 * rate)], dtype=float)
+    if len(here) < 0.03 * rate:
+        return 0.0, -np.inf
+    ten = round(0.01 * rate)
+    smooth = uniform_filter1d(here[: 2 * ten], max(1, round(1e-3 * rate)))
+    first = max(here[:ten].mean() - 1, 1e-6)
+    later = np.diff(np.cumsum(here)[ten::ten]) / ten - 1  # of every hundredth of a second after the first
+    lasting = 10 * np.log10(max(float(later.min()), 1e-3 * first) / first)
+    return float(np.argmax(smooth) / rate), float(lasting)
+
+
+def _moment(white, rate: float, lossy: bool, window, near: int, seen, before) -> tuple[float, float]:
+    """Time and sd [s] of an onset near a sample: where the power jumps, looked for around where the window catches most of the ring.
+
+    Encoders smear a click forward in time (a pre-echo): what is fainter than what follows at once is passed over.
+    """
+    caught, caught_sd = _caught(white, rate, window, near, seen, before)
+    first, stop = near - round(LOOK_S[0] * rate), near + round(LOOK_S[1] * rate)
+    time, sd = _jump(white, rate, first, stop, caught, float(np.hypot(caught_sd, CAUGHT_SD_S)))
+    if lossy:
+        time = max(time, _past_pre_echo(white, rate, round(time * rate)))
+    return time, float(np.hypot(sd, LOSSY_SD_S if lossy else TIME_SD_S))
+
+
+def _past_pre_echo(white, rate: float, begin: int) -> float:
+    """When what begins at a sample first comes near its own loudness, less the time over which that is averaged."""
+    wide = max(3, round(1e-4 * rate))
+    ahead = white[max(0, begin - wide) : begin + round(AHEAD_S * rate)]
+    if len(ahead) <= 2 * wide:
+        return 0.0
+    loud = np.convolve(np.square(ahead, dtype=float), np.ones(wide), "valid")  # of the samples from each one on
+    at = begin - wide + int(np.argmax(loud >= PRE_ECHO**2 * loud.max()))
+    return (at + wide) / rate if at > begin + wide else 0.0
+
+
+def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float) -> tuple[float, float]:
+    """Time and sd [s] of the likeliest change of power between two samples, near a time known before."""
+    first, stop = max(0, first), min(len(white), stop)
+    square = np.square(white[first:stop], dtype=float)
+    n = len(square)
+    if n < 16:
+        return near, 1e-2
+    k = np.arange(4, n - 4)
+    sums = np.cumsum(square)
+    one, two = np.maximum(sums[k - 1] / k, 1e-12), np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12)
+    at = (first + k) / rate
+    far = 1.5 * np.log1p(((at - near) / near_sd) ** 2)  # with wide tails: tones that beat are loudest some time after they begin
+    return _weighed(at, -0.5 * (k * np.log(one) + (n - k) * np.log(two)) - far)
+
+
+def _caught(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
+    step = max(1, round(4e-5 * rate))
+    at = np.arange(max(0, near - round(3e-3 * rate)), near + round(3e-3 * rate), step)
+    at = at[at < len(white)]
+    power = _spectra(white[at[0] : at[-1] + 2 * len(window)], at - at[0], window)[:, seen]
+    bins_apart = rate / len(window) * 2 * FADE_S  # how many of them are one independent number
+    return _weighed(at / rate, (power / before[seen]).sum(axis=1) * min(1.0, bins_apart))
+
+
+def _weighed(time: np.ndarray, log_likelihood: np.ndarray) -> tuple[float, float]:
+    """The mean and sd of a time whose likelihood is given on a grid."""
+    weight = np.exp(log_likelihood - log_likelihood.max())
+    weight /= weight.sum()
+    mean = float(weight @ time)
+    return mean, float(np.sqrt(weight @ (time - mean) ** 2))

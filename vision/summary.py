@@ -1,0 +1,142 @@
+"""Repeats → the number that a paper prints: mean ± 95 % interval of the mean, and what the repeats say of one another.
+
+One line for each bench, rig and quantity, and for each level of a condition that has repeats at its levels.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
+
+OUTLIER_P = 0.01  # chance that one recording of a whole group without outliers is named
+LEAST_FOR_OUTLIERS = 4  # with three values, any two make an outlier of the third
+COLUMNS = (
+    "bench", "rig", "quantity", "conditions", "n", "mean", "low", "high", "unit", "scatter", "measuring", "common",
+    "doubtful", "not_measured", "outliers",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Line:
+    """The repeats of one quantity.
+
+    `mean` is unweighted; `low`, `high` are the 95 % interval of the mean: Student's t on the scatter between the repeats,
+    the errors that all recordings of a session share (`common`) added in quadrature. `scatter` is the sd between repeats
+    (NaN for one), `measuring` the rms of what measuring alone explains of it. `doubtful` counts repeats of doubtful
+    quality, which are in the mean, `not_measured` those that failed, `outliers` names repeats that hardly belong to the
+    others (in the mean too).
+    """
+
+    bench: str
+    rig: str
+    quantity: str
+    conditions: str
+    n: int
+    mean: float
+    low: float
+    high: float
+    unit: str
+    scatter: float
+    measuring: float
+    common: float
+    doubtful: int
+    not_measured: int
+    outliers: tuple[str, ...]
+
+
+def summarise(observations: Iterable[Observation]) -> list[Line]:
+    """One Line for each group of repeats, in the order in which they were measured; groups with nothing measured left out."""
+    groups: dict[tuple, list[tuple[Observation, Quantity]]] = {}
+    observations = list(observations)
+    split = _splitting(observations)
+    for observation in observations:
+        said = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in _levels(observation, split))
+        for q in observation.quantities:
+            groups.setdefault((observation.bench, observation.rig, q.name, q.unit, said), []).append((observation, q))
+    lines = [_line(key, repeats) for key, repeats in groups.items()]
+    return [line for line in lines if line.n]
+
+
+def as_table(lines: Sequence[Line]) -> pd.DataFrame:
+    """The lines as rows of summary.csv; outliers parted by semicolons."""
+    rows = [{**{c: getattr(line, c) for c in COLUMNS}, "outliers": "; ".join(line.outliers)} for line in lines]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def _splitting(observations: list[Observation]) -> dict[tuple[str, str], list[str]]:
+    """For each bench and rig the conditions at whose levels there are repeats: two recordings a level on average."""
+    kept: dict[tuple[str, str], list[str]] = {}
+    for place in dict.fromkeys((o.bench, o.rig) for o in observations):
+        inside = [o for o in observations if (o.bench, o.rig) == place]
+        names = dict.fromkeys(name for o in inside for name in o.conditions)
+        kept[place] = [n for n in names if 2 * len({o.conditions.get(n) for o in inside}) <= len(inside)]
+    return kept
+
+
+def _levels(observation: Observation, split: dict[tuple[str, str], list[str]]) -> list[tuple[str, float | str]]:
+    names = split[observation.bench, observation.rig]
+    return [(name, observation.conditions[name]) for name in names if name in observation.conditions]
+
+
+def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
+    bench, rig, name, unit, conditions = key
+    measured = [(o, q) for o, q in repeats if q.quality != FAILED and np.isfinite(q.value)]
+    values = np.array([q.value for _, q in measured])
+    n, mean = values.size, float(values.mean()) if values.size else np.nan
+    own = np.array([np.sqrt(max(q.sd**2 - q.sd_common**2, 0)) if np.isfinite(q.sd) else np.nan for _, q in measured])
+    common = _common([(o.session or "", q.sd_common) for o, q in measured])
+    if n > 1:
+        scatter = float(values.std(ddof=1))
+        own_half = stats.t.ppf(0.975, n - 1) * scatter / np.sqrt(n)
+    else:
+        scatter, own_half = _within(measured, name), 1.96 * float(own[0]) if n else np.nan
+    half = float(np.hypot(own_half, 1.96 * common))
+    measuring = float(np.sqrt(np.nanmean(own**2))) if np.isfinite(own).any() else np.nan
+    return Line(
+        bench, rig, name, conditions, _count(measured, name), mean, mean - half, mean + half, unit, scatter, measuring, common,
+        sum(q.quality == DOUBTFUL for _, q in measured), len(repeats) - n, tuple(_outliers(measured, values, own)),
+    )  # fmt: skip
+
+
+def _common(errors: list[tuple[str, float]]) -> float:
+    """sd of the mean from errors that the recordings of one session share: Σ over sessions of (their mean share)²."""
+    by_session: dict[str, float] = {}
+    for session, sd in errors:
+        by_session[session] = by_session.get(session, 0.0) + sd / len(errors)
+    return float(np.sqrt(sum(share**2 for share in by_session.values())))
+
+
+def _read(measured: list[tuple[Observation, Quantity]], name: str) -> pd.DataFrame | None:
+    """The row of readings that a single recording's quantity is the mean of, None where it was not read off."""
+    if len(measured) != 1 or (readings := measured[0][0].readings) is None:
+        return None
+    rows = readings[readings["quantity"] == name]
+    return rows if len(rows) == 1 else None
+
+
+def _count(measured: list[tuple[Observation, Quantity]], name: str) -> int:
+    rows = _read(measured, name)
+    return len(measured) if rows is None else int(rows["n"].iloc[0])
+
+
+def _within(measured: list[tuple[Observation, Quantity]], name: str) -> float:
+    rows = _read(measured, name)
+    return np.nan if rows is None else float(rows["sd"].iloc[0])
+
+
+def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, own: np.ndarray) -> Iterable[str]:
+    """Repeats that lie too far from the mean of the others for the scatter of the others (deleted residuals, Bonferroni)."""
+    n = values.size
+    if n < LEAST_FOR_OUTLIERS:
+        return
+    bound = stats.t.ppf(1 - OUTLIER_P / (2 * n), n - 2)
+    for i, (observation, _) in enumerate(measured):
+        others = np.delete(values, i)
+        least = np.nanmean(own) if np.isfinite(own).any() else 0.0  # equal readings have no scatter, yet are not exact
+        spread = max(others.std(ddof=1), least) * np.sqrt(1 + 1 / (n - 1))
+        if abs(values[i] - others.mean()) > bound * spread:
+            yield observation.recording
