@@ -62,7 +62,7 @@ def follow_slide(
     lines, shape, last = follow_lines(source)
     if lines is None:
         if recording.slide.tilt_rate_deg_s is None:
-            text = "no tilting plate edge is seen in the picture, and [slide] tilt_rate_deg_s is missing"
+            text = "no tilting plate edge is seen in the picture, and [slide] start_deg and tilt_rate_deg_s are missing"
             raise MeasurementError(f"{recording.toml}: {text}")
         followed = follow(source, falling=False, progress=progress)
         return _along_own_line(followed)
