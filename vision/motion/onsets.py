@@ -29,7 +29,7 @@ MOST_OVER = 25.0  # beyond, a frequency says nothing more
 FRESH_S = 7e-3  # what begins now is louder than it was this long ago
 APART_S = 4e-3  # of two onsets at least
 NOISE_PEAKS_PER_S = 2.0  # as strong as the weakest onset that is listed at all
-MOST_ONSETS = 160  # in BLOCK_S
+MOST_ONSETS, MOST_IN_ALL = 160, 1000  # in BLOCK_S; in a recording
 BLOCK_S = 20.0
 EDGE_S = 0.06  # of a recording's beginning and end: encoders begin and stop with a click
 ORDER_S = 8e-4  # how far back the noise is predicted from
@@ -85,7 +85,8 @@ def find_onsets(sound: Sound) -> Onsets:
         inside = np.flatnonzero((at >= first / rate) & (at < stop / rate))
         part = found.chosen(inside)
         parts.append(Onsets(part.time_s + begin / rate + sound.start_s, *(getattr(part, name) for name in _REST)))
-    return Onsets(*(np.concatenate([getattr(part, name) for part in parts]) for name in Onsets.__dataclass_fields__))
+    whole = Onsets(*(np.concatenate([getattr(part, name) for part in parts]) for name in Onsets.__dataclass_fields__))
+    return whole.chosen(np.sort(np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]))
 
 
 _REST = tuple(Onsets.__dataclass_fields__)[1:]
