@@ -11,7 +11,8 @@ import pandas as pd
 import tomlkit
 
 from vision.evidence.photo import PHOTO_SUFFIXES
-from vision.foreign import read_foreign, tool_of
+from vision.evidence.sound import SOUND_SUFFIXES
+from vision.foreign import read_foreign
 from vision.foreign.evidence import chosen, falls, impact_rows, track_rows
 from vision.foreign.found import Found
 from vision.measurement import MeasurementError
@@ -25,6 +26,7 @@ _ALWAYS_ASKED = {  # rig → what no file of a tool says, by key
     "": (("rig", "which rig is it: drop, slide, roll or pile?"),),
 }
 OF_ALL = "What holds for every recording here; a recording.toml wins over it."
+_COPIED = ((VIDEO_SUFFIXES, "video", ""), (SOUND_SUFFIXES, "recording of sound", "drop"), (PHOTO_SUFFIXES, "photo", "pile"))
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")  # how a drafted recording.toml begins, with the name of its file
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
 OF_A_BENCH = (  # what holds for all recordings, by section
@@ -61,11 +63,11 @@ class Draft:
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     """The recordings in one file. rig: "" where it is not stated; track: the number of the one to take, else the likeliest."""
     guess: tuple[str, ...] = ()
-    if path.suffix.lower() in (*VIDEO_SUFFIXES, *PHOTO_SUFFIXES) and not tool_of(path):
-        photo = path.suffix.lower() in PHOTO_SUFFIXES
-        guess = ('rig = "pile": a photo',) if photo and not rig else ()
-        yield Draft(path.stem, path, "photo" if photo else "video", rig or ("pile" if photo else ""), path.name, None, guesses=guess)
-        return
+    for suffixes, kind, likely in _COPIED:
+        if path.suffix.lower() in suffixes:
+            guess = (f'rig = "{likely}": a {kind}',) if likely and not rig else ()
+            yield Draft(path.stem, path, kind, rig or likely, path.name, None, guesses=guess)
+            return
     found = read_foreign(path)
     if found.tilt is not None:
         if rig not in ("", "slide"):

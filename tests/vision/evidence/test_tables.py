@@ -26,7 +26,7 @@ def test_a_plain_track(tmp_path):
 @pytest.mark.parametrize(("text", "name", "read"), [
     ("t_s;x_mm;y_mm\n0;0;3\n0,1;0;2,5\n0,2;0;1\n", "track.csv", read_track),
     ("t_s\tx_mm\ty_mm\n0\t0\t3\n0.1\t0\t2.5\n0.2\t0\t1\n", "track.csv", read_track),
-    ("x_mm;t_s\n0;0\n10;0,1\n20;0,2\n30;0,3\n", "gates.csv", read_gates),
+    ("x_mm;t_s\n0;0\n10;0,1\n20;0,2\n30;0,3\n", "gates.csv", lambda file: read_gates(file, "roll")),
     ("t_s\n0\n0,1\n0,2\n", "impacts.csv", read_impacts),
     ("# heard by a phone; in a corner\nt_s\n0\n0.1\n0.2\n", "impacts.csv", read_impacts),
 ])  # fmt: skip

@@ -93,6 +93,15 @@ def test_a_doubted_unit_is_a_question_and_stays(files):
     assert "are the times milliseconds?" in reason
 
 
+def test_videos_sounds_and_photos_are_copied_in(files):
+    for name in ("a.mp4", "b.wav", "c.jpg"):
+        (files / name).write_bytes(name.encode())
+    assert run(*(files / name for name in ("a.mp4", "b.wav", "c.jpg")), "--out", files / "bench").exit_code == 0
+    assert (files / "bench" / "b" / "b.wav").read_bytes() == b"b.wav"
+    rigs = [tomllib.loads((files / "bench" / name / "recording.toml").read_text()).get("rig") for name in "abc"]
+    assert rigs == [None, "drop", "pile"]
+
+
 def test_track_and_rig_are_chosen_by_hand(files):
     rows = [f"{t:.5f},{x:.6f},{y:.6f},{0.2 + 0.1 * t:.6f},0.3" for t, x, y in zip(FRAME / 120, X, Y)]
     (files / "two.csv").write_text("\n".join(["t,x,y,x,y", *rows]))
