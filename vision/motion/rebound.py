@@ -65,7 +65,7 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        quantities = (*_fall_alone(flights, used, recording), *all_failed(reason))
+        quantities = (*all_failed(reason), *_fall_alone(flights, used, recording))
         return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: _derived(flights, p), flights.params, flights.cov)
     air = _air_error(flown, used, up, across, flights, values, gravity, recording)
