@@ -65,7 +65,7 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        quantities = (*_fall_alone(flights, used, recording), *all_failed(reason))
+        quantities = (*all_failed(reason), *_fall_alone(flights, used, recording))
         return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
     values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]

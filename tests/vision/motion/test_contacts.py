@@ -16,8 +16,10 @@ from vision.synthetic.motion import draw_drop, film_track
 )
 def test_no_bounce_fails_with_the_reason(motion, until, says):
     result = measure_rebound(film_track(motion, np.random.default_rng(0), until_s=until), drop())
-    assert {q.quality for q in result.quantities} == {"failed"}
-    assert all(says in q.reason for q in result.quantities)
+    *bounce, fall = result.quantities
+    assert {q.quality for q in bounce} == {"failed"}
+    assert all(says in q.reason for q in bounce)
+    assert fall.name == "fall_acceleration" and abs(fall.value - 9.80665) < 3 * fall.sd < 1  # 1 % of scale, and what 0.2 s tell
 
 
 def test_a_rebound_cut_short_is_doubtful():
