@@ -162,16 +162,16 @@ def _of_incline(rows: Rows, sign: float, recording: Recording) -> RunOut:
         return np.array([p[2] * k.scale / 1000, math.tan(k.incline) - pull / math.cos(k.incline)])
 
     found = fit_legs(rows, legs, start, known)
-    value, sd = _with_doubts(rows, legs, found, known, doubts, derived)
+    value, sd, common = _with_doubts(rows, legs, found, known, doubts, derived)
     if value[0] < -1.96 * sd[0]:
         raise MeasurementError("the seed slows down on its way; are its rows on an incline, and in the right order?")
-    acceleration = _strained(Quantity("acceleration", value[0], sd[0], "m/s²"), found)
+    acceleration = _strained(Quantity("acceleration", value[0], sd[0], "m/s²", sd_common=common[0]), found)
     notes = [*notes, *more]
     drawn = _drawn(rows, legs(found.params, known), sign)
     if recording.roll.incline_deg is None:
         said = f"{recording.toml}: [roll] incline_deg is missing; without it an acceleration tells no rolling friction"
         return RunOut((acceleration, failed("rolling_friction", "1", said)), fitted=drawn, notes=tuple(notes))
-    friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1"), found)
+    friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1", sd_common=common[1]), found)
     if friction.value < -2 * friction.sd:
         friction = friction.doubt("negative: the seed rolls faster than without resistance; check incline_deg, scale and inertia_factor")
     return RunOut((acceleration, friction), fitted=drawn, notes=tuple(notes))
@@ -225,12 +225,12 @@ def _of_both(rows: Rows, sign: float, recording: Recording) -> RunOut:
     found = fit_legs(rows, legs, start, known)
     if legs(found.params, known)[last].acceleration >= 0:
         raise MeasurementError("the seed does not slow down on the level: its rows say neither a run-out nor a friction")
-    value, sd = _with_doubts(rows, legs, found, known, doubts, derived)
-    run_out = _strained(Quantity("run_out", value[0], sd[0], "mm"), found)
+    value, sd, common = _with_doubts(rows, legs, found, known, doubts, derived)
+    run_out = _strained(Quantity("run_out", value[0], sd[0], "mm", sd_common=common[0]), found)
     ahead = value[0] / known.scale + known.corner - rows.x[-1]
     if ahead > 0.25 * value[0]:
         run_out = run_out.doubt(f"the stop is extrapolated by {ahead:.3g} mm beyond the last row")
-    friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1"), found)
+    friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1", sd_common=common[1]), found)
     notes.append("few rows: the rolling friction is that of slowing down on the level, the run-out where that ends")
     drawn = _drawn(rows, legs(found.params, known), sign)
     return RunOut((run_out, friction), sign * known.corner, sign * (known.corner + value[0]), float(rows.time[-1]), drawn, tuple(notes))
@@ -312,15 +312,18 @@ def travel(legs: tuple[Leg, ...], time: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _with_doubts(rows: Rows, legs: Legs, found: Fitted, known: Known, doubts: dict[str, float], derived: Callable) -> tuple:
-    """Values that `derived` makes of parameters and what is known, and their sds: by the rows, and by each doubt, fitted anew."""
+    """Values that `derived` makes of parameters and what is known, their sds, by the rows and by each doubt, fitted anew, and what all
+    rolls of a session share of them: all but where the seed was laid."""
     value, own = propagate(lambda p: derived(p, known), found.params, found.cov)
-    power = np.diag(own).copy()
+    power, shared = np.diag(own).copy(), np.zeros(len(value))
     for name, sd in doubts.items():
         if sd and math.isfinite(getattr(known, name)):
             other = replace(known, **{name: getattr(known, name) + sd})
             again = fit_legs(rows, legs, found.params, other).params if name in ("drag", "corner", "keep") else found.params
-            power += np.nan_to_num(derived(again, other) - value) ** 2
-    return value, np.sqrt(power)
+            moved = np.nan_to_num(derived(again, other) - value) ** 2
+            power += moved
+            shared += moved * (name != "corner")
+    return value, np.sqrt(power), np.sqrt(shared)
 
 
 def _strained(quantity: Quantity, found: Fitted) -> Quantity:
