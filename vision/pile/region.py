@@ -19,7 +19,7 @@ SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
 LOCAL = 0.08  # of the close-up's width: how far away colours count for what is seeds and what is not
 RIVAL = 0.9  # of the best triangle's score: another one beside it is as likely the heap
 FORM = 0.55  # of mask and triangle together that both cover: less is no heap
-GRAINY = 1.0  # texture of the least grainy tenth of seeds (plain paper and its noise have 0 to 0.9, seeds in focus 2 to 5)
+GRAINY = 1.7  # texture of the least grainy tenth of seeds (plain paper and its noise have 0 to 0.9, seeds in focus 2 to 5)
 TRIES, ROUNDS, KEPT = 6000, 5, 24
 
 
