@@ -2,7 +2,9 @@
 
 import cv2
 import numpy as np
+import pytest
 
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import Camera
 
