@@ -65,7 +65,7 @@ def words(features: np.ndarray, count: int) -> np.ndarray:
     cv2.setRNGSeed(1)
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 12, 0.01)
     some = np.ascontiguousarray(flat[:: max(1, len(flat) // 8000)])
-    centres = cv2.kmeans(some, min(count, len(some)), None, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
+    centres = cv2.kmeans(some, min(count, len(some)), np.zeros((len(some), 1), np.int32), stop, 1, cv2.KMEANS_PP_CENTERS)[2]
     distance = (centres**2).sum(axis=1) - 2 * flat @ centres.T
     return distance.argmin(axis=1).reshape(features.shape[:2])
 
@@ -82,7 +82,9 @@ def find_region(image: np.ndarray) -> Region | None:
     box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
     (x0, y0, x1, y1), triangle = box, triangle * factor
     close = cv2.resize(image[y0:y1, x0:x1], None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA)
-    where = np.float32([[factor / zoom, 0, (0.5 * factor - 0.5 - x0) / zoom], [0, factor / zoom, (0.5 * factor - 0.5 - y0) / zoom]])
+    scale = factor / zoom
+    shift = [(0.5 * factor - 0.5 - corner) / zoom for corner in (x0, y0)]
+    where = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]], np.float32)
     grown = cv2.warpAffine(rough.astype(np.uint8), where, close.shape[1::-1], flags=cv2.INTER_NEAREST)
     inner = (triangle - [x0, y0, y0, 0, 0]) / zoom
     lab = cv2.cvtColor(_coloured(as_float(close)), cv2.COLOR_RGB2LAB)
@@ -150,7 +152,7 @@ def _grabbed(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray:
     mask = np.ascontiguousarray(mask, dtype=np.uint8)
     cv2.setRNGSeed(1)
     models = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, None, *models, rounds, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, (0, 0, 1, 1), *models, rounds, cv2.GC_INIT_WITH_MASK)
     return np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
 
 
