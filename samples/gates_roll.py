@@ -44,7 +44,7 @@ def draw(folder: Path) -> pd.DataFrame:
             rows = pd.DataFrame({"x_mm": GATES_MM, "t_s": (time - time[0]).round(6)})
             rows.to_csv(folder / name / "gates.csv", index=False)
             truth.append((name, "acceleration", acceleration, "m/s²"))
-    truth += [("mean", "rolling_friction", float(np.mean(friction)), "1"), ("rails both ways", "slope", SLOPE_DEG, "deg")]
+    truth += [("mean", "rolling_resistance", float(np.mean(friction)), "1"), ("rails both ways", "slope", SLOPE_DEG, "deg")]
     table = pd.DataFrame(truth, columns=["recording", "quantity", "value", "unit"])
     table.to_csv(folder / "truth.csv", index=False, float_format="%.6g")
     return table

@@ -282,10 +282,10 @@ def test_a_ball_past_gates_is_measured_both_ways_and_its_table_s_slope_named(tmp
     assert result.exit_code == 0, result.output
     table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index(["recording", "quantity"])
     truth = pd.read_csv(folder / "truth.csv").set_index(["recording", "quantity"]).value
-    for key, value in truth.drop(("mean", "rolling_friction")).items():
+    for key, value in truth.drop(("mean", "rolling_resistance")).items():
         assert abs(table.loc[key].value - value) <= 3.5 * table.loc[key].sd, (key, table.loc[key].value, value)
-    friction = table.xs("rolling_friction", level="quantity")
-    assert friction.value.mean() == pytest.approx(truth["mean", "rolling_friction"], abs=1e-3)  # the mean of both ways: no slope in it
+    friction = table.xs("rolling_resistance", level="quantity")
+    assert friction.value.mean() == pytest.approx(truth["mean", "rolling_resistance"], abs=1e-3)  # the mean of both ways: no slope in it
     said = CliRunner().invoke(app, ["diagnose", str(folder), "--out", str(tmp_path / "said"), "--no-twin"])
     assert said.exit_code == 0, said.output
     found = json.loads((tmp_path / "said" / "diagnosis.json").read_text(encoding="utf8"))["rigs"]["roll"]

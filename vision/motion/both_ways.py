@@ -47,7 +47,7 @@ def slopes(measured: Iterable[tuple[Recording, Observation]]) -> list[Observatio
 def _run(recording: Recording, observation: Observation) -> Run | None:
     found = {q.name: q for q in observation.quantities if q.quality != FAILED}
     roll, path = recording.roll, observation.track
-    if recording.rig != "roll" or not {"acceleration", "rolling_friction"} <= found.keys() or roll.incline_deg is None or path is None:
+    if recording.rig != "roll" or not {"acceleration", "rolling_resistance"} <= found.keys() or roll.incline_deg is None or path is None:
         return None
     seen = path.x_mm.iloc[-1] >= path.x_mm.iloc[0]
     direction = 1 if (roll.direction == "+x" if roll.direction else seen) else -1
@@ -56,7 +56,7 @@ def _run(recording: Recording, observation: Observation) -> Run | None:
     except MeasurementError:
         return None
     a = found["acceleration"]
-    friction = float(np.clip(found["rolling_friction"].value, 0.0, 0.5))
+    friction = float(np.clip(found["rolling_resistance"].value, 0.0, 0.5))
     return Run(direction, 1000 * a.value, 1000 * a.sd, friction, inertia, math.radians(roll.incline_deg))
 
 

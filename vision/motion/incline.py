@@ -114,7 +114,7 @@ def measure_roll(track: Track, recording: Recording, *, junction: tuple[float, f
         return _of_incline(rows, sign, recording) if stays else _of_both(rows, sign, recording)
     except MeasurementError as error:
         first = ("acceleration", "m/s²") if stays else ("run_out", "mm")
-        return RunOut((failed(*first, str(error)), failed("rolling_friction", "1", str(error))))
+        return RunOut((failed(*first, str(error)), failed("rolling_resistance", "1", str(error))))
 
 
 def stays_on_incline(track: Track, recording: Recording) -> bool:
@@ -146,7 +146,7 @@ def rows_of(track: Track, recording: Recording) -> tuple[Rows, float]:
 
 
 def _of_incline(rows: Rows, sign: float, recording: Recording) -> RunOut:
-    """acceleration and rolling_friction of a seed that stays on its incline."""
+    """acceleration and rolling_resistance of a seed that stays on its incline."""
     rows, notes = _before_the_end(rows)
     known, doubts, more = _known(rows, recording)
     going = int(np.argmax(rows.x > rows.x[0] + 0.02 * np.ptp(rows.x)))
@@ -170,8 +170,8 @@ def _of_incline(rows: Rows, sign: float, recording: Recording) -> RunOut:
     drawn = _drawn(rows, legs(found.params, known), sign)
     if recording.roll.incline_deg is None:
         said = f"{recording.toml}: [roll] incline_deg is missing; without it an acceleration tells no rolling friction"
-        return RunOut((acceleration, failed("rolling_friction", "1", said)), fitted=drawn, notes=tuple(notes))
-    friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1", sd_common=common[1]), found)
+        return RunOut((acceleration, failed("rolling_resistance", "1", said)), fitted=drawn, notes=tuple(notes))
+    friction = _strained(Quantity("rolling_resistance", value[1], sd[1], "1", sd_common=common[1]), found)
     if friction.value < -2 * friction.sd:
         friction = friction.doubt("negative: the seed rolls faster than without resistance; check incline_deg, scale and inertia_factor")
     return RunOut((acceleration, friction), fitted=drawn, notes=tuple(notes))
@@ -190,7 +190,7 @@ def _before_the_end(rows: Rows) -> tuple[Rows, list[str]]:
 
 
 def _of_both(rows: Rows, sign: float, recording: Recording) -> RunOut:
-    """run_out and rolling_friction of few rows, some of them on the level."""
+    """run_out and rolling_resistance of few rows, some of them on the level."""
     known, doubts, notes = _known(rows, recording)
     if not math.isfinite(known.corner):
         said = "of few rows it says which are on the level"
@@ -230,7 +230,7 @@ def _of_both(rows: Rows, sign: float, recording: Recording) -> RunOut:
     ahead = value[0] / known.scale + known.corner - rows.x[-1]
     if ahead > 0.25 * value[0]:
         run_out = run_out.doubt(f"the stop is extrapolated by {ahead:.3g} mm beyond the last row")
-    friction = _strained(Quantity("rolling_friction", value[1], sd[1], "1", sd_common=common[1]), found)
+    friction = _strained(Quantity("rolling_resistance", value[1], sd[1], "1", sd_common=common[1]), found)
     notes.append("few rows: the rolling friction is that of slowing down on the level, the run-out where that ends")
     drawn = _drawn(rows, legs(found.params, known), sign)
     return RunOut((run_out, friction), sign * known.corner, sign * (known.corner + value[0]), float(rows.time[-1]), drawn, tuple(notes))

@@ -46,7 +46,7 @@ def test_intervals_of_four_to_six_gates_on_an_incline_hold(tmp_path, stated):
         track = make_track(time, gates, 0 * gates, sd=np.abs(speed) * sd if stated else np.nan)
         roll = Roll(incline_deg=math.degrees(ball.beta) + 0.1 * rng.standard_normal(), level=False)
         found = quantities(measure_roll(track, recording(tmp_path, roll, "gates.csv")))
-        good.append([held(found["acceleration"], ball.acceleration), held(found["rolling_friction"], ball.mu)])
+        good.append([held(found["acceleration"], ball.acceleration), held(found["rolling_resistance"], ball.mu)])
         widths.append(found["acceleration"].sd / ball.acceleration)
     shares = np.mean(good, axis=0)
     print(f"stated {stated}: acceleration {shares[0]:.3f}, friction {shares[1]:.3f}, sd of a {100 * np.median(widths):.2g} %")
@@ -66,7 +66,7 @@ def test_intervals_of_tracks_of_four_to_ten_rows_hold(tmp_path, stated):
         roll = Roll(incline_deg=math.degrees(ball.beta) + 0.1 * rng.standard_normal(), incline_length_mm=5000)
         about = recording(tmp_path, roll, mm_per_px=0.5, mm_per_px_sd=0.001)
         found = quantities(measure_roll(track, about))
-        good.append([held(found["acceleration"], ball.acceleration), held(found["rolling_friction"], ball.mu)])
+        good.append([held(found["acceleration"], ball.acceleration), held(found["rolling_resistance"], ball.mu)])
     shares = np.mean(good, axis=0)
     print(f"stated {stated}: acceleration {shares[0]:.3f}, friction {shares[1]:.3f}")
     assert (shares >= LEAST).all()
@@ -96,7 +96,7 @@ def test_few_rows_on_both_legs_tell_run_out_and_friction(tmp_path, rows):
         seen = 1000 * np.interp(time, fine, x) + 0.5 * rng.standard_normal(rows)
         roll = Roll(incline_deg=math.degrees(beta), incline_length_mm=150)
         found = quantities(measure_roll(make_track(time, seen, 0 * seen), recording(tmp_path, roll, mm_per_px=0.5, mm_per_px_sd=0.0005)))
-        good.append([held(found["run_out"], 1000 * (x[-1] - 0.15)), held(found["rolling_friction"], ball.mu)])
+        good.append([held(found["run_out"], 1000 * (x[-1] - 0.15)), held(found["rolling_resistance"], ball.mu)])
     print(rows, np.mean(good, axis=0))
     assert (np.mean(good, axis=0) >= 0.9).all()  # of 100: 5 fewer than expected is two standard deviations
 
@@ -115,7 +115,7 @@ def test_what_cannot_be_is_one_sentence(tmp_path):
     wide = measure_roll(track, recording(tmp_path, Roll(level=False, incline_deg=6, rail_gap_mm=20), "gates.csv"))
     assert "rail_gap_mm = 20: a ball of 15 mm falls between" in wide.quantities[0].reason
     asked = measure_roll(track, recording(tmp_path, Roll(level=False), "gates.csv"))
-    assert "[roll] incline_deg is missing" in quantities(asked)["rolling_friction"].reason
+    assert "[roll] incline_deg is missing" in quantities(asked)["rolling_resistance"].reason
     assert quantities(asked)["acceleration"].quality == "good"
     no_length = measure_roll(track, recording(tmp_path, Roll(incline_deg=6), "gates.csv"))
     assert "incline_length_mm is missing" in no_length.quantities[0].reason and "level = false" in no_length.quantities[0].reason
