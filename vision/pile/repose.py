@@ -138,11 +138,16 @@ def _same_heap(smooth: Repose, seeds: Repose, region: Region) -> bool:
     surface = np.fmin(smooth.surface, foot)
     area = float((foot - seeds.surface).sum())
     grainy = np.minimum(_upper(region, region.grown, x.size), foot)
-    left_out, taken_in = np.clip(surface - seeds.surface, 0, None).sum(), np.clip(grainy - surface, 0, None).sum()
+    crest = smooth.crest[0] - smooth.roi[0]
+    left, right = (crest if toe is None else toe for toe in smooth.toes)
+    heap = (x >= left) & (x <= right)  # without the wall that it may lean on
+    if not heap.any():
+        return False
+    left_out, taken_in = np.clip(surface - seeds.surface, 0, None).sum(), np.clip(grainy - surface, 0, None)[heap].sum()
     under = foot - seeds.surface > 0
     apart = np.abs(smooth.base.at(x) - foot)[under].mean()
     tall = float(np.ptp(seeds.surface[under]))
-    apart = max(apart, abs(float(surface.min() - seeds.surface.min())))
+    apart = max(apart, abs(float(surface[heap].min() - seeds.surface[heap].min())))
     return bool(max(left_out, taken_in) < AREA * area and apart < APART * tall)
 
 

@@ -124,6 +124,15 @@ def test_a_line_that_contradicts_the_plumb_is_no_base_line():
     assert abs(q.quantities[0].value - 30.0) <= max(3 * q.quantities[0].sd, 1.0)
 
 
+def test_a_wall_that_the_heap_leans_on_does_not_cost_the_sharper_reading():
+    """A box wall taller than the heap: the reading off the smooth background, which knows where the wall stands, is kept."""
+    picture = heap_of_seeds("plain", 30.0, seed=1, half=True)
+    picture[FOOT - 220 : FOOT, WIDTH // 2 - 60 : WIDTH // 2 - 4] = (60, 70, 60)
+    found = {q.name: q for q in angle(picture, side="right").quantities}
+    assert abs(found["repose_angle"].value - 30.0) <= max(3 * found["repose_angle"].sd, 1.0)
+    assert found["centroid_angle"].quality == GOOD
+
+
 @pytest.mark.parametrize("kind", ["cloth", "wood", "clutter"])
 def test_a_background_without_seeds_is_refused_or_doubted(kind):
     wall = np.clip(behind(kind, np.random.default_rng(8)) + np.random.default_rng(9).normal(0, 2, (HEIGHT, WIDTH, 3)), 0, 255)
