@@ -70,6 +70,7 @@ class Followed:
     track: Track
     scene: Scene
     size: float  # diameter of the circle with the seed's silhouette area, px
+    areas: np.ndarray  # of the silhouette in each row of the track, px²
 
 
 def follow(
@@ -101,9 +102,8 @@ def follow(
     chosen = _choose([p for p in pieces if len(p.frames) >= 3], falling, scene)
     if chosen is None:
         raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
-    return Followed(
-        _as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median([s.area for s in chosen.shapes]) / np.pi))
-    )
+    areas = np.array([s.area for s in chosen.shapes])
+    return Followed(_as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
 
 
 def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette], frame: int, time: float) -> None:

@@ -7,10 +7,12 @@ import numpy as np
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
-from vision.measurement import GOOD, MeasurementError, Observation, Quantity
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
+from vision.motion.body import body_doubt
 from vision.motion.follow import Followed, follow
 from vision.motion.impacts import measure_impacts
 from vision.motion.plate import Plate, follow_slide, roll_path
+from vision.motion.readout import over_readouts
 from vision.motion.rebound import Rebound, measure_rebound, upright
 from vision.motion.run_out import measure_run_out
 from vision.motion.slide import measure_slide
@@ -83,15 +85,27 @@ def _observe_frames(recording: Recording, progress) -> Observation:
         followed = follow(source, falling=recording.rig == "drop", progress=progress)
     recording, notes = _with_scale(recording, followed)
     notes = [*source.notes, *notes]
-    if recording.rig == "drop":
-        return _drop_in_frames(recording, followed, notes)
     if recording.rig == "slide":
         return _slide_in_frames(recording, followed, plate, notes)
-    return _roll_in_frames(recording, followed, notes)
+    measure = _drop_in_frames if recording.rig == "drop" else _roll_in_frames
+    return _doubted(measure(recording, followed, notes), body_doubt(followed, recording))
+
+
+def _doubted(found: Observation, doubt: str) -> Observation:
+    """The same with every quantity and bounce doubted for one reason; as it is where there is none."""
+    if not doubt:
+        return found
+    bounces = found.bounces if found.bounces is None else found.bounces.assign(quality=DOUBTFUL)
+    return replace(found, quantities=tuple(q.doubt(doubt) for q in found.quantities), bounces=bounces)
 
 
 def _drop_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
-    result = measure_rebound(to_mm(followed.track, recording.camera.mm_per_px), recording)
+    share = 1 - followed.track.y / max(followed.scene.shape[0] - 1, 1)
+    seen, camera = to_mm(followed.track, recording.camera.mm_per_px), recording.camera
+    # A camera that takes frames one by one, as picture files, has a shutter of its own; what films has rows, unless it is stated.
+    rate = camera.fps if recording.evidence == "video" else None
+    result, said = over_readouts(seen, share, camera.readout_s, rate, lambda track: measure_rebound(track, recording))
+    notes = [*notes, said] if said else notes
     pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
     notes = [*followed.track.notes, *notes, *result.notes]
     return _observation(recording, result.quantities, notes, pictures, result.track, result.bounces)
@@ -114,6 +128,8 @@ def _roll_in_frames(recording: Recording, followed: Followed, notes: list[str]) 
     track = to_mm(along.track, recording.camera.mm_per_px)
     junction = None if along.junction is None else (along.junction[0] * scale, along.junction[1] * scale)
     roll = measure_run_out(track, recording, junction=junction)
+    if along.doubt:
+        roll = replace(roll, quantities=tuple(q.doubt(along.doubt) for q in roll.quantities))
     low = followed.scene.shape[0] - 1  # y counts up from the bottom row
     marks = [(c, low - y) for c, y in along.marks(None if roll.stop is None else roll.stop / scale)]
     legs = [((a[0], low - a[1]), (b[0], low - b[1])) for a, b in along.legs]
