@@ -1,14 +1,12 @@
 """Impacts heard in drawn sound whose truth is known: how many are found, how many invented, how exact times and e are.
 
-    python benchmarks/sound.py [DROPS PER ROW] [ROW …]
-
 The sound is drawn here, from decaying tones, noise and filters alone: nothing of the reader is used. A loudness in dB is the rms of
 a ring over its first 5 ms above the rms of the noise in the whole band (of hum: of its hiss); a row's loudness is that of the first
 impact, and every later one is fainter by its speed to the power 1.2, and scatters by 2 dB. Times of compressed sound are compared
 after their common shift is taken off, which encoders may put in.
 """
 
-import sys
+import argparse
 import tempfile
 import time
 from dataclasses import dataclass, field
@@ -295,7 +293,12 @@ def row(name: str, score: Score) -> str:
     )
 
 
-def main(drops: int, wanted: list[str]) -> None:
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("drops", type=int, nargs="?", default=50, help="a row")
+    options.add_argument("rows", nargs="*", help="only rows in whose names one of these words is")
+    asked = options.parse_args()
+    drops, wanted = asked.drops, asked.rows
     print(HEAD, flush=True)
     for k, scene in enumerate(SCENES):
         if not wanted or any(w in scene.name for w in wanted):
@@ -303,4 +306,4 @@ def main(drops: int, wanted: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 50, sys.argv[2:])
+    main()

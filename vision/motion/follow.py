@@ -70,6 +70,7 @@ class Followed:
     track: Track
     scene: Scene
     size: float  # diameter of the circle with the seed's silhouette area, px
+    areas: np.ndarray  # of the silhouette in each row of the track, px²
 
 
 def follow(
@@ -106,9 +107,8 @@ def follow(
         raise MeasurementError(f"{source.path}: nothing moves near [track] follow_px = {[float(f'{v:.6g}') for v in at]}")
     if chosen is None:
         raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
-    return Followed(
-        _as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median([s.area for s in chosen.shapes]) / np.pi))
-    )
+    areas = np.array([s.area for s in chosen.shapes])
+    return Followed(_as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
 
 
 def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette], frame: int, time: float) -> None:

@@ -1,6 +1,5 @@
 """The recipe for what moves: a recording of a drop, slide or roll → Observation."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -10,13 +9,15 @@ import pandas as pd
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
 from vision.foreign.fall import free_falls, unit_doubt
-from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
+from vision.motion.body import body_doubt
 from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
 from vision.motion.heard import observe_heard, sound_of, with_sound
 from vision.motion.impacts import measure_impacts
 from vision.motion.incline import measure_roll
 from vision.motion.plate import Plate, follow_slide, roll_path
+from vision.motion.readout import over_readouts
 from vision.motion.rebound import Rebound, all_failed, measure_rebound, upright
 from vision.motion.slide import measure_slide
 from vision.motion.track import Track, track_from_gates, track_from_table
@@ -25,8 +26,7 @@ from vision.overlay.track import on_picture
 from vision.recording import Recording, with_camera
 
 MOVING_RIGS = ("drop", "slide", "roll")
-SIZE_SHARE = {"drop": 0.25, "slide": 0.13, "roll": 0.13}  # by which a silhouette's diameter may differ from the stated seed's: what
-# is missing of it, or too much, moves all places alike in a fall, but not along a path that bends
+
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
@@ -118,33 +118,10 @@ def _observe_frames(recording: Recording, progress) -> Observation:
     notes = [*source.notes, *notes]
     x, y = plate.places if recording.rig == "slide" else (followed.track.x, followed.scene.shape[0] - 1 - followed.track.y)
     places = pd.DataFrame({"frame": followed.track.frame, "x_px": x, "y_px": y, "left_out": followed.track.outlier})
-    if recording.rig == "drop":
-        seen = _drop_in_frames(recording, followed, notes)
-    elif recording.rig == "slide":
-        seen = _slide_in_frames(recording, followed, plate, notes)
-    else:
-        seen = _roll_in_frames(recording, followed, notes)
-    if doubt := _size_doubt(followed, recording):
-        seen = replace(seen, quantities=tuple(q if q.quality == FAILED else q.doubt(doubt) for q in seen.quantities))
-    return replace(seen, places=places)
-
-
-def _size_doubt(followed: Followed, recording: Recording) -> str:
-    """Why what was followed is not all of the stated seed, or more than it; "" where sizes or scale are not stated, or agree.
-
-    A seed's silhouette has an area between those of its two smaller and its two larger axes, whichever way it turns.
-    """
-    seed, scale = recording.seed, recording.camera.mm_per_px
-    if not (scale and seed.length_mm and seed.width_mm) or (recording.rig == "slide" and (seed.count or 1) > 1):
-        return ""
-    axes = sorted((seed.length_mm, seed.width_mm, seed.thickness_mm or seed.width_mm))
-    least, greatest, across = math.sqrt(axes[0] * axes[1]), math.sqrt(axes[1] * axes[2]), followed.size * scale
-    share = SIZE_SHARE[recording.need_rig()]
-    if (1 - share) * least < across < (1 + share) * greatest:
-        return ""
-    what = "a part of it" if across < least else "its shadow, mirror image or blur with it"
-    stated = f"{least:.3g}" if greatest < 1.02 * least else f"{least:.3g} to {greatest:.3g}"
-    return f"what was followed is {across:.3g} mm across and the stated seed {stated} mm: {what} may have been taken for the seed"
+    if recording.rig == "slide":
+        return replace(_slide_in_frames(recording, followed, plate, notes), places=places)
+    measure = _drop_in_frames if recording.rig == "drop" else _roll_in_frames
+    return replace(_doubted(measure(recording, followed, notes), body_doubt(followed, recording)), places=places)
 
 
 def _corrected(track: Track, recording: Recording) -> Track:
@@ -153,8 +130,21 @@ def _corrected(track: Track, recording: Recording) -> Track:
     return track.marked(np.isin(track.frame, struck)) if struck else track
 
 
+def _doubted(found: Observation, doubt: str) -> Observation:
+    """The same with every quantity and bounce doubted for one reason; as it is where there is none."""
+    if not doubt:
+        return found
+    bounces = found.bounces if found.bounces is None else found.bounces.assign(quality=DOUBTFUL)
+    return replace(found, quantities=tuple(q.doubt(doubt) for q in found.quantities), bounces=bounces)
+
+
 def _drop_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
-    result = measure_rebound(to_mm(followed.track, recording.camera.mm_per_px), recording)
+    share = 1 - followed.track.y / max(followed.scene.shape[0] - 1, 1)
+    seen, camera = to_mm(followed.track, recording.camera.mm_per_px), recording.camera
+    # A camera that takes frames one by one, as picture files, has a shutter of its own; what films has rows, unless it is stated.
+    rate = camera.fps if recording.evidence == "video" else None
+    result, said = over_readouts(seen, share, camera.readout_s, rate, lambda track: measure_rebound(track, recording))
+    notes = [*notes, said] if said else notes
     pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
     notes = [*followed.track.notes, *notes, *result.notes]
     return _observation(recording, result.quantities, notes, pictures, result.track, result.bounces)
@@ -177,6 +167,8 @@ def _roll_in_frames(recording: Recording, followed: Followed, notes: list[str]) 
     track = to_mm(along.track, recording.camera.mm_per_px)
     junction = None if along.junction is None else (along.junction[0] * scale, along.junction[1] * scale)
     roll = measure_roll(track, recording, junction=junction)
+    if along.doubt:
+        roll = replace(roll, quantities=tuple(q.doubt(along.doubt) for q in roll.quantities))
     low = followed.scene.shape[0] - 1  # y counts up from the bottom row
     marks = [(c, low - y) for c, y in along.marks(None if roll.stop is None else roll.stop / scale)]
     legs = [((a[0], low - a[1]), (b[0], low - b[1])) for a, b in along.legs]

@@ -14,8 +14,12 @@ from vision.motion.strip import PlateFrames, without_block
 from vision.motion.track import Track
 from vision.recording import Recording
 
+CLEAR_BEND_DEG = 4.0  # a path whose bend is that far from the stated incline's is not the seed's alone
 LEAST_TURN_DEG = 0.3  # a plate that tilts by less in the whole film is not tilting
 UNPLUMBED_SD_DEG = 1.0  # of a camera whose level nobody stated
+ASTRAY = 0.05  # of the seed's size: places further off its straight legs are not the centre of the seed alone
+SHARP_PX = 0.3  # noise of a place, which the fit along the path allows for by itself
+LEAST_SEEN = 0.5  # of the frames: an edge seen in fewer is not followed
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,7 @@ class Path:
     junction: tuple[float, float] | None
     legs: list
     notes: tuple[str, ...]
+    doubt: str = ""  # what its legs contradict; "" where nothing
 
     def marks(self, stop: float | None) -> list:
         """The junction and the place of the stop, px, y up."""
@@ -60,6 +65,9 @@ def follow_slide(
     and in that frame only the block moves. Angles are against the picture's horizontal, turned by `camera.plumb_deg`.
     """
     lines, shape, last = follow_lines(source)
+    if lines is not None and len(lines) < LEAST_SEEN * source.count:
+        source.note(f"the plate's edge is seen in {len(lines)} of {source.count} frames only and is not used")
+        lines = None
     if lines is None:
         if recording.slide.tilt_rate_deg_s is None:
             text = "no tilting plate edge is seen in the picture, and [slide] start_deg and tilt_rate_deg_s are missing"
@@ -120,7 +128,7 @@ def roll_path(track: Track, size: float, recording: Recording) -> Path:
     used = track.used()
     sign = 1.0 if used.x[-1] >= used.x[0] else -1.0
     u, y = sign * used.x, used.y
-    knee = _knee(u, y)
+    knee, stated = _knee(u, y), recording.roll.incline_deg
     if knee is None:
         centre, directions = (
             np.array([u.mean(), y.mean()]),
@@ -129,26 +137,45 @@ def roll_path(track: Track, size: float, recording: Recording) -> Path:
         way = directions[0] * np.sign(directions[0][0])
         along = (sign * track.x - centre[0]) * way[0] + (track.y - centre[1]) * way[1]
         note = "the picture shows one straight leg only: the junction is not seen"
-        return Path(replace(track, x=along, y=np.zeros(len(track))), None, [], (note,))
-    at, height, slope1, slope2, sd = knee
+        doubt = "" if (stated or 0.0) < CLEAR_BEND_DEG else f"[roll] incline_deg says {stated:g}°, {note}"
+        return Path(replace(track, x=along, y=np.zeros(len(track))), None, [], (note,), doubt)
+    at, height, slope1, slope2, sd, astray = knee
     turn = abs(np.arctan(slope1) - np.arctan(slope2))
     legs = [np.array([1, slope1]) / np.hypot(1, slope1), np.array([1, slope2]) / np.hypot(1, slope2)]
     offset = np.column_stack([sign * track.x - at, track.y - height])
     along = np.where(offset[:, 0] < 0, offset @ legs[0], offset @ legs[1])
     early = size / 2 * np.tan(turn / 2)
     notes = [f"the legs meet at an angle of {np.degrees(turn):.2f}° in the picture"]
-    stated = recording.roll.incline_deg
+    doubt = ""
     if stated is not None and abs(np.degrees(turn) - stated) > 1.5:
         notes.append(f"[roll] incline_deg says {stated:g}°: check it, or the camera's view")
+        if abs(np.degrees(turn) - stated) > CLEAR_BEND_DEG:
+            doubt = f"the legs of the path meet at {np.degrees(turn):.1f}°, [roll] incline_deg says {stated:g}°"
     start, end = np.array([u.min(), height + slope1 * (u.min() - at)]), np.array([u.max(), height + slope2 * (u.max() - at)])
     corner = np.array([at, height])
     drawn = [tuple((p[0] * sign, p[1])) for p in (start, corner, end)]
     path = replace(track, x=along, y=np.zeros(len(track)))
-    return Path(path, (-early, float(np.hypot(sd, 0.1 * early))), [(drawn[0], drawn[1]), (drawn[1], drawn[2])], tuple(notes))
+    rocks = _rocking_px(recording)
+    if astray > ASTRAY * size + rocks:
+        text = f"the places lie {astray:.2g} px off the straight legs: a shadow or a mirror image is taken for a part of the seed"
+        doubt = "; ".join(filter(None, (doubt, text)))
+    # What a place errs across the legs it errs along them too, where the seed rests as well; an oblong seed's rocking is no error.
+    sd = float(np.hypot(np.hypot(sd, 0.1 * early), max(astray - rocks - SHARP_PX, 0.0) * np.sqrt(2)))
+    return Path(path, (-early, sd), [(drawn[0], drawn[1]), (drawn[1], drawn[2])], tuple(notes), doubt)
 
 
-def _knee(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, float] | None:
-    """Two straight legs that meet: place, height there, both slopes, sd of the place; None when one line does as well."""
+def _rocking_px(recording: Recording) -> float:
+    """How far the centre of an oblong seed goes up and down as it rolls, rms; 0 where its axes or the scale are not stated."""
+    seed = recording.seed
+    axes = [a for a in (seed.length_mm, seed.width_mm, seed.thickness_mm) if a]
+    if not recording.camera.mm_per_px or not axes:
+        return 0.0
+    return (max(axes) - min(axes)) / 2 / 2 / np.sqrt(2) / recording.camera.mm_per_px
+
+
+def _knee(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, float, float] | None:
+    """Two straight legs that meet: place, height there, both slopes, sd of the place, rms of what lies off them; None when one line
+    does as well."""
     order = np.argsort(u)
     u, y = u[order], y[order]
     spaced = np.searchsorted(u, np.linspace(u[0], u[-1], 400))  # a rest of a thousand frames counts as one place
@@ -180,4 +207,4 @@ def _knee(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, flo
     slope = np.where(u < at, -slope1, -slope2)
     jacobian = np.column_stack([columns, slope])
     cov = np.linalg.pinv(jacobian.T @ jacobian) * max(noise, 0.02) ** 2
-    return at, float(height), float(slope1), float(slope2), float(np.sqrt(cov[3, 3]))
+    return at, float(height), float(slope1), float(slope2), float(np.sqrt(cov[3, 3])), float(noise)

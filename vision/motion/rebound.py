@@ -11,8 +11,9 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from vision.measurement import MeasurementError, Quantity, failed
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
 from vision.motion.correlated import fit, frame_lag, propagate
+from vision.motion.depth import drift_share
 from vision.motion.few_flights import FEW_ROWS, fit_few, is_few
 from vision.motion.flight import Flights, Gravity, fit_flights, lateral
 from vision.motion.gravity import gravity_doubt, known_gravity, other_drag, release_seen, scale_note
@@ -35,6 +36,7 @@ class Rebound:
     flights: Flights | None
     track: Track
     notes: tuple[str, ...] = ()
+    contradicted: bool = False  # gravity and the stated scale or frame rate do not agree
 
 
 def measure_rebound(track: Track, recording: Recording) -> Rebound:
@@ -76,7 +78,7 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     bounces = _bounce_table(flights, used, across, values, cov, recording)
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
     notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
-    return Rebound(quantities, bounces, flights, marked, tuple(notes))
+    return Rebound(quantities, bounces, flights, marked, tuple(notes), bool(doubt))
 
 
 def _fall_alone(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
@@ -177,6 +179,9 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
         swing_sd = np.sqrt(np.diag(swing_cov))
         # A plumb line off by φ turns the axes: of what goes sideways, φ times as much is taken for height, and the reverse.
         e_sd = math.hypot(e_sd, plumb * (swing[1] + e * swing[0]) / before)
+        if k > 0 and physical:
+            lasts = np.array([t - values[6 * k - 6], 2 * after / 9806.65])
+            e_sd = math.hypot(e_sd, e * drift_share(np.abs(swing), lasts, before, recording.camera.distance_mm))
         before_sd, after_sd = math.hypot(before_sd, plumb * swing[0]), math.hypot(after_sd, plumb * swing[1])
         top_sd = math.hypot(top_sd, plumb * swing[1] * (flights.apex_time(k + 1) - t))
         tilt_sd = np.hypot(swing_sd, plumb * np.array([before, after]))
@@ -191,8 +196,16 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
             row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = _spin(flights, track, flight)
         row |= {f"contact_{length}": contact, f"contact_sd_{length}": contact_sd}
         row |= {f"height_{length}": top, f"height_sd_{length}": top_sd, "restitution": e, "restitution_sd": e_sd}
+        row["quality"] = _bounce_quality(flights, track, k, e, e_sd)
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def _bounce_quality(flights: Flights, track: Track, k: int, e: float, e_sd: float) -> str:
+    """Doubtful where a flight beside bounce k has too few rows or ends before it turns, or e is none, or hardly known."""
+    few = min(len(flights.rows[k]), len(flights.rows[k + 1])) < 5
+    cut = track.time[flights.rows[k + 1][-1]] < flights.apex_time(k + 1)
+    return DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
 
 
 def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, common, recording: Recording, doubt: str):
