@@ -9,6 +9,7 @@ import time
 import tomllib
 import urllib.error
 import urllib.request
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -236,3 +237,19 @@ def test_without_the_key_nothing_answers(window, path):
     with pytest.raises(urllib.error.HTTPError) as refused:
         urllib.request.urlopen(window.root + path, timeout=10)
     assert refused.value.code == 403
+
+
+def test_a_wrong_place_in_a_film_is_struck_out(window):
+    sample = Path(__file__).parents[2] / "samples" / "drawn-bench" / "drop-phone"
+    shutil.copytree(sample, window.folder / "film")
+    window.troubles()  # of the tests before: refused requests are logged
+    window.go("/recording?r=film")
+    window.until(lambda: window.all(".dot"), 60)
+    window.press("Strike out")
+    dot = window.all(".dot")[30]
+    window.driver.execute_script("arguments[0].dispatchEvent(new PointerEvent('pointerdown', {bubbles: true}))", dot)
+    keys = window.folder / "film" / "recording.toml"
+    window.until(lambda: "left_out_frames" in keys.read_text())
+    (frame,) = tomllib.loads(keys.read_text())["track"]["left_out_frames"]
+    window.until(lambda: any(f"frame {frame}, left out" in e.get_attribute("textContent") for e in window.all(".dot")), 60)
+    assert not window.troubles()
