@@ -129,7 +129,7 @@ def test_gates_on_an_incline_measure_an_acceleration(tmp_path):
     assert found["acceleration"].value == pytest.approx(1.0, abs=2e-3) and len(observation.track) == 5
     # a (1 + I/(m r²)) = g (sin β − μ cos β)
     expected = np.tan(np.radians(14)) - 1.4 / 9.80665 / np.cos(np.radians(14))
-    assert found["rolling_friction"].value == pytest.approx(expected, abs=1e-3)
+    assert found["rolling_resistance"].value == pytest.approx(expected, abs=1e-3)
 
 
 def test_gates_behind_an_incline_that_are_passed_ever_faster_tell_nothing(tmp_path):
