@@ -1,5 +1,7 @@
 """The pile's foot and the true horizontal: what angles and heights count from."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from vision.measurement import MeasurementError
@@ -11,7 +13,7 @@ from vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
-TILT_DEG = 2.0  # that a plate may lie off level; a line farther off than this and three sds is none
+TILT_DEG = 2.0  # that a plate may lie off level before another line is looked for
 BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
 
 
@@ -20,15 +22,32 @@ def find_base_line(
     roi: tuple[int, int, int, int],
 ) -> BaseLine:  # fmt: skip
     """The pile's foot: given; else the plate on either side of it; else the plate's faint edge there; else the pile's lower
-    edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface."""
+    edge; else the middle between it and its mirror image; else a level line through the lowest point of the surface.
+
+    A line that contradicts the stated plumb (a shelf's edge, a pattern, a leaning plate) is taken only where none agrees with it.
+    """
     if (given := given_base(baseline, cut.shape, roi)) is not None:
         return given
+    leaning = None
+    for line in _lines(cut, ground, silhouette, surface):
+        if not _leans(camera, line):
+            return line
+        leaning = leaning or line
+    if leaning is not None:
+        return leaning
+    slope = np.tan(np.radians(camera.plumb_deg or 0.0))
+    x = np.arange(surface.size)
+    return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+
+
+def _lines(cut: np.ndarray, ground: Ground, silhouette: Silhouette, surface: np.ndarray) -> Iterator[BaseLine]:
+    """The lines that the pile may stand on, the surest first."""
     plate = _line_through(surface, ground.factor, share=0.08 * surface.size)
-    if plate is not None and not _tilted(camera, *plate[1:]) and not _gaps_below(surface, *plate[:2]):
-        return BaseLine(*plate, "plate")
+    if plate is not None and not _gaps_below(surface, *plate[:2]):
+        yield BaseLine(*plate, "plate")
     line = plate_edge(cut, ground, silhouette.top, EDGE_FLOOR_PX)
-    if line is not None and not _tilted(camera, line.slope, line.slope_sd):
-        return BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
+    if line is not None:
+        yield BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
     height = ground.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
@@ -36,11 +55,8 @@ def find_base_line(
         enough = 0.4 * np.isfinite(foot).sum()
         for rows, source in ((foot, "foot"), ((surface + foot) / 2, "mirror")):
             lowest = _line_through(rows, ground.factor, share=enough, below=1.0)
-            if lowest is not None and not _tilted(camera, *lowest[1:]):
-                return BaseLine(*lowest, source)
-    slope = np.tan(np.radians(camera.plumb_deg or 0.0))
-    x = np.arange(surface.size)
-    return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+            if lowest is not None:
+                yield BaseLine(*lowest, source)
 
 
 def given_base(baseline: Segment | None, shape: tuple[int, ...], roi: tuple[int, int, int, int]) -> BaseLine | None:
@@ -76,12 +92,12 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
     return line.intercept, line.slope, line.slope_sd
 
 
-def _tilted(camera: Camera, slope: float, slope_sd: float) -> bool:
-    """Whether a line contradicts the stated plumb: then it is not what the pile stands on (a shelf's edge, a pattern)."""
+def _leans(camera: Camera, line: BaseLine) -> bool:
+    """Whether a line contradicts the stated plumb by more than plates lie off level."""
     if camera.plumb_deg is None:
         return False
-    sd = np.hypot(np.degrees(slope_sd), camera.plumb_sd)
-    return bool(abs(np.degrees(np.arctan(slope)) - camera.plumb_deg) > TILT_DEG + 3 * sd)
+    sd = np.hypot(np.degrees(line.slope_sd), camera.plumb_sd)
+    return bool(abs(np.degrees(np.arctan(line.slope)) - camera.plumb_deg) > TILT_DEG + 3 * sd)
 
 
 def _gaps_below(surface: np.ndarray, intercept: float, slope: float) -> bool:

@@ -147,7 +147,8 @@ def _same_heap(smooth: Repose, seeds: Repose, region: Region) -> bool:
     under = foot - seeds.surface > 0
     apart = np.abs(smooth.base.at(x) - foot)[under].mean()
     tall = float(np.ptp(seeds.surface[under]))
-    apart = max(apart, abs(float(surface[heap].min() - seeds.surface[heap].min())))
+    top, loose, close = (float(s[heap].min()) for s in (surface, grainy, seeds.surface))  # the crest lies between these two
+    apart = max(apart, loose - top, top - close)
     return bool(max(left_out, taken_in) < AREA * area and apart < APART * tall)
 
 
