@@ -10,6 +10,7 @@ from uuid import uuid4
 from calibrate.campaign import claims
 from calibrate.campaign.attempt import Order, Reply, Work, attempt, recorded, rerun_command
 from calibrate.campaign.cluster import Connection, connected
+from calibrate.campaign.interrupt import kept_interrupt
 from calibrate.campaign.progress import Progress, Tally
 from calibrate.campaign.results import DONE, Outcome, Results, in_order
 from calibrate.campaign.store import CampaignStopped, Store, open_store
@@ -72,8 +73,8 @@ def stream_campaign(
     if not todo:
         return
     try:
-        with connected(len(todo), workers, scheduler) as connection:
-            yield from _Run(opened, order, connection, tally, progress).outcomes(todo)
+        with kept_interrupt() as check, connected(len(todo), workers, scheduler) as connection:
+            yield from _Run(opened, order, connection, tally, progress, check).outcomes(todo)
     finally:
         opened.sweep()
 
@@ -81,11 +82,13 @@ def stream_campaign(
 class _Run:
     """The jobs that are with the workers, and those that another campaign has."""
 
-    def __init__(self, store: Store, order: Order, connection: Connection, tally: Tally, progress: Callable) -> None:
+    def __init__(
+        self, store: Store, order: Order, connection: Connection, tally: Tally, progress: Callable, check: Callable[[], None]
+    ) -> None:
         from distributed import as_completed
 
         self.store, self.client, self.connection = store, connection.client, connection
-        self.tally, self.progress = tally, progress
+        self.tally, self.progress, self.check_interrupt = tally, progress, check
         self.order, self.slots, self.looked = order, connection.slots(), time.monotonic()
         self.completed = as_completed(loop=self.client.loop)
         self.keys: dict[str, str] = {}  # of jobs by the names of their tasks
@@ -97,6 +100,7 @@ class _Run:
         self.jobs = {job.key: job for job in todo}
         self.submit(todo)
         while self.tally.open:
+            self.check_interrupt()
             batch = self.completed.next_batch(block=False)
             yield from self.settle([self.reply(future) for future in batch])
             if time.monotonic() - self.looked > LOOK_S:

@@ -16,8 +16,6 @@ from vision.motion.track import make_track, track_from_table
 from vision.recording import Camera, Drop, Recording, Seed
 from vision.synthetic.motion import correlated_noise, draw_drop, film_track
 
-REAL = Path(__file__).parents[4] / "shared" / "real" / "ball-drops" / "drops.csv"
-
 
 def test_restitution_of_a_drawn_bounce():
     """310 mm, e 0.5, 0.1 px: each of 10 recordings within 0.500 ± 0.002."""
@@ -190,17 +188,6 @@ def test_a_release_out_of_sight_asks_for_the_height():
     missing = named(measure_rebound(track, drop(height=None)))["restitution"]
     assert missing.quality == "failed" and "height_mm" in missing.reason
     assert named(measure_rebound(track, drop()))["restitution"].value == pytest.approx(0.5, abs=0.002)
-
-
-@pytest.mark.skipif(not REAL.is_file(), reason="the real recordings are not beside this checkout")
-def test_real_balls_that_never_bounce():
-    """47 m, 15 Hz, drag withheld: every impact quantity fails, and the note says that gravity does not fit."""
-    table = pd.read_csv(REAL)
-    for (_, _), rows in table.groupby(["ball", "drop"]):
-        track = make_track(rows.t_s.to_numpy(), np.zeros(len(rows)), 1000 * rows.height_m.to_numpy())
-        result = measure_rebound(track, Recording("b", Path("b"), "drop", "track.csv", ()))
-        assert {q.quality for q in result.quantities} == {"failed"}
-        assert all("no impact" in q.reason for q in result.quantities)
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from PIL import Image
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.overlay.pile import draw_repose
@@ -15,7 +14,6 @@ from vision.recording import Camera
 from vision.synthetic.piles import PileScene, base_line, draw_pile
 
 ROOT = Path(__file__).parents[3]
-DRUM = ROOT.parent / "shared" / "real" / "drum"
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
 
@@ -211,17 +209,6 @@ def test_a_pile_cut_on_both_sides_or_below_is_doubtful():
 def test_without_plate_and_plumb_the_horizontal_is_doubted():
     found = measure_repose(draw(sides="right", plate_tone=None)[:-180])
     assert value(found).quality == DOUBTFUL or found.base.source == "foot"
-
-
-@pytest.mark.skipif(not DRUM.is_dir(), reason="the real drum pictures are not part of the project")
-@pytest.mark.parametrize(("name", "angle"), [("gd_nature_10rpm_averaged.bmp", 37.5), ("gd_nature_30rpm_averaged.bmp", 48.9)])
-def test_real_drum_slopes(name, angle):
-    """Read by hand over the middle fifth of the width; the S-shape at 30 rpm makes one line the wrong model."""
-    found = measure_repose(np.asarray(Image.open(DRUM / name)))
-    q = value(found)
-    assert q.value == pytest.approx(angle, abs=1.0)
-    assert q.quality == DOUBTFUL
-    assert "bent" in q.reason
 
 
 def test_the_overlay_shows_the_line_where_it_was_fitted():

@@ -1,6 +1,5 @@
-"""Sizes of spread seeds: drawn ellipses of known size, what is left out and why, refusals, and the real photo."""
+"""Sizes of spread seeds: drawn ellipses of known size, what is left out and why, and refusals."""
 
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -18,7 +17,6 @@ from vision.synthetic.paper import Paper, draw_paper, paper_mm
 from vision.synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
 
 SHAPE = (480, 640)
-REAL = Path(__file__).parents[4] / "shared" / "real"
 
 SCENES = {
     "light on dark": Spread(),
@@ -245,17 +243,3 @@ def test_bias_and_coverage_over_many_scenes():
         errors, sds = (np.concatenate(r) for r in zip(*runs))
         assert np.abs(errors.mean(0)).max() <= 0.3, name
         assert (np.abs(errors) < 1.96 * sds).mean() >= 0.9, name
-
-
-@pytest.mark.skipif(not (REAL / "lentils" / "1.jpg").exists(), reason="the real photo is not here")
-def test_real_lentils():
-    grains, overlay = observe_seeds(REAL / "lentils" / "1.jpg")
-    assert len(grains.measured) == 19  # counted by eye
-    assert any("graph paper" in g.reason for g in grains.grains)
-    sizes = np.array([(g.length_mm, g.width_mm) for g in grains.measured])
-    assert sizes.min() > 3.3 and sizes.max() < 5.7  # by hand: 210 to 300 px at 57 px/mm
-    # Read by hand on a ruler laid over the enlarged picture: extent across and down of two lentils that touch nothing.
-    for x, y, across, down in ((1319, 1998, 245, 248), (977, 2966, 238, 222)):
-        g = min(grains.measured, key=lambda g: np.hypot(g.x_px - x, g.y_px - y))
-        assert tuple(np.ptp(g.edge, axis=0)) == pytest.approx((across, down), abs=5)
-    assert overlay.shape[1] <= 1600

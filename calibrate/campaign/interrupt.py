@@ -1,0 +1,34 @@
+"""Ctrl-C that cannot get lost: Python drops a KeyboardInterrupt that is raised inside a destructor."""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+
+@contextmanager
+def kept_interrupt() -> Iterator[Callable[[], None]]:
+    """While open, Ctrl-C raises KeyboardInterrupt as ever, and is remembered; the function given raises it again if it was dropped.
+
+    Outside the main thread, which alone receives signals, and where Ctrl-C is ignored or handled otherwise, nothing changes.
+    """
+    pressed = threading.Event()
+
+    def remember(number: int, frame: FrameType | None) -> None:
+        pressed.set()
+        signal.default_int_handler(number, frame)
+
+    def check() -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield check
+        return
+    signal.signal(signal.SIGINT, remember)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
