@@ -156,7 +156,7 @@ def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
 def unread_notes(paths: Sequence[Path], entries: list[Recording | MeasurementError]) -> list[tuple[str, str]]:
     """(folder, note) for every folder with files that nothing here reads, so that none is passed over without a word."""
     missed = {folder: names for path in paths for folder, names in unread(path, entries)}
-    return [(folder.name, f"not read: {_listed(names)} (of no kind that is known here)") for folder, names in missed.items()]
+    return [(folder.name, f"not read: {_listed(names)} (benchtwin does not read it)") for folder, names in missed.items()]
 
 
 def _listed(names: list[str], most: int = 8) -> str:

@@ -24,6 +24,7 @@ RIGS = ("drop", "slide", "roll", "pile")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool is the table that it comes down to
+LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
 BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # what lies beside evidence without being any
 
 
@@ -163,7 +164,10 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
 
 
 def unread(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
-    """Files that no reader knows, by folder: under `path`, in it and in the folders that the recordings `found` came from."""
+    """Files that are not read, by folder: under `path`, in it and in the folders that the recordings `found` came from.
+
+    A table is one of them only beside evidence, where it may have been meant to be read; elsewhere it may be anything.
+    """
     used = {f.resolve() for r in found if isinstance(r, Recording) for f in (*r.files, r.sound) if f}
     folders = {path.resolve(): path} if path.is_dir() else {}
     for file in used:
@@ -172,7 +176,8 @@ def unread(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[
     missed = []
     for real, folder in sorted(folders.items()):
         names = [f.name for f in sorted(real.iterdir()) if f.is_file() and not f.name.startswith(".") and f not in used]
-        if names := [name for name in names if Path(name).suffix.lower() not in known]:
+        meant = any(f.parent == real for f in used)
+        if names := [n for n in names if Path(n).suffix.lower() not in known or (meant and Path(n).suffix.lower() == ".csv")]:
             missed.append((folder, names))
     return missed
 
@@ -214,8 +219,8 @@ def _attempt(read, *args):
 
 
 def _folders(path: Path) -> tuple[list[Path], list[Path]]:
-    """Folders in a folder, hidden ones left out: those that can be looked into, and those that may not."""
-    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith("."))
+    """Folders in a folder, hidden ones and lots of seeds left out: those that can be looked into, and those that may not."""
+    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and not (p / LOT_SUMMARY).exists())
     may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
     return [p for p in inside if may[p]], [p for p in inside if not may[p]]
 

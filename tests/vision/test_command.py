@@ -68,6 +68,14 @@ def test_phone_photos_are_measured_and_what_is_not_read_is_named(run, photos, tm
     assert "phone.AAE" in result.output
 
 
+def test_a_table_beside_evidence_that_is_not_read_is_named(run, photos, tmp_path):
+    (photos / "angles.csv").write_text("photo,angle\na,28\n")
+    assert run(photos, "--out", tmp_path / "out").exit_code == 0
+    notes = pd.read_csv(tmp_path / "out" / "notes.csv").set_index("recording").note
+    assert notes[photos.name].startswith("not read: angles.csv (")
+
+
+
 def test_a_bad_file_does_not_stop_the_batch(run, photos, tmp_path):
     (photos / "broken.png").write_bytes((photos / "a.png").read_bytes()[:200])
     (photos / "empty.jpg").write_bytes(b"")
