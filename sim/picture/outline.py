@@ -18,7 +18,13 @@ def level_for(radius_px: float, seeds: int) -> int:
 
 
 def silhouette_true(seed: Seed, level: int, of: str) -> Mesh:
-    """The seed's mesh, scaled so that its mean silhouette is the seed's: by Cauchy's theorem a quarter of its surface."""
+    """The seed's mesh, scaled so that its mean silhouette is the seed's: by Cauchy's theorem a quarter of its surface.
+
+    A seed that stands for a shape is drawn as that shape, whatever `of` says: that is what is photographed.
+    """
+    if seed.shape is not None:
+        mesh = seed.mesh(level)
+        return Mesh(mesh.vertices_m * np.sqrt(seed.shape.area_m2 / area(mesh)), mesh.faces, mesh.normals)
     mesh, exact = seed.mesh(level, of=of), seed.mesh(5, of=of)
     scale = np.sqrt(area(exact) / area(mesh))
     normals = mesh.normals

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sim.seed import arrange, solid, surface
+from sim.seed import arrange, clump, solid, surface
+from sim.seed.shape import Shape
 
 Array = np.ndarray
 
@@ -19,6 +20,7 @@ class Seed:
     centres_m (n, 3), radii_m (n,): its balls. mass_kg; inertia_kg_m2 (3,): principal moments. density_kg_m3.
     dimensions_m (3,): intended length, width, thickness along x, y, z, or None for a clump given ball by ball.
     axes (3, 3), origin_m (3,): a point p of the frame in which the balls were given is at (p - origin_m) @ axes.
+    shape: what the balls stand for, in the principal frame, if it is not an ellipsoid; mass and inertia are then the shape's.
     """
 
     centres_m: Array
@@ -29,6 +31,7 @@ class Seed:
     dimensions_m: Array | None
     axes: Array
     origin_m: Array
+    shape: Shape | None = None
 
     @classmethod
     def from_dimensions(
@@ -85,10 +88,27 @@ class Seed:
         _check_balls(centres, radii)
         _within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
         whole = solid.union_of_balls(centres, radii)
-        moments, axes = _principal(whole.inertia(density_kg_m3))
+        moments, axes = solid.principal(whole.inertia(density_kg_m3))
         local = (centres - whole.centre_m) @ axes
         local[np.abs(local) < 1e-12 * radii.max()] = 0.0
         return cls(local, radii, density_kg_m3 * whole.volume_m3, moments, density_kg_m3, None, axes, whole.centre_m)
+
+    @classmethod
+    def from_shape(cls, shape: Shape, spheres: int, density_kg_m3: float) -> "Seed":
+        """Any closed shape as a clump of 1 to 20 balls fitted to its surface (`clump.fit_clump`), which are what touches.
+
+        Mass, centre of mass and inertia are the shape's own, not the clump's; so are the dimensions: its extents along the
+        principal axes, longest first. Fewer balls where there is no place for more. Raises ValueError as `from_spheres` does.
+        """
+        if not 1 <= spheres <= MOST_SPHERES:
+            raise ValueError(f"spheres = {spheres}: must be 1 to {MOST_SPHERES}")
+        _within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
+        centres, radii, _ = clump.fit_clump(shape, spheres)
+        own, axes, origin = shape.principal()
+        centres = (centres - origin) @ axes
+        _check_balls(centres, radii)
+        sizes, moments = np.ptp(own.vertices_m, axis=0), np.diag(own.solid.inertia(density_kg_m3)).copy()
+        return cls(centres, radii, density_kg_m3 * own.volume_m3, moments, density_kg_m3, sizes, axes, origin, own)
 
     @property
     def bounding_radius_m(self) -> float:
@@ -103,16 +123,21 @@ class Seed:
     def mesh(self, level: int = 2, of: str = "ellipsoid") -> surface.Mesh:
         """Triangle mesh in the principal frame, 20·4^level faces: of the intended "ellipsoid", or of the "union" of the balls.
 
-        A clump given ball by ball has no ellipsoid: its union is drawn. Raises ValueError for another `of` or level.
+        A seed from a shape has that instead of the ellipsoid, in at most so many faces; a clump given ball by ball has neither:
+        its union is drawn. Raises ValueError for another `of` or level.
         """
         if of not in ("ellipsoid", "union"):
             raise ValueError(f"of = {of!r}: must be 'ellipsoid' or 'union'")
+        if of == "ellipsoid" and self.shape is not None:
+            return self.shape.mesh(surface.face_count(level))
         if of == "union" or self.dimensions_m is None:
             return surface.union_mesh(self.centres_m, self.radii_m, level)
         return surface.ellipsoid_mesh(self.dimensions_m / 2.0, level)
 
     def fidelity(self, rays: int = 4000) -> "Fidelity":
         """How far the balls' surface, volume and inertia are from the intended ellipsoid's; ValueError without dimensions."""
+        if self.shape is not None:
+            raise ValueError("fidelity: this seed stands for a shape of its own; clump.clump_error compares with that")
         if self.dimensions_m is None:
             raise ValueError("fidelity: this seed was given ball by ball and has no dimensions to compare with")
         halves = self.dimensions_m / 2.0
@@ -146,23 +171,6 @@ class Fidelity:
     inside_m: float
     volume_ratio: float
     inertia_ratio: Array
-
-
-def _principal(inertia: Array) -> tuple[Array, Array]:
-    """Principal moments (3,) and axes (3, 3, columns, right-handed), kept along x, y, z as nearly as they can be."""
-    off = inertia - np.diag(np.diag(inertia))
-    if np.abs(off).max() <= 1e-9 * np.trace(inertia):
-        return np.diag(inertia).copy(), np.eye(3)
-    moments, axes = np.linalg.eigh(inertia)
-    order, left = [], [0, 1, 2]
-    for row in range(3):
-        order.append(max(left, key=lambda column: abs(axes[row, column])))
-        left.remove(order[-1])
-    axes = axes[:, order]
-    axes = axes * np.where(np.diag(axes) < 0.0, -1.0, 1.0)
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 2] *= -1.0
-    return moments[order], axes
 
 
 def _check_balls(centres: Array, radii: Array) -> None:

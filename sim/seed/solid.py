@@ -37,6 +37,23 @@ def ellipsoid(length_m: float, width_m: float, thickness_m: float) -> Solid:
     return Solid(volume, np.zeros(3), np.diag(volume * halves**2 / 5.0))
 
 
+def principal(inertia: Array) -> tuple[Array, Array]:
+    """Principal moments (3,) and axes (3, 3, columns, right-handed), kept along x, y, z as nearly as they can be."""
+    off = inertia - np.diag(np.diag(inertia))
+    if np.abs(off).max() <= 1e-9 * np.trace(inertia):
+        return np.diag(inertia).copy(), np.eye(3)
+    moments, axes = np.linalg.eigh(inertia)
+    order, left = [], [0, 1, 2]
+    for row in range(3):
+        order.append(max(left, key=lambda column: abs(axes[row, column])))
+        left.remove(order[-1])
+    axes = axes[:, order]
+    axes = axes * np.where(np.diag(axes) < 0.0, -1.0, 1.0)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 2] *= -1.0
+    return moments[order], axes
+
+
 def union_of_balls(centres_m: Array, radii_m: Array) -> Solid:
     """The union of balls with centres (n, 3) [m] and radii (n,) [m], each point counted once.
 

@@ -1,0 +1,306 @@
+"""From a closed shape to n overlapping balls: by its distance map, by its medial axis, and fitted to its surface.
+
+Sources. distance-map: Angelidakis, Nadimi, Otsubo, Utili, SoftwareX 15 (2021) 100735 (CLUMP). medial-axis: balls that touch
+the surface from inside, found by shrinking (Ma, Bae, Choi, Vis. Comput. 28 (2012) 7-19), chosen as Ferellec & McDowell,
+Granular Matter 12 (2010) 459-467 choose theirs, to cover the surface. least-squares: surface correspondence of balls and mesh as
+Price, Murariu, Morrison, Proc. Discrete Element Methods (2007) have it, by alternating which ball each point belongs to and
+each ball's own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they are least missed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sim.seed.shape import Shape
+from sim.seed.solid import union_of_balls
+
+Array = np.ndarray
+Balls = tuple[Array, Array]
+
+METHODS = ("distance-map", "medial-axis", "least-squares")
+MOST_BALLS = 100
+POINTS_A_BALL, LEAST_POINTS = 60, 900  # of the surface, to which balls are fitted
+CHECKED_POINTS = 4000  # others, by which they are judged
+VOXELS = 40  # of the distance map along the longest extent
+KEPT_SHARE = 0.5  # of a ball's radius, taken out of the distance map when it is chosen: the later ones may overlap the rest
+LEAST_RADIUS = 0.05  # of the mean radius: smaller balls are dents of the mesh
+SAME_SIDE_DEG = 40.0  # a point this near, seen from a ball's centre, is a facet beside the one it touches: not another side
+STEPS, MOVES = 60, 3  # of a fit; how often each ball may be moved elsewhere
+STARTS, BEST_STARTS = 24, 3  # fits from balls drawn at random, and how many of the best are improved
+
+
+@dataclass(frozen=True, eq=False)
+class ClumpError:
+    """How far a clump's surface and solid are from the shape's, all without dimension.
+
+    surface_rms, surface_max: distance between the surfaces over the shape's area, over its mean radius; surface_mean: positive
+    where the balls stand out. Where they do it is the way out along the shape's normal, elsewhere the shortest way to a ball.
+    volume: of the union over the shape's, less 1; moments (3,): principal moments likewise, in the shape's axes; centre: distance
+    of the centres of mass over the mean radius. The last three are what is put right by giving the seed the shape's own.
+    """
+
+    surface_rms: float
+    surface_mean: float
+    surface_max: float
+    volume: float
+    moments: Array
+    centre: float
+
+
+def fit_clump(shape: Shape, spheres: int, *, method: str = "least-squares") -> tuple[Array, Array, ClumpError]:
+    """Centres (n, 3) [m] and radii (n,) [m] in the shape's own frame, 1 to 100 of them, and their error; always the same ones.
+
+    Fewer than `spheres` come back where the method finds no place for more. Raises ValueError for an unknown method, or a number
+    of balls that do not make one piece.
+    """
+    if method not in METHODS:
+        raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
+    if not 1 <= spheres <= MOST_BALLS:
+        raise ValueError(f"spheres = {spheres}: must be 1 to {MOST_BALLS}")
+    own, axes, origin = shape.principal()
+    unit = own.scaled(1.0 / own.mean_radius_m)
+    centres, radii = _BY[method](unit, spheres)
+    if not connected(centres, radii):
+        raise ValueError(f"{spheres} balls for this shape do not touch each other: take more")
+    error = clump_error(unit, centres, radii)
+    return origin + own.mean_radius_m * centres @ axes.T, own.mean_radius_m * radii, error
+
+
+def spheres_for(shape: Shape, tolerance: float, most: int, *, method: str = "least-squares") -> tuple[int, list[ClumpError | None]]:
+    """The fewest balls whose rms surface error is within `tolerance` (of the mean radius), and the errors of 1, 2, … so many.
+
+    None stands for balls that do not make one piece. Raises ValueError where `most` do not suffice; it says what they reach.
+    """
+    errors: list[ClumpError | None] = []
+    best = np.inf
+    for n in range(1, most + 1):
+        try:
+            error = fit_clump(shape, n, method=method)[2]
+        except ValueError:
+            errors.append(None)
+            continue
+        errors.append(error)
+        best = min(best, error.surface_rms)
+        if best <= tolerance:
+            return n, errors
+    raise ValueError(f"tolerance = {100 * tolerance:g} %: {most} balls reach {100 * best:.2g} % of the mean radius, not less")
+
+
+def clump_error(shape: Shape, centres_m: Array, radii_m: Array) -> ClumpError:
+    """A clump (n, 3), (n,) [m] in the shape's frame against the shape."""
+    points, normals = shape.points(CHECKED_POINTS)
+    gap = -surface_gap(points, normals, centres_m, radii_m) / shape.mean_radius_m
+    balls, whole = union_of_balls(centres_m, radii_m), shape.solid
+    axes = shape.principal()[1]
+    moments = [np.diag(axes.T @ body.inertia(1.0) @ axes) for body in (balls, whole)]
+    return ClumpError(
+        surface_rms=float(np.sqrt(np.mean(gap**2))), surface_mean=float(gap.mean()), surface_max=float(np.abs(gap).max()),
+        volume=balls.volume_m3 / whole.volume_m3 - 1.0, moments=moments[0] / moments[1] - 1.0,
+        centre=float(np.linalg.norm(balls.centre_m - whole.centre_m)) / shape.mean_radius_m,
+    )  # fmt: skip
+
+
+def surface_gap(points: Array, normals: Array, centres: Array, radii: Array) -> Array:
+    """How far points (k, 3) lie outside the balls; inside, minus the way out along their normals (k, 3), through ball after ball."""
+    outside = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
+    out = np.zeros(len(points))
+    inside = np.flatnonzero(outside < 0.0)
+    offset = points[inside][:, None] - centres
+    along = np.einsum("kij,kj->ki", offset, normals[inside])
+    root = along**2 - np.sum(offset**2, axis=2) + radii**2
+    enter = np.where(root > 0, -along - np.sqrt(np.maximum(root, 0)), np.inf)
+    leave = np.where(root > 0, -along + np.sqrt(np.maximum(root, 0)), -np.inf)
+    way = np.zeros(len(inside))
+    for _ in range(len(radii)):
+        further = np.where(enter <= way[:, None] + 1e-12, leave, -np.inf).max(axis=1)
+        way = np.maximum(way, further)
+    out[inside] = way
+    return np.where(outside < 0.0, -out, outside)
+
+
+def connected(centres: Array, radii: Array) -> bool:
+    """Whether the balls make one piece."""
+    touch = np.linalg.norm(centres[:, None] - centres, axis=2) < radii[:, None] + radii
+    met = np.zeros(len(radii), bool)
+    met[0] = True
+    for _ in range(len(radii)):
+        met = touch[met].any(axis=0)
+    return bool(met.all())
+
+
+def _distance_map(shape: Shape, spheres: int) -> Balls:
+    """The largest ball of the inside, again and again; of each, the inner part is taken out before the next is sought."""
+    low, high = shape.vertices_m.min(axis=0), shape.vertices_m.max(axis=0)
+    pitch = float((high - low).max()) / VOXELS
+    grid = [np.arange(a + pitch / 2, b, pitch) for a, b in zip(low, high)]
+    at = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, 3)
+    left = _depth(shape, at)
+    at, left = at[left > 0], left[left > 0]
+    centres, radii = [], []
+    for _ in range(spheres):
+        best = int(np.argmax(left))
+        if left[best] < LEAST_RADIUS:
+            break
+        centres.append(at[best])
+        radii.append(left[best])
+        left = np.minimum(left, np.linalg.norm(at - at[best], axis=1) - KEPT_SHARE * left[best])
+    return np.array(centres), np.array(radii)
+
+
+def _depth(shape: Shape, at: Array) -> Array:
+    """How deep below the surface (k, 3) lies, negative outside: to the tangent of the nearest of many points on it."""
+    points, normals = shape.points(6 * CHECKED_POINTS)
+    far, nearest = cKDTree(points).query(at)
+    return np.where(np.einsum("ki,ki->k", points[nearest] - at, normals[nearest]) > 0, far, -far)
+
+
+def _medial_axis(shape: Shape, spheres: int) -> Balls:
+    """Balls of the medial axis, each time the one that leaves the least square distance between surface and balls."""
+    points, _ = shape.points(_count(spheres))
+    return _greedy(points, *_medial_balls(shape), spheres)
+
+
+def _medial_balls(shape: Shape) -> Balls:
+    """Balls inside that touch the surface at two points and more, one for each of some points on it, by shrinking."""
+    points, normals = shape.points(CHECKED_POINTS // 4)
+    around, _ = shape.points(CHECKED_POINTS)
+    tree, same = cKDTree(around), np.cos(np.radians(SAME_SIDE_DEG))
+    radii = np.full(len(points), float(np.linalg.norm(np.ptp(around, axis=0))))
+    for _ in range(30):
+        centres = points - radii[:, None] * normals
+        far, nearest = tree.query(centres)
+        chord = points - around[nearest]
+        depth = np.einsum("ki,ki->k", chord, normals)
+        smaller = np.sum(chord**2, axis=1) / np.maximum(2.0 * depth, 1e-12)
+        beside = 1.0 - depth / np.maximum(smaller, 1e-12) > same  # cosine of the angle in which the smaller ball sees the two
+        shrinks = (far < radii * (1 - 1e-3)) & (smaller < radii * (1 - 1e-3)) & (depth > 0) & ~beside
+        if not shrinks.any():
+            break
+        radii = np.where(shrinks, smaller, radii)
+    keep = radii > LEAST_RADIUS
+    return (points - radii[:, None] * normals)[keep], radii[keep]
+
+
+def _greedy(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
+    gap = np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]  # (candidates, points)
+    least = np.full(len(points), np.inf)
+    chosen: list[int] = []
+    for _ in range(min(spheres, len(radii))):
+        cost = np.sum(np.minimum(gap, least) ** 2, axis=1)
+        chosen.append(int(np.argmin(cost)))
+        least = np.minimum(least, gap[chosen[-1]])
+    kept = list(dict.fromkeys(chosen))
+    return centres[kept], radii[kept]
+
+
+def _count(spheres: int) -> int:
+    return max(LEAST_POINTS, POINTS_A_BALL * spheres)
+
+
+def _least_squares(shape: Shape, spheres: int) -> Balls:
+    """The best of fits that start from the medial axis' balls, and from others of its balls; from the best, balls are moved."""
+    points, _ = shape.points(_count(spheres))
+    candidates = _medial_balls(shape)
+    gaps = np.linalg.norm(points - candidates[0][:, None], axis=2) - candidates[1][:, None]
+    rng = np.random.default_rng(0)  # the same starts each time
+    drawn = [rng.permutation(len(candidates[1]))[:spheres] for _ in range(STARTS)]
+    starts = [_greedy(points, *candidates, spheres), *((candidates[0][k], candidates[1][k]) for k in drawn)]
+    fits = [_fitted(points, *_filled_up(points, start, candidates, gaps, spheres)) for start in starts]
+    fits = [_improved(points, fit, candidates, gaps) for fit in sorted(fits, key=_worth)[:BEST_STARTS]]
+    best = min(fits, key=_worth)
+    return _none_hidden(best[0], best[1])
+
+
+Fit = tuple[Array, Array, float]  # centres, radii, sum of squares
+
+
+def _worth(fit: Fit) -> float:
+    """The sum of squares; a clump in pieces is worth less than any in one piece."""
+    return fit[2] if connected(fit[0], fit[1]) else 1e6 + fit[2]
+
+
+def _improved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
+    """The fit after its balls were moved, one at a time, as long as that helps; at most MOVES times as many moves as balls."""
+    for _ in range(MOVES * len(fit[1])):
+        moved = _one_moved(points, fit, candidates, gaps)
+        if _worth(moved) >= _worth(fit) * (1 - 1e-4):
+            break
+        fit = moved
+    return fit
+
+
+def _filled_up(points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int) -> Balls:
+    """The balls and so many candidates, each where it helps most, that there are `spheres`."""
+    centres, radii = balls
+    while len(radii) < spheres:
+        least = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
+        new = int(np.argmin(np.sum(np.minimum(gaps, least) ** 2, axis=1)))
+        centres, radii = np.vstack([centres, candidates[0][new]]), np.append(radii, candidates[1][new])
+    return centres, radii
+
+
+def _one_moved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
+    """One ball taken from where the others miss it least and put where it helps most; the best of three tries."""
+    centres, radii, _ = fit
+    n = len(radii)
+    if n < 2:
+        return fit
+    gap = np.linalg.norm(points[:, None] - centres, axis=2) - radii
+    two = np.partition(gap, 1, axis=1)[:, :2]
+    deepest = np.argmin(gap, axis=1)
+    missed = np.bincount(deepest, two[:, 1] ** 2 - two[:, 0] ** 2, n)
+    tries = []
+    for ball in np.argsort(missed, kind="stable")[:3]:
+        left = np.arange(n) != ball
+        start = _filled_up(points, (centres[left], radii[left]), candidates, gaps, n)
+        tries.append(_fitted(points, *start))
+    return min(tries, key=_worth)
+
+
+def _fitted(points: Array, centres: Array, radii: Array) -> Fit:
+    """Balls whose surface is nearest to the points in the mean square; each point belongs to the ball that it is deepest in."""
+    n, damping = len(radii), 1e-3
+    gap, toward, ball = _belonging(points, centres, radii)
+    cost = float(gap @ gap)
+    for _ in range(STEPS):
+        row = np.concatenate([toward, np.ones((len(points), 1))], axis=1)  # minus the gap's derivative
+        mine = (ball[:, None] == np.arange(n)).astype(float)  # (points, n)
+        normal = (mine.T @ (row[:, :, None] * row[:, None, :]).reshape(-1, 16)).reshape(n, 4, 4)
+        right = mine.T @ (row * gap[:, None])
+        weight = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-9
+        step = np.linalg.solve(normal + damping * weight * np.eye(4), right[:, :, None])[:, :, 0]
+        new = centres + step[:, :3], np.maximum(radii + step[:, 3], LEAST_RADIUS)
+        found = _belonging(points, *new)
+        lower = float(found[0] @ found[0])
+        if lower < cost:
+            (centres, radii), (gap, toward, ball), damping = new, found, max(damping / 3, 1e-9)
+            if lower > cost * (1 - 1e-5):
+                break
+            cost = lower
+        else:
+            damping *= 10
+            if damping > 1e3:
+                break
+    return centres, radii, cost
+
+
+def _belonging(points: Array, centres: Array, radii: Array) -> tuple[Array, Array, Array]:
+    """Of each point the gap to its ball, the direction from the ball's centre to it, and which ball."""
+    offset = points[:, None] - centres
+    far = np.sqrt(np.einsum("kij,kij->ki", offset, offset))
+    ball = np.argmin(far - radii, axis=1)
+    k = np.arange(len(points))
+    return far[k, ball] - radii[ball], offset[k, ball] / np.maximum(far[k, ball], 1e-12)[:, None], ball
+
+
+def _none_hidden(centres: Array, radii: Array) -> Balls:
+    """The balls without those wholly inside another, largest first."""
+    order = np.argsort(-radii, kind="stable")
+    centres, radii = centres[order], radii[order]
+    inside = np.linalg.norm(centres[:, None] - centres, axis=2) + radii[:, None] <= radii * (1 + 1e-9)
+    keep = ~(inside & np.tri(len(radii), k=-1, dtype=bool)).any(axis=1)
+    return centres[keep], radii[keep]
+
+
+_BY = {"distance-map": _distance_map, "medial-axis": _medial_axis, "least-squares": _least_squares}
