@@ -14,6 +14,7 @@ from rich.table import Table
 from calibrate.command import Misuse, check_folders, reported
 from calibrate.procedure import Calibration, calibrate_tables, parameters
 from calibrate.procedure.rigs import PARAMETERS, PILE_RESPONSE
+from calibrate.procedure.shape_effect import verdict
 from calibrate.report import write_report
 from calibrate.report.draw import name
 from calibrate.report.numbers import with_interval
@@ -188,6 +189,7 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     console.print(shown)
     lines = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
     lines += [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
+    lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
     lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
     for line in (*lines, f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):

@@ -15,6 +15,7 @@ from calibrate.procedure.pile_runs import PileFound, simulate_pile
 from calibrate.procedure.pile_stage import RANGES, PileStage
 from calibrate.procedure.pile_surrogate import steel_box
 from calibrate.procedure.rigs import SEED_LIMITS, STEEL
+from calibrate.procedure.shape_effect import pile_question, shape_effect, steel_question
 from calibrate.procedure.simulator import SimulationFailed, Simulator
 from calibrate.procedure.steel import SteelFit
 from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_steel
@@ -72,6 +73,9 @@ def calibrate_simulated(
         state.pile_rig(simulate, ranges, rng)
     if not state.steel and state.pile is None:
         raise ValueError(f"{folder}: nothing could be calibrated: " + "; ".join(f"{k}: {v}" for k, v in state.refused.items()))
+    if bench.seed.get("seed", {}).get("lot"):
+        say("does the seeds' shape matter?")
+        state.shapes(simulate)
     say("all recordings together")
     return state.calibration(rng, finished=True)
 
@@ -97,6 +101,7 @@ class State:
         self.steel: dict[str, SteelFit] = {}
         self.pile: PileFound | None = None
         self.refused, self.findings, self.said = refused, contradictory(bench), list(effort.said())
+        self.shape: pd.DataFrame | None = None
 
     def steel_rig(self, name: str, simulate: Simulator, rng: np.random.Generator) -> None:
         """One rig, with the parameters that those before it found."""
@@ -140,6 +145,19 @@ class State:
         except (ValueError, SimulationFailed) as error:
             self.refused["pile"] = str(error)
 
+    def shapes(self, simulate: Simulator) -> None:
+        """What simpler seeds than the lot's would have given, where the rigs are simulated as they are."""
+        fixed = {STEEL[n].parameter: self._found(n) for n in STEEL}
+        runs = self.effort.verify
+        asked = [
+            steel_question(fit, self._description(self.bench.rigs[name].description), fixed, runs) for name, fit in self.steel.items()
+        ]
+        if self.pile is not None:
+            section, _ = pile_description(self.bench.rigs["pile"].description.get("pile", {}), self.effort)
+            description = self._description({**self.bench.rigs["pile"].description, "pile": section})
+            asked.append(pile_question(description, fixed | self.pile.fit.optimum.point, self.effort.piles))
+        self.shape = shape_effect(asked, simulate, self.seed)
+
     def _found(self, rig: str) -> float:
         name = STEEL[rig].parameter
         return self.steel[rig].inverse.value if rig in self.steel else NOT_FOUND[name]
@@ -181,4 +199,5 @@ class State:
             options,
             self.seed,
             finished=finished,
+            more={} if self.shape is None else {"shape_effect": self.shape},
         )

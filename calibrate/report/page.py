@@ -9,6 +9,7 @@ import pandas as pd
 
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.pile import PileFit
+from calibrate.procedure.shape_effect import verdict
 from calibrate.report import draw, figures, pile_figures, side_by_side
 from calibrate.report.numbers import cells, sentence, with_interval
 from calibrate.statistics.assessment import natural_coefficients
@@ -44,6 +45,7 @@ def render(c: Calibration) -> str:
         versions=versions(),
         checks=_checks(c.checks),
         rigs=_rigs(c),
+        shape=verdict(c.more["shape_effect"]) if "shape_effect" in c.more else [],
         pairs=side_by_side.panels(c.more.get("pairs", [])),
     )
 

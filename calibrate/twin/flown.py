@@ -60,12 +60,7 @@ def bench_of(description: dict, laws: dict[str, dict], parameters: Parameters) -
     if sizes and max(sizes) < 1.03 * min(sizes):
         parameters = replace(parameters, spheres=1)  # a row of balls is longer than that
     made = replace(bench(parameters, "drop", known.seed, known.air), laws=chosen)
-    whole = (
-        made.sizes
-        if isinstance(made.sizes, tuple)
-        else tuple(getattr(made.sizes, n).mean_m for n in ("length", "width", "thickness"))
-    )
-    return made, replace(made, sizes=whole).draw(np.random.default_rng(0), 1)[0]
+    return made, made.mean_seed()
 
 
 def drag_factor(description: dict, share: float, speed_m_s: float = 2.0) -> dict[str, float]:

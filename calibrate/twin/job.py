@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from calibrate.twin.lot import lot_digest
 from calibrate.twin.parameters import Parameters
 from calibrate.twin.run import MODEL, RECORD, simulate
 from calibrate.twin.scene import rig_of
@@ -56,8 +57,16 @@ class Job:
     @property
     def key(self) -> str:
         """SHA-256 of the canonical JSON of `input`, 16 hexadecimal digits."""
-        text = json.dumps(self.input, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+        text = json.dumps(self._identity(), sort_keys=True, separators=(",", ":"), ensure_ascii=False)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def _identity(self) -> dict:
+        """`input` with what a lot holds in the place of where it lies."""
+        told = self.input
+        seed = told["description"].get("seed", {})
+        if "lot" not in seed:
+            return told
+        return told | {"description": told["description"] | {"seed": seed | {"lot": lot_digest(Path(seed["lot"]))}}}
 
     def recording(self, out: Path) -> Recording:
         """The recording to be like, without evidence."""

@@ -2,12 +2,14 @@
 
 from dataclasses import asdict, dataclass, field, replace
 
+from calibrate.twin.lot import measured_lot
 from sim.laws import LAWS
 from sim.material import Q235, SOYBEAN, Contact, Material
 from sim.rigs.bench import Bench
 from sim.seed.arrange import ROUNDEST_AXIAL
+from sim.seed.lot import Lot
+from sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
-from sim.seed.sizes import Size, Sizes
 from vision.evidence.keys import Air, Seed
 
 SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6}  # benchmarks/modulus.py: what these change, and what they save
@@ -67,11 +69,14 @@ class Parameters:
 def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
     """The bench of a recording: parameters, and what [seed] and [air] state. What [seed] leaves open is the paper's soybean."""
     on_steel, on_seed = parameters.contacts()
+    of, drawn = material(seed), sizes(seed) if seed.lot is None else lot(seed, parameters.spheres)
+    if isinstance(drawn, Lot):
+        of = replace(of, density_kg_m3=drawn.seeds[0].density_kg_m3)
     return Bench(
         seed_wall=on_steel,
         seed_seed=on_seed,
-        seed=material(seed),
-        sizes=sizes(seed),
+        seed=of,
+        sizes=drawn,
         spheres=1 if round_as_stated(seed) else parameters.spheres,
         arrangement=parameters.arrangement,
         mass_of=parameters.mass_of,
@@ -91,6 +96,15 @@ def round_as_stated(seed: Seed) -> bool:
     whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
     scatter = [getattr(seed, name + RANGE) for name in WHOLE]
     return None not in whole and None in scatter and max(whole) < ROUNDEST_AXIAL * min(whole)
+
+
+def lot(seed: Seed, spheres: int) -> Lot:
+    """The seeds that [seed] lot holds; MeasurementError for a seed or thickness that is not there."""
+    low, high = seed.thickness_range_mm or (0.0, 0.0)
+    return measured_lot(
+        seed.lot or "", only=seed.lot_seed, thickness_mm=seed.thickness_mm, thickness_sd_mm=(high - low) / RANGE_OVER_SD_OF_100,
+        mass_g=None if seed.mass_g is None else seed.mass_g / (seed.count or 1), density_kg_m3=seed.density_kg_m3, spheres=spheres,
+    )  # fmt: skip
 
 
 def material(seed: Seed) -> Material:

@@ -4,7 +4,6 @@ from pathlib import Path
 
 from calibrate.twin.parameters import SOFT_PA, Parameters, bench
 from sim.material import Q235
-from sim.seed import Seed
 from vision.evidence.keys import validate
 
 
@@ -12,9 +11,7 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
     """`materials` and `seed_shape` of result.json, for a recording's sections. ValueError for sections that do not fit."""
     known = validate({k: v for k, v in description.items() if k in ("seed", "air")}, Path("bench.toml"))
     of = bench(parameters, "pile", known.seed, known.air)
-    lot = of.sizes
-    whole = lot if isinstance(lot, tuple) else (lot.length.mean_m, lot.width.mean_m, lot.thickness.mean_m)
-    seed = Seed.from_dimensions(*whole, of.spheres, arrangement=of.arrangement, density_kg_m3=of.seed.density_kg_m3)
+    seed, whole = of.mean_seed(), of.mean_dimensions_m
     spheres = [[1e3 * float(v) for v in (*centre, radius)] for centre, radius in zip(seed.centres_m, seed.radii_m)]
     materials = {"seed": _material(of.seed), "wall": _material(Q235)}
     materials["seed"]["shear_modulus_pa_simulated"] = {rig: parameters.shear_modulus_pa or soft for rig, soft in SOFT_PA.items()}

@@ -13,6 +13,7 @@ from sim.engine.world import Placed, Scattered, World
 from sim.laws import LAWS, Chosen
 from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact, Material
 from sim.seed import Seed
+from sim.seed.lot import Lot
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from sim.seed.sizes import Sizes
 
@@ -26,8 +27,8 @@ Watch = Callable[[str, float], None]  # (stage, share of it that is done)
 class Bench:
     """One pair of materials on a bench.
 
-    sizes: how the lot scatters (`sim.seed.sizes.Sizes`), or one (length, width, thickness) [m] for every seed. spheres,
-    arrangement, mass_of: as in `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is
+    sizes: how the sizes of ellipsoids scatter (`sim.seed.sizes.Sizes`), one (length, width, thickness) [m] for every seed, or a lot
+    measured seed by seed (`sim.seed.lot.Lot`). spheres, arrangement, mass_of: of ellipsoids, as in `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is
     softened to, None for the real one. inertia_factor: I/(m r²) as the seed rolls across its length, r its mean half width, where
     it is not that of a solid one (a shell: 2/3); the other moments go with it. air_density_kg_m3: 0 leaves the air out. laws: plug-
     ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping: as in `World`.
@@ -37,7 +38,7 @@ class Bench:
     seed_seed: Contact = SOYBEAN_SOYBEAN
     seed: Material = SOYBEAN
     wall: Material = Q235
-    sizes: Sizes | tuple[float, float, float] = SOYBEAN_SIZES
+    sizes: Sizes | tuple[float, float, float] | Lot = SOYBEAN_SIZES
     spheres: int = 5
     arrangement: str = "axial"
     mass_of: str = "union"
@@ -58,7 +59,9 @@ class Bench:
         return self.seed.softened(self.shear_modulus_pa)
 
     def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
-        """`count` seeds of the lot, of at most DIFFERENT sizes: seeds of one size are one object."""
+        """`count` seeds, of at most DIFFERENT sizes unless a lot has more: seeds of one size are one object."""
+        if isinstance(self.sizes, Lot):
+            return Lot(tuple(self._hollow(seed) for seed in self.sizes.seeds)).draw(rng, count)
         how: dict[str, Any] = {
             "spheres": self.spheres, "density_kg_m3": self.seed.density_kg_m3, "arrangement": self.arrangement,
             "mass_of": self.mass_of,
@@ -67,6 +70,22 @@ class Bench:
             lot = [self._hollow(seed) for seed in self.sizes.sample_batch(rng, min(count, DIFFERENT), **how)]
             return [lot[k % len(lot)] for k in range(count)]
         return [self._hollow(Seed.from_dimensions(*self.sizes, **how))] * count
+
+    @property
+    def mean_dimensions_m(self) -> tuple[float, float, float]:
+        """Mean length, width and thickness of the seeds [m]."""
+        if isinstance(self.sizes, Sizes):
+            return self.sizes.length.mean_m, self.sizes.width.mean_m, self.sizes.thickness.mean_m
+        if isinstance(self.sizes, Lot):
+            length, width, thickness = (float(v) for v in self.sizes.dimensions_m.mean(axis=0))
+            return length, width, thickness
+        return self.sizes
+
+    def mean_seed(self) -> Seed:
+        """A seed of the mean dimensions; of a lot, the one nearest to them."""
+        if isinstance(self.sizes, Lot):
+            return self._hollow(self.sizes.typical())
+        return replace(self, sizes=self.mean_dimensions_m).draw(np.random.default_rng(0), 1)[0]
 
     def _hollow(self, seed: Seed) -> Seed:
         """The seed with the stated inertia."""

@@ -14,6 +14,7 @@ from vision.evidence.conditions import complaints
 from vision.measurement import MeasurementError
 
 MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
+LOT_TABLE = "seeds.csv"  # by which a folder of a lot is known
 SAID = "said"  # type of an error whose message says all but the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
@@ -64,6 +65,10 @@ class Seed(_Section):
     """How many are taped together (slides)."""
     inertia_factor: Annotated[float, Field(gt=0.05, le=1, allow_inf_nan=False)] | None = None
     """I/(m r²) of what rolls: a solid ball 0.4, a thin shell 0.667. Absent: solid, of the stated axes."""
+    lot: str | None = None
+    """Folder written by `benchtwin shape`: the seeds' measured sizes and outlines, which the simulation then uses."""
+    lot_seed: str | None = None
+    """Which seed of the lot was recorded, as photo:seed in its seeds.csv. Absent: any of them."""
 
 
 class Camera(_Section):
@@ -270,7 +275,18 @@ def read_toml(path: Path) -> dict:
     except UnicodeDecodeError as error:
         raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
     validate(content, path)  # so that the error names this file, not the one it is merged into
-    return content
+    return _lot_found(content, path)
+
+
+def _lot_found(content: dict, path: Path) -> dict:
+    """The same with the path of a lot, which counts from the file's own folder, made absolute."""
+    seed = content.get("seed", {})
+    if "lot" not in seed:
+        return content
+    lot = (path.parent / seed["lot"]).resolve()
+    if not (lot / LOT_TABLE).is_file():
+        raise MeasurementError(f"{path}: [seed] lot = {seed['lot']!r}: {lot} is no folder that benchtwin shape wrote")
+    return content | {"seed": seed | {"lot": str(lot)}}
 
 
 def merge(base: dict, over: dict) -> dict:
