@@ -13,8 +13,18 @@ import typer
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"benchtwin {version('benchtwin')}")
+        raise typer.Exit
+
+
 @app.callback()
-def benchtwin() -> None:
+def benchtwin(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
     """DEM contact parameters for seeds and grains, from what you film at the bench."""
 
 
