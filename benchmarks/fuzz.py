@@ -21,6 +21,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -127,7 +128,7 @@ def clicks(form: str) -> Reader:
     for at in (2000, 4800, 6760, 8132):
         sound[at : at + 80] += ring
     with av.open(file := io.BytesIO(), "w", format=form) as out:
-        stream = out.add_stream({"wav": "pcm_s16le", "flac": "flac"}[form], rate=8000, layout="mono")
+        stream: Any = out.add_stream({"wav": "pcm_s16le", "flac": "flac"}[form], rate=8000, layout="mono")
         block = av.AudioFrame.from_ndarray(sound.astype("<i2")[None], format="s16", layout="mono")
         block.sample_rate = 8000
         out.mux([*stream.encode(block), *stream.encode(None)])
