@@ -263,6 +263,7 @@ class Results:
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
+        self.not_read: list[tuple[str, str]] = []  # of the notes, those on files that were left out
         self.observations: list[Observation] = []  # without their pictures and tracks
         self.sheet = ContactSheet()
         self.summary: list[Line] = []
