@@ -1,7 +1,6 @@
 """What recording.toml and bench.toml may hold: every key with its unit and range, and errors in a bench worker's words."""
 
 import difflib
-import math
 import reprlib
 import tomllib
 from pathlib import Path
@@ -14,6 +13,7 @@ from vision.evidence.conditions import complaints
 from vision.measurement import MeasurementError
 
 MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
+MOST_SAID = 1e15  # a number beyond is no value in another unit
 SAID = "said"  # type of an error whose message says all but the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
@@ -310,7 +310,7 @@ def _explain(error: ErrorDetails, path: Path) -> str:
             return f"{path}: unknown key {place}; {hint}"
     given = error.get("input")
     unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)
-    if unit and isinstance(given, float | int) and not isinstance(given, bool) and math.isfinite(given):
+    if unit and isinstance(given, float | int) and not isinstance(given, bool) and abs(given) < MOST_SAID:
         times, other, meant = unit
         return f"{path}: {place} = {given} means {times * given:g} {other}: {error['msg'].lower()}; is it in {meant}?"
     said = error["msg"].replace("tuple", "list").replace("dictionary", "section").split(" or instance of ")[0]

@@ -149,6 +149,10 @@ def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):
         "no sound track": tmp_path / "film.mp4",
         r"a drop needs 0\.1 s": file_of(np.ones(300), rate, tmp_path, "short"),
     }
+    cases["no decoder"] = tmp_path / "unknown.wav"
+    plain = bytearray(file_of(np.ones(rate), rate, tmp_path, "plain").read_bytes())
+    plain[34:36] = b"\x00\xff"  # 65,280 bits a sample
+    cases["no decoder"].write_bytes(plain)
     cases["is empty"].write_bytes(b"")
     cases["not a sound"].write_bytes(b"OggS" + bytes(range(256)))
     with av.open(str(cases["no sound track"]), "w") as container:
