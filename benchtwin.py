@@ -69,7 +69,7 @@ def import_(
 
 @app.command()
 def simulate(
-    rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, or cylinder (a pile from a lifting cylinder).")],
+    rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or drum (rotating).")],
     out: Annotated[Path, typer.Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],
     restitution: Annotated[float | None, typer.Option(help="Seed on steel: coefficient of restitution.")] = None,
     static_friction: Annotated[float | None, typer.Option(help="Seed on steel.")] = None,

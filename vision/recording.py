@@ -13,14 +13,14 @@ from typing import Any
 
 import tomli_w
 
-from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, Tracking, merge, read_toml, validate
+from vision.evidence.keys import Air, Camera, Drop, Drum, Pile, Reading, Roll, Seed, Slide, Tracking, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.evidence.sound import SOUND_SUFFIXES, only_sound
 from vision.foreign import tool_of
 from vision.foreign.evidence import Evidence, evidence_of
 from vision.measurement import MeasurementError
 
-RIGS = ("drop", "slide", "roll", "pile")
+RIGS = ("drop", "slide", "roll", "pile", "drum")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool is the table that it comes down to
@@ -54,6 +54,7 @@ class Recording:
     slide: Slide = field(default_factory=Slide)
     roll: Roll = field(default_factory=Roll)
     pile: Pile = field(default_factory=Pile)
+    drum: Drum = field(default_factory=Drum)
 
     @property
     def toml(self) -> Path:

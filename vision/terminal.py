@@ -18,6 +18,7 @@ ANSWERS = {  # of each rig the quantities that recordings are made for, in group
     "drop": (("restitution", "restitution_normal", "rebound_height", "fall_acceleration"),),
     "slide": (("static_friction", "slide_angle"),),
     "roll": (("rolling_resistance", "rolling_friction", "run_out", "acceleration"), ("slope",)),
+    "drum": (("flowing_angle",),),
     "pile": (("repose_angle", "height_over_radius_angle"), ("centroid_angle",)),
 }
 COLOURS = {GOOD: "green", DOUBTFUL: "yellow", FAILED: "red"}

@@ -10,7 +10,7 @@ from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from sim.seed.sizes import Size, Sizes
 from vision.evidence.keys import Air, Seed
 
-SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6}  # benchmarks/modulus.py: what these change, and what they save
+SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6, "drum": 3e6}  # benchmarks/modulus.py: what these change, and what they save
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
 
 

@@ -217,6 +217,23 @@ class Pile(_Section):
     """What is left when the photo is taken."""
 
 
+class Drum(_Section):
+    """Seeds flow in a drum that turns about a level axis; the camera looks along it."""
+
+    drum_mm: _TwoLengths | None = None
+    """Inside diameter and width."""
+    fill_share: Annotated[float, Field(ge=0.1, le=0.6)] | None = None
+    """Share of its cross-section that the seeds fill."""
+    speed_rpm: Annotated[float, Field(gt=0, le=600, allow_inf_nan=False)] | None = None
+    """Turns a minute."""
+    lining_friction: Annotated[float, Field(ge=0, le=3)] | None = None
+    """Static friction of its inside in a simulation. Absent: 0.9, a lining on which nothing slips."""
+    wait_s: _Positive | None = None
+    """How long it turns before the film begins."""
+    film_s: _Positive | None = None
+    """How long a simulated film is."""
+
+
 class Tracking(_Section):
     """Corrections of what is followed in a film."""
 
@@ -237,7 +254,7 @@ def _checked(conditions: Any) -> Any:
 class Keys(_Section):
     """All keys of recording.toml; in bench.toml the same."""
 
-    rig: Literal["drop", "slide", "roll", "pile"] | None = None
+    rig: Literal["drop", "slide", "roll", "pile", "drum"] | None = None
     """What was done."""
     id: str | None = None
     """Name of the recording. Absent: the folder's."""
@@ -255,6 +272,7 @@ class Keys(_Section):
     slide: Slide = Slide()
     roll: Roll = Roll()
     pile: Pile = Pile()
+    drum: Drum = Drum()
 
 
 def read_toml(path: Path) -> dict:
