@@ -1,6 +1,7 @@
 """The application: plain routes for files and pictures, pages for people, all behind the guard."""
 
 import asyncio
+import math
 import re
 import shutil
 from dataclasses import dataclass, field
@@ -15,8 +16,12 @@ from page import pictures
 from page.bring import Arrived, bring, check
 from page.folder import INCOMING, MARK, Folder, Refused
 from page.guard import Guard
+from page.hearing import waveform
 from page.looking import see
+from vision.evidence.sound import Sound
 from vision.measurement import MeasurementError, Observation
+from vision.motion.heard import listen, sound_of
+from vision.motion.onsets import Onsets
 from vision.recording import Recording, read_recording
 
 SERVED = {".html": "text/html", ".png": "image/png", ".csv": "text/csv", ".json": "application/json", ".txt": "text/plain",
@@ -33,6 +38,7 @@ class Site:
     folder: Folder
     observations: dict[tuple, Observation] = field(default_factory=dict)
     films: dict[Path, pictures.Film] = field(default_factory=dict)
+    sounds: dict[tuple, tuple[Sound, Onsets]] = field(default_factory=dict)
     batches: dict[str, list[Arrived]] = field(default_factory=dict)
 
     def recording(self, name: str) -> Recording:
@@ -58,6 +64,17 @@ class Site:
         if recording.path not in self.films:
             self.films = {recording.path: pictures.Film(recording)}  # one open at a time
         return self.films[recording.path]
+
+
+    def sound(self, recording: Recording) -> tuple[Sound, Onsets]:
+        """A drop's sound and all that is sudden in it; MeasurementError where it has none."""
+        file = sound_of(recording)
+        if file is None:
+            raise MeasurementError(f"{recording.id} has no sound")
+        key = (file, file.stat().st_mtime_ns, recording.camera.fps, recording.rig)
+        if key not in self.sounds:
+            self.sounds = {key: listen(file, recording)}  # one at a time
+        return self.sounds[key]
 
 
 def application(folder: Folder, port: int, token: str) -> Guard:
@@ -182,6 +199,23 @@ def _pictures(app: FastAPI, site: Site) -> None:
             return jpeg(await asyncio.to_thread(site.film(site.recording(r)).frame, i))
         except (IndexError, MeasurementError) as error:
             raise Refused(f"frame {i} cannot be read: {error}") from error
+
+    @app.get("/wave")
+    async def wave(r: str, a: float, b: float, n: int) -> Response:
+        try:
+            sound, _ = await asyncio.to_thread(site.sound, site.recording(r))
+        except MeasurementError as error:
+            raise Refused(str(error)) from error
+        if not (math.isfinite(a) and math.isfinite(b) and a < b):
+            raise Refused(f"{a:g} to {b:g} s is no stretch of a sound")
+        return JSONResponse(await asyncio.to_thread(waveform, sound, a, b, n))
+
+    @app.get("/sound")
+    async def heard(r: str) -> Response:
+        file = sound_of(site.recording(r))
+        if file is None:
+            raise Refused(f"{r} has no sound")
+        return FileResponse(file)
 
     @app.get("/overlay")
     async def overlay(r: str, name: str) -> Response:

@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from vision.motion.heard import hear
 from vision.pile.repose import measure_repose
+from vision.recording import read_recording
 from vision.synthetic.piles import PileScene, draw_pile
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -252,4 +254,37 @@ def test_a_wrong_place_in_a_film_is_struck_out(window):
     window.until(lambda: "left_out_frames" in keys.read_text())
     (frame,) = tomllib.loads(keys.read_text())["track"]["left_out_frames"]
     window.until(lambda: any(f"frame {frame}, left out" in e.get_attribute("textContent") for e in window.all(".dot")), 60)
+    assert not window.troubles()
+
+
+def test_impacts_are_struck_out_and_added_on_the_waveform(window):
+    """A click on an impact, arrows and Enter on another sound; keys in the file, both values side by side, the command line alike."""
+    from selenium.webdriver import ActionChains
+
+    sample = Path(__file__).parents[2] / "samples" / "heard-drop" / "drop-01"
+    shutil.copytree(sample, window.folder / "heard")
+    keys = window.folder / "heard" / "recording.toml"
+    keys.write_text('rig = "drop"\n[drop]\nheight_mm = 310  # to the plate\n')
+    window.troubles()
+    window.go("/recording?r=heard")
+    window.until(lambda: len(window.all("[data-impact]")) == 5 and numbers(window, "restitution"))
+    wave = window.all(".wave svg")[0]
+    last = window.all("[data-impact]")[-1]
+    at = float(last.get_attribute("data-impact"))
+    right = last.rect["x"] + last.rect["width"] / 2 - wave.rect["x"] - wave.rect["width"] / 2
+    ActionChains(window.driver, duration=20).move_to_element_with_offset(wave, round(right), 0).click().perform()
+    window.until(lambda: len(window.all("[data-impact]")) == 4 and len(numbers(window, "restitution")) == 2)
+    written = tomllib.loads(keys.read_text())["drop"]
+    assert written["impacts_struck_s"] == [pytest.approx(at, abs=1e-3)]
+    assert "# to the plate" in keys.read_text() and "set by hand" in keys.read_text()
+    assert len(hear(sample / "sound.ogg", read_recording(window.folder / "heard")).times) == 4
+
+    window.driver.execute_script("document.querySelector('.wave').focus()")
+    for key in ("\ue014", "\ue007"):  # to the first sudden sound, Enter
+        ActionChains(window.driver).send_keys(key).perform()
+    window.until(lambda: len(window.all(".impact.added")) == 1)
+    assert len(tomllib.loads(keys.read_text())["drop"]["impacts_added_s"]) == 1
+    window.press("Automatic again")
+    window.until(lambda: len(window.all("[data-impact]")) == 5 and len(numbers(window, "restitution")) == 1)
+    assert "impacts" not in keys.read_text()
     assert not window.troubles()

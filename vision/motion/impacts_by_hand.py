@@ -4,6 +4,7 @@ A moment means the sudden sound beside it; where none is listed there, the time 
 milliseconds. What was neither added nor struck out stays as it was found.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -76,5 +77,5 @@ def _nearest(times: np.ndarray, at: float) -> int | None:
 def _missed(chain: Chain, impacts: np.ndarray) -> np.ndarray:
     """(m,): whether an impact that was found to be missing still lies between an impact and the one before."""
     gaps = [(chain.impacts[k - 1], chain.impacts[k]) for k in np.flatnonzero(chain.missed)]
-    inside = [any(a <= first and last <= b for first, last in gaps) for a, b in zip(impacts[:-1], impacts[1:])]
+    inside = [any(a <= first and last <= b for first, last in gaps) for a, b in itertools.pairwise(impacts)]
     return np.array([False, *inside][: len(impacts)], bool)
