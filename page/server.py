@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fastapi import FastAPI, Request, Response
-from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse
 from fastapi.staticfiles import StaticFiles
 
 from page import pictures
@@ -18,6 +18,8 @@ from page.folder import INCOMING, MARK, Folder, Refused
 from page.guard import Guard
 from page.hearing import waveform
 from page.looking import see
+from page.next_list import sheet
+from page.results import card_files, next_recordings, zipped
 from vision.evidence.sound import Sound
 from vision.measurement import MeasurementError, Observation
 from vision.motion.heard import listen, sound_of
@@ -62,7 +64,8 @@ class Site:
 
     def film(self, recording: Recording) -> pictures.Film:
         if recording.path not in self.films:
-            self.films = {recording.path: pictures.Film(recording)}  # one open at a time
+            kept = dict([*self.films.items()][-1:])  # two are open at a time: a recording and its twin
+            self.films = kept | {recording.path: pictures.Film(recording)}
         return self.films[recording.path]
 
 
@@ -154,6 +157,20 @@ def _files(app: FastAPI, site: Site) -> None:
         path = folder.inside(bench)
         file = await asyncio.to_thread(packed_bench, path, folder)
         return FileResponse(file, filename=f"{path.name}.zip", media_type="application/zip")
+
+
+    @app.get("/cards")
+    async def engine_cards(bench: str, engine: str) -> Response:
+        path = folder.inside(bench)
+        files = await asyncio.to_thread(card_files, folder.results(path), engine)
+        name = quote(f"{path.name}-{engine}.zip")
+        headers = {"content-disposition": f"attachment; filename*=utf-8''{name}"}
+        return Response(zipped(files), media_type="application/zip", headers=headers)
+
+    @app.get("/next")
+    async def to_record(bench: str) -> Response:
+        path = folder.inside(bench)
+        return HTMLResponse(sheet(path.name, await asyncio.to_thread(next_recordings, folder.results(path))))
 
 
 async def _receive(request: Request, file: Path, name: str, folder: Folder) -> None:

@@ -1,6 +1,7 @@
 """The page in a real browser: bring, look, drag, say, run, believe. Skipped where there is no Chromium with its driver."""
 
 import io
+import json
 import re
 import shutil
 import subprocess
@@ -287,4 +288,82 @@ def test_impacts_are_struck_out_and_added_on_the_waveform(window):
     window.press("Automatic again")
     window.until(lambda: len(window.all("[data-impact]")) == 5 and len(numbers(window, "restitution")) == 1)
     assert "impacts" not in keys.read_text()
+    assert not window.troubles()
+
+
+@pytest.fixture(scope="module")
+def calibrated(window, tmp_path_factory):
+    """A bench in the served folder, with a calibration's and a diagnosis' results; back to what was there afterwards."""
+    samples = Path(__file__).parents[2] / "samples"
+    left = window.folder / "results"
+    out = tmp_path_factory.mktemp("calibrated") / "calibrated"
+    command = [sys.executable, "-m", "benchtwin", "calibrate", str(samples / "soybean-paper"), "--tables", "--out", str(out), "--quiet"]
+    assert subprocess.run(command, timeout=120).returncode == 0
+    left.mkdir(exist_ok=True)
+    (left / ".results").touch()
+    shutil.copytree(out, left / "calibrated")
+    shutil.copytree(samples / "drawn-bench" / "drop-phone", window.folder / "twinned")
+    shutil.copytree(samples / "drawn-bench" / "drop-phone", left / "calibrated" / "twin" / "drop" / "key")
+    file = left / "calibrated" / "result.json"
+    pair = {"rig": "drop", "recording": "drop-phone", "alike": True, "twin": "twin/drop/key"}
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"pairs": [pair]}))
+    (left / "diagnosed").mkdir()
+    one = {"verdict": "name", "p_global": 1e-6, "matters": True, "next_record": "a drop from twice the height",
+           "explanations": [{"effects": ["drag"], "probability": 0.93}]}  # fmt: skip
+    (left / "diagnosed" / "diagnosis.json").write_text(json.dumps({"rigs": {"drop": one}}))
+    window.troubles()
+    yield left
+    shutil.rmtree(left / "calibrated")
+    shutil.rmtree(left / "diagnosed")
+
+
+def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrated):
+    window.go("/bench?b=.&tab=Results")
+    window.press("Bench and twin")
+    slider = window.until(lambda: window.all(".beside input[type=range]"), 60)[0]
+    pictures = [e.get_attribute("src") for e in window.all(".beside img")]
+    assert len(pictures) == 2 and all("/frame?r=" in src for src in pictures)
+    before = window.text(".beside-words")
+    assert "difference 0 px" in before  # one and the same film, without a scale
+    slider.send_keys("\ue014" * 40)
+    window.until(lambda: window.text(".beside-words") != before)
+    later = [e.get_attribute("src") for e in window.all(".beside img")]
+    assert all(int(b.rpartition("=")[2]) > int(a.rpartition("=")[2]) for a, b in zip(pictures, later))
+    loaded = "return [...document.querySelectorAll('.beside img')].every(e => e.complete && e.naturalWidth > 100)"
+    window.until(lambda: window.driver.execute_script(loaded))
+    assert not window.troubles()
+
+
+def test_the_posterior_turns_and_explanations_have_their_probabilities(window, calibrated):
+    window.go("/bench?b=.&tab=Results")
+    window.press("Posterior")
+    canvas = window.until(lambda: window.all(".cloud canvas"))[0]
+    drawn = "return arguments[0].toDataURL()"
+    window.until(lambda: len(window.driver.execute_script(drawn, canvas)) > 20_000)
+    before = window.driver.execute_script(drawn, canvas)
+    canvas.send_keys("\ue014\ue014")
+    window.until(lambda: window.driver.execute_script(drawn, canvas) != before)
+    chosen = "const s = document.querySelectorAll('.cloud select')[2]; s.value = -1; s.dispatchEvent(new Event('change'))"
+    window.driver.execute_script(chosen)
+    window.until(lambda: "turn it" not in window.text(".cloud"))
+    window.press("Explanations")
+    window.until(lambda: "93 %" in window.text() and "air drag is missing" in window.text())
+    assert not window.troubles()
+
+
+def test_what_to_record_next_prints_and_cards_are_taken_away(window, calibrated):
+    fetched = """const done = arguments[arguments.length - 1];
+        fetch(arguments[0]).then(async r => done([r.status, (await r.arrayBuffer()).byteLength, r.headers.get('content-disposition')]))"""
+    window.go("/bench?b=.&tab=Results")
+    links = window.until(lambda: [e.get_attribute("href") for e in window.all("a[href*='/cards'], a[href*='/zip']")])
+    assert len(links) == 6
+    for link in links:
+        status, size, kept = window.driver.execute_async_script(fetched, link)
+        assert status == 200 and size > 500 and ".zip" in kept
+    window.go("/next?bench=.")
+    window.until(lambda: "drop: a drop from twice the height" in window.text("li"))
+    assert window.all("button")[0].is_displayed()
+    window.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert not window.all("button")[0].is_displayed()
+    window.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
     assert not window.troubles()
