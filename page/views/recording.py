@@ -2,6 +2,7 @@
 
 import asyncio
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 from urllib.parse import quote
 
@@ -27,6 +28,7 @@ TOOL_NAMES = {
     "": "Look", "base": "Base line", "roi": "Region", "window": "Window", "ruler": "Ruler", "plumb": "Plumb line",
     "strike": "Strike out", "follow": "Follow",
 }  # fmt: skip
+RIG_NAMES = {"drop": "a seed falls on a plate", "slide": "a plate is raised", "roll": "a seed rolls and runs out", "pile": "a heap"}
 BY_HAND = {  # keys that "Automatic again" takes away
     "pile": [("pile", "baseline_px"), ("pile", "roi_px"), ("pile", "window_pct")],
     "film": [("track", "left_out_frames"), ("track", "follow_px")],
@@ -79,6 +81,8 @@ class View:
         back = f"/bench?b={quote(self.site.folder.name_of(self.bench))}"
         with frame(self.recording.id, back=back):
             await self._neighbours()
+            if self.recording.rig is None:
+                self._which_rig()
             with ui.row().classes("w-full no-wrap items-start max-lg:flex-wrap"):
                 with ui.column().classes("grow").style("min-width: min(100%, 34rem)"):
                     await self._picture()
@@ -89,6 +93,18 @@ class View:
             self.form = ui.column().classes("w-full")
         await ui.context.client.connected(timeout=30)  # the page is there while it is measured
         await self._measure()
+
+    def _which_rig(self) -> None:
+        """What was done, asked before anything else: nothing is measured without it."""
+
+        async def say(rig: str) -> None:
+            if await self._keep({("", "rig"): rig}, by_hand=False):
+                ui.navigate.reload()
+
+        with ui.row().classes("items-center"):
+            ui.label("What was done?").classes("text-lg failed")
+            for rig, means in RIG_NAMES.items():
+                ui.button(f"{rig}: {means}", on_click=partial(say, rig)).props("no-caps outline")
 
     async def _neighbours(self) -> None:
         """Buttons and arrow keys to the recordings before and after."""
@@ -154,7 +170,7 @@ class View:
         with ui.row().classes("w-full items-center no-wrap"):
             last = max(film.count - 1, 0)
             slider = ui.slider(min=0, max=last, value=0, step=1).props('label aria-label="Frame"').classes("grow")
-            ui.label().bind_text_from(slider, "value", lambda v: f"frame {int(v)} of {last}")
+            ui.label().bind_text_from(slider, "value", lambda v: f"frame {int(v)} of {last}").classes("whitespace-nowrap")
         slider.on_value_change(lambda e: self._show(src=self._frame(int(e.value)), frame=int(e.value)))
         words = "Arrow keys step from frame to frame. Strike out: click the places that are wrong. Follow: click the seed."
         ui.label(words).classes("soft text-xs")
@@ -280,12 +296,16 @@ class View:
             self.tool.set_value("")
         await self._keep(dict.fromkeys(key for kind in kinds for key in BY_HAND[kind]))
 
-    async def _keep(self, changes: dict) -> None:
+    async def _keep(self, changes: dict, *, by_hand: bool = True) -> bool:
+        """Write keys and measure anew; whether they could be written."""
+        kept = True
         try:
             if not self.recording.path.is_dir():
                 raise Refused("This photo lies loose in the folder; put it into a folder of its own to correct it")
             keys = toml_file.read(self.recording.path / "recording.toml")
-            toml_file.change(keys, changes, by_hand=True)
+            toml_file.change(keys, changes, by_hand=by_hand)
         except (Refused, OSError) as error:
+            kept = False
             ui.notify(str(error), type="negative", timeout=12_000, close_button="OK")
         await self._measure()
+        return kept

@@ -367,3 +367,18 @@ def test_what_to_record_next_prints_and_cards_are_taken_away(window, calibrated)
     assert not window.all("button")[0].is_displayed()
     window.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
     assert not window.troubles()
+
+
+def test_a_film_without_a_rig_asks_what_was_done(window):
+    """One click says it, and the film is measured."""
+    sample = Path(__file__).parents[2] / "samples" / "drawn-bench" / "drop-phone"
+    (window.folder / "unnamed").mkdir()
+    shutil.copy(sample / "video.mp4", window.folder / "unnamed")
+    (window.folder / "unnamed" / "recording.toml").write_text('# rig = "drop"             # drop, slide, roll or pile\n')
+    window.troubles()
+    window.go("/recording?r=unnamed")
+    window.until(lambda: "What was done?" in window.text() and "needed: What was done" in window.text())
+    window.press("drop: a seed falls on a plate")
+    window.until(lambda: numbers(window, "restitution normal"), 60)
+    assert tomllib.loads((window.folder / "unnamed" / "recording.toml").read_text()) == {"rig": "drop"}
+    assert "What was done?" not in window.text() and not window.troubles()
