@@ -93,30 +93,12 @@ class Window:
 
 
 @pytest.fixture(scope="module")
-def window(tmp_path_factory):
+def window(serve, tmp_path_factory):
     folder = tmp_path_factory.mktemp("served") / "bench"
-    server = subprocess.Popen(
-        [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
-    assert server.stdout is not None
-    said = ""
-    while not (address := re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", said)):
-        line = server.stdout.readline()
-        assert line, said
-        said += line
-    for _ in range(200):
-        try:
-            urllib.request.urlopen(address[0].split("?")[0], timeout=5)
-        except urllib.error.HTTPError:  # it answers, and refuses: it has no key
-            break
-        except OSError:
-            time.sleep(0.1)
-    opened = Window(address[0], folder)
-    yield opened
-    opened.driver.quit()
-    server.terminate()
-    server.wait(10)
+    with serve(folder) as address:
+        opened = Window(address, folder)
+        yield opened
+        opened.driver.quit()
 
 
 @pytest.fixture
