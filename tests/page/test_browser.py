@@ -364,3 +364,21 @@ def test_a_film_without_a_rig_asks_what_was_done(window):
     window.until(lambda: numbers(window, "restitution normal"), 60)
     assert tomllib.loads((window.folder / "unnamed" / "recording.toml").read_text()) == {"rig": "drop"}
     assert "What was done?" not in window.text() and not window.troubles()
+
+
+def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(serve, tmp_path):
+    for name in ("one", "two"):
+        readings(tmp_path / name, "drop-01")
+    with serve(tmp_path) as address:
+        window = Window(address, tmp_path)
+        try:
+            window.until(lambda: "1 drop" in window.text())
+            window.press("New bench")
+            window.until(lambda: "say a name for the bench first" in window.text())
+            window.type("name", "mung beans")
+            window.press("New bench")
+            window.until(lambda: "Nothing here yet" in window.text())
+            assert tomllib.loads((tmp_path / "mung beans" / "bench.toml").read_text()) is not None
+            assert not window.troubles()
+        finally:
+            window.driver.quit()
