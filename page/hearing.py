@@ -1,5 +1,6 @@
 """A drop's sound as the page draws it, what is heard in it, and what a click on it means."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,11 +39,8 @@ def hearing(sound: Sound, onsets: Onsets, recording: Recording) -> Hearing:
     plain = replace(recording, drop=drop.model_copy(update={"impacts_added_s": None, "impacts_struck_s": None}))
     struck, sudden = [float(t) for t in drop.impacts_struck_s or ()], [float(t) for t in onsets.time_s]
     automatic: tuple[Quantity, ...] = ()
-    try:
+    with suppress(MeasurementError):  # then there is nothing to stand beside what was corrected
         automatic = without_picture(find_impacts(sound, onsets, plain), plain).quantities
-    except MeasurementError:
-        if not _by_hand(drop):
-            raise
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
@@ -55,10 +53,6 @@ def hearing(sound: Sound, onsets: Onsets, recording: Recording) -> Hearing:
 
 def _times(heard: Heard, rows) -> list[float]:
     return [float(heard.onsets.time_s[row]) for row in rows]
-
-
-def _by_hand(drop: Drop) -> bool:
-    return bool(drop.impacts_added_s or drop.impacts_struck_s)
 
 
 def clicked(at_s: float, reach_s: float, now: Hearing, drop: Drop) -> Changes:
