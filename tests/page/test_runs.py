@@ -86,6 +86,14 @@ def test_stopped_it_says_so_and_goes_on(bench, folder):
     until(lambda: runs.read_run(place).status == runs.DONE)
 
 
+def test_the_next_run_begins_though_no_page_is_open(bench, folder):
+    first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
+    runs.advance(bench, folder)
+    (bench / "done").touch()
+    until(lambda: runs.read_run(first).status == runs.DONE)
+    until(lambda: runs.read_run(second).status == runs.DONE)  # nobody asked again
+
+
 def test_a_waiting_run_is_taken_from_the_queue(bench, folder):
     first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
     runs.advance(bench, folder)
