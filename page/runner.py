@@ -19,7 +19,8 @@ from pathlib import Path
 from page.folder import Folder, write_whole
 from page.runs import advance
 
-CONTROLS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]|[\u2800-\u28ff] ?")  # the last: what spins while something runs
+SPINNER = r"[\u2800-\u28ff] ?"  # what turns while something runs
+CONTROLS = re.compile(rf"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]|{SPINNER}")
 BARS = re.compile(r"[━╸╺─]{4,}")
 EVERY_S = 0.3  # state.json is written at most so often
 WIDTH = "160"
