@@ -14,7 +14,7 @@ from fastapi.staticfiles import StaticFiles
 
 from page import pictures
 from page.bring import Arrived, bring, check
-from page.folder import INCOMING, MARK, Folder, Refused
+from page.folder import INCOMING, MARK, RESULTS, Folder, Refused
 from page.guard import Guard
 from page.hearing import waveform
 from page.looking import see
@@ -55,7 +55,8 @@ class Site:
 
     def seen(self, recording: Recording) -> Observation:
         """What measuring finds, remembered until the recording changes."""
-        key = (recording.path, *(p.stat().st_mtime_ns for p in (*recording.files[:1], recording.toml) if p.exists()))
+        stated = (recording.toml, recording.toml.parent.parent / "bench.toml")
+        key = (recording.path, *(p.stat().st_mtime_ns if p.exists() else 0 for p in (*recording.files[:1], *stated)))
         if key not in self.observations:
             if len(self.observations) >= KEPT_OBSERVATIONS:
                 self.observations.pop(next(iter(self.observations)))
@@ -162,7 +163,7 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/cards")
     async def engine_cards(bench: str, engine: str) -> Response:
         path = folder.inside(bench)
-        files = await asyncio.to_thread(card_files, folder.results(path), engine)
+        files = await asyncio.to_thread(card_files, path / RESULTS, engine)
         name = quote(f"{path.name}-{engine}.zip")
         headers = {"content-disposition": f"attachment; filename*=utf-8''{name}"}
         return Response(zipped(files), media_type="application/zip", headers=headers)
@@ -170,7 +171,7 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/next")
     async def to_record(bench: str) -> Response:
         path = folder.inside(bench)
-        return HTMLResponse(sheet(path.name, await asyncio.to_thread(next_recordings, folder.results(path))))
+        return HTMLResponse(sheet(path.name, await asyncio.to_thread(next_recordings, path / RESULTS)))
 
 
 async def _receive(request: Request, file: Path, name: str, folder: Folder) -> None:
@@ -190,6 +191,8 @@ async def _receive(request: Request, file: Path, name: str, folder: Folder) -> N
 
 
 def _pictures(app: FastAPI, site: Site) -> None:
+    folder = site.folder
+
     def jpeg(data: bytes) -> Response:
         return Response(data, media_type="image/jpeg", headers={"cache-control": "private, max-age=3600"})
 
@@ -232,7 +235,7 @@ def _pictures(app: FastAPI, site: Site) -> None:
         file = sound_of(site.recording(r))
         if file is None:
             raise Refused(f"{r} has no sound")
-        return FileResponse(file)
+        return FileResponse(folder.inside(folder.name_of(file)))  # a link out of the folder is refused
 
     @app.get("/overlay")
     async def overlay(r: str, name: str) -> Response:

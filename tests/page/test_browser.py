@@ -333,6 +333,20 @@ def test_the_posterior_turns_and_explanations_have_their_probabilities(window, c
     assert not window.troubles()
 
 
+def test_the_sound_of_a_link_out_of_the_folder_is_not_given_away(window, tmp_path):
+    secret = tmp_path / "secret"
+    secret.write_text("no sound")
+    (window.folder / "linked").mkdir()
+    (window.folder / "linked" / "recording.toml").write_text('rig = "drop"\n')
+    (window.folder / "linked" / "sound.wav").symlink_to(secret)
+    window.go("/")
+    fetched = "const done = arguments[0]; fetch('/sound?r=linked').then(async r => done([r.status, await r.text()]))"
+    status, said = window.driver.execute_async_script(fetched)
+    assert status == 422 and "leads out of this folder" in said
+    shutil.rmtree(window.folder / "linked")
+    window.troubles()
+
+
 def test_what_to_record_next_prints_and_cards_are_taken_away(window, calibrated):
     fetched = """const done = arguments[arguments.length - 1];
         fetch(arguments[0]).then(async r => done([r.status, (await r.arrayBuffer()).byteLength, r.headers.get('content-disposition')]))"""
