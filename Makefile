@@ -29,9 +29,11 @@ test: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/pytest -n auto --dist worksteal
 
-page: $(VENV)/installed            # the sample bench in the browser, copied so that it can be changed
-	@test -d $(DEMO_OUT)/page || { mkdir -p $(DEMO_OUT) && cp -r samples/drawn-bench $(DEMO_OUT)/page; }
-	@$(BIN)/benchtwin page $(DEMO_OUT)/page
+PAGE := $(DEMO_OUT)/page-benches
+page: $(VENV)/installed            # sample benches in the browser, copied so that they can be changed
+	@mkdir -p $(PAGE)
+	@for bench in soybean-bench drawn-bench heard-drop; do test -d $(PAGE)/$$bench || cp -r samples/$$bench $(PAGE)/; done
+	@$(BIN)/benchtwin page $(PAGE)
 
 slow: $(VENV)/installed            # statistical studies: minutes
 	$(BIN)/pytest -n auto -m slow

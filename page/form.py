@@ -81,7 +81,8 @@ def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
 
 def needed(reasons: list[str]) -> set[tuple[str, str]]:
     """Keys (section, key) that a measurement asked for by name."""
-    return {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
+    asked = {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
+    return asked | {("", "rig") for reason in reasons if "rig is missing" in reason}
 
 
 def _section(info: FieldInfo) -> type[BaseModel] | None:

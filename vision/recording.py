@@ -25,6 +25,7 @@ VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool is the table that it comes down to
 LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
+RESULTS_MARK = ".results"  # in a folder of results, which holds no recordings of the bench it lies in
 BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # what lies beside evidence without being any
 
 
@@ -220,10 +221,16 @@ def _attempt(read, *args):
 
 
 def _folders(path: Path) -> tuple[list[Path], list[Path]]:
-    """Folders in a folder, hidden ones and lots of seeds left out: those that can be looked into, and those that may not."""
-    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and not (p / LOT_SUMMARY).exists())
+    """Folders in a folder: those that can be looked into, and those that may not; hidden ones, lots of seeds and results left out."""
+    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith("."))
     may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
-    return [p for p in inside if may[p]], [p for p in inside if not may[p]]
+    open_ = [p for p in inside if may[p] and not any((p / name).exists() for name in (LOT_SUMMARY, RESULTS_MARK))]
+    return open_, [p for p in inside if not may[p]]
+
+
+def among_results(path: Path, bench: Path) -> bool:
+    """Whether `path` lies in a folder of `bench` that is marked as results."""
+    return any((p / RESULTS_MARK).is_file() for p in (path, *path.parents) if bench in p.parents)
 
 
 def _refuse(folder: Path) -> Recording:

@@ -144,6 +144,10 @@ class Drop(_Section):
     """How long the film runs before the release."""
     tilt_deg: Annotated[float, Field(gt=-15, lt=15)] | None = None
     """Tilt of the plate, falling towards +x."""
+    impacts_added_s: Annotated[tuple[_Finite, ...], _List] | None = None
+    """Moments in the sound at which an impact was not found."""
+    impacts_struck_s: Annotated[tuple[_Finite, ...], _List] | None = None
+    """Moments in the sound at which something was taken for an impact that is none."""
 
 
 class Slide(_Section):

@@ -240,7 +240,8 @@ def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, 
         restitution = Quantity("restitution", float(values[-1]), sd, "1", sd_common=min(float(common[-1]), sd))
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
-        text = f"the release is not in the track; {recording.toml}: [drop] height_mm is needed"
+        missing = "[camera] mm_per_px is missing, which height_mm" if stated else "[drop] height_mm"  # stated, and a track in px
+        text = f"the release is not in the track; {recording.toml}: {missing} {'needs' if stated else 'is needed'}"
         restitution = failed("restitution", "1", text)
     quantities = [height, restitution, impact, rebound, normal]
     if doubt:
