@@ -19,6 +19,7 @@ from vision.motion.track import Track, make_track
 
 PATIENCE = 6  # frames for which a thing may be lost before its piece ends
 AREA_ODD = 0.12  # silhouette this much off its neighbours' is merged with something, or partly hidden
+UNLIKE, UNLIKE_LONG = 0.67, 0.5  # a body keeps its colour, to this share of its contrast: from frame to frame, over the film
 ANGLE_SD_DEG = 12.0  # an orientation known worse than this is none (a round silhouette)
 ROUND_OUTLINE = 0.01  # (a² − b²)/(a² + b²) of its axes: pixels and shading stretch a ball's by 0.003
 
@@ -57,6 +58,11 @@ class _Piece:
     @property
     def contrast(self) -> float:
         return float(np.median([s.contrast for s in self.shapes]))
+
+    @property
+    def usual(self) -> Silhouette:
+        """The one of median contrast."""
+        return sorted(self.shapes, key=lambda s: s.contrast)[len(self.shapes) // 2]
 
     @property
     def reach(self) -> float:
@@ -120,11 +126,9 @@ def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette]
             size = np.sqrt(max(shape.area, last.area))
             away, speed = piece.distance(shape, frame)
             gate = 1.2 * size + 2.2 * speed + 3.0 if len(piece.shapes) > 1 else 2.5 * size + 40.0
-            if away > gate or shape.contrast * last.contrast <= 0:
-                continue
-            area, contrast = abs(np.log(shape.area / last.area)), abs(np.log(shape.contrast / last.contrast))
-            if area < 1.1 and contrast < 1.1:
-                offers.append((away / size + 1.5 * area + 2.0 * contrast, p, s))
+            area, unlike = abs(np.log(shape.area / last.area)), shape.unlike(last)
+            if away < gate and area < 1.1 and unlike < UNLIKE:
+                offers.append((away / size + 1.5 * area + 2.0 * unlike, p, s))
     taken_p, taken_s = set(), set()
     for _, p, s in sorted(offers):
         if p in taken_p or s in taken_s:
@@ -164,11 +168,11 @@ def _choose(pieces: list[_Piece], falling: bool, scene: Scene) -> _Piece | None:
 
 def _joined(best: _Piece, pieces: list[_Piece]) -> _Piece:
     """The piece with those that are the same thing before and after it."""
-    area, contrast = best.area, best.contrast
+    area = best.area
     joined, size = best, np.sqrt(best.area)
     alike = [
         p for p in pieces
-        if p is not best and 0.6 < p.area / area < 1.7 and 0.5 < p.contrast / contrast < 2.0
+        if p is not best and 0.6 < p.area / area < 1.7 and p.usual.unlike(best.usual) < UNLIKE_LONG
     ]  # fmt: skip
     for piece in sorted(alike, key=lambda p: -len(p.frames)):
         joined = _join(joined, piece, size)
@@ -204,9 +208,9 @@ def _score(piece: _Piece, falling: bool, scene: Scene) -> float:
     x, y = np.array([s.x for s in piece.shapes]), -np.array([s.y for s in piece.shapes])
     reach = piece.reach
     size = np.sqrt(piece.area)
-    if reach < max(0.7 * size, 4.0) or piece.area > 0.05 * scene.background.size:
+    if reach < max(0.7 * size, 4.0) or piece.area > 0.05 * np.prod(scene.shape):
         return 0.0
-    strength = abs(piece.contrast)
+    strength = piece.contrast
     if not falling:
         return reach * np.sqrt(strength) * _evenness(frames, x, size)
     if np.ptp(y) < 0.5 * reach:
