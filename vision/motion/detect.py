@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from vision.motion.colour import in_noise, product
+from vision.motion.outline import Patch
 from vision.motion.scene import Scene, colours
 
 MOVES_SD = 6.0  # a coarse pixel this many sds off the background moves; one in 5e8 by chance
@@ -32,7 +33,7 @@ class Silhouette:
     """One thing in one frame; x, y in pixels of the picture (x right, y DOWN from the centre of the top left pixel).
 
     xx, yy, xy: second moments about the centroid [px²]. own, behind (c,): its colour and its background's, in units of noise; contrast:
-    how far these are apart, where what a shadow can do counts little. cut: it touches the picture's border.
+    how far these are apart, where what a shadow can do counts little. cut: it touches the picture's border. patch: the pixels about it.
     """
 
     x: float
@@ -48,6 +49,7 @@ class Silhouette:
     bottom: float
     own: np.ndarray
     behind: np.ndarray
+    patch: Patch
 
     def unlike(self, other: "Silhouette") -> float:
         """How much its colour differs from another's, as a share of the contrast of the stronger of both."""
@@ -98,8 +100,8 @@ def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> 
     outline = _outline(image, ground, rough, scene)
     if outline is None:
         return None
-    coverage, error = _coverage(image, ground, outline, scene)
-    return _moments(coverage, error, outline, x0, y0, (height, width))
+    coverage, error, patch = _coverage(image, ground, outline, scene)
+    return _moments(coverage, error, outline, Patch(*patch, x0, y0), (height, width))
 
 
 @dataclass(frozen=True)
@@ -151,8 +153,10 @@ def _outline(image: np.ndarray, ground: np.ndarray, rough: np.ndarray, scene: Sc
     return _Outline(mask, share, level, float(np.sqrt(free)), own, back)
 
 
-def _coverage(image: np.ndarray, ground: np.ndarray, outline: _Outline, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """α and its sd per pixel (0 where it is not measured but known)."""
+def _coverage(
+    image: np.ndarray, ground: np.ndarray, outline: _Outline, scene: Scene
+) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """α and its sd per pixel (0 where it is not measured but known); both also as seen alone, the sd infinite where nothing is told."""
     mask = outline.mask
     half = _band(outline.share, mask)
     depth = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
@@ -171,12 +175,13 @@ def _coverage(image: np.ndarray, ground: np.ndarray, outline: _Outline, scene: S
     power = product(off, off, behind, LEAST_SHADE)
     poor = power < (0.3 * outline.level) ** 2
     alpha = np.clip(product(shift, off, behind, LEAST_SHADE) / np.maximum(power, 1e-9), -0.35, 1.35)
+    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))  # the background is a median of 25 frames
+    seen = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
     guess = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.8)
     alpha = np.where(poor, guess, alpha)
     coverage = np.where(band, alpha, inner.astype(np.float32))
-    spread = np.sqrt(1.06 * scene.noise_spread)  # the background is a median of 25 frames, hence 6 %
-    error = np.where(band, np.where(poor, 0.15, spread / np.sqrt(np.maximum(power, 1e-9))), 0.0)
-    return coverage.astype(np.float64), error
+    error = np.where(band, np.where(poor, 0.15, noise_share), 0.0)
+    return coverage.astype(np.float64), error, seen
 
 
 def _shaded(image: np.ndarray, ground: np.ndarray, outside: np.ndarray, scene: Scene) -> np.ndarray:
@@ -227,8 +232,9 @@ def _band(share: np.ndarray, mask: np.ndarray) -> float:
     return BAND_PX + float(np.clip(0.9 * (softness - SHARP), 0.0, 12.0))
 
 
-def _moments(coverage, error, outline: _Outline, x0: int, y0: int, shape) -> Silhouette | None:
+def _moments(coverage, error, outline: _Outline, patch: Patch, shape) -> Silhouette | None:
     """Centroid, second moments, and their sds from the pixels' own errors."""
+    x0, y0 = patch.x0, patch.y0
     area = float(coverage.sum())
     if area < 4:
         return None
@@ -251,5 +257,5 @@ def _moments(coverage, error, outline: _Outline, x0: int, y0: int, shape) -> Sil
     bottom = y0 + float(ys[-1])
     return Silhouette(
         x0 + x, y0 + y, float(np.hypot(sd, FLOOR_PX)), area, outline.contrast, xx, yy, xy, float(angle_sd), cut, bottom,
-        outline.own, outline.behind,
+        outline.own, outline.behind, patch,
     )  # fmt: skip

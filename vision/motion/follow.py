@@ -15,6 +15,7 @@ from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
 from vision.motion.detect import Silhouette, find_silhouettes
 from vision.motion.scene import Scene, learn_scene
+from vision.motion.settled import settle
 from vision.motion.track import Track, make_track
 
 PATIENCE = 6  # frames for which a thing may be lost before its piece ends
@@ -81,12 +82,12 @@ class Followed:
 
 def follow(
     source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
-    at: tuple[float, float, float] | None = None,
+    at: tuple[float, float, float] | None = None, area_px: tuple[float, float] = (0.0, np.inf),
 ) -> Followed:  # fmt: skip
     """Track the seed through all frames. `falling`: it flies (drop); otherwise it rolls or slides.
 
     scene: what is behind the seed, where the caller knows better than the median of the frames. at: frame, x, y [px, y down]
-    where somebody says that the seed is.
+    where somebody says that the seed is. area_px: least and greatest silhouette that the stated seed can have.
     progress(fraction done) is called now and then. Raises MeasurementError when nothing in the picture moves like a seed.
     """
     scene = learn_scene(source) if scene is None else scene
@@ -114,7 +115,7 @@ def follow(
     if chosen is None:
         raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
     areas = np.array([s.area for s in chosen.shapes])
-    return Followed(_as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
+    return Followed(_as_track(chosen, scene, done, area_px), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
 
 
 def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette], frame: int, time: float) -> None:
@@ -255,13 +256,18 @@ def _evenness(frames: np.ndarray, x: np.ndarray, size: float) -> float:
     return float(1 / (1 + 10 * np.median(jerk) / max(np.ptp(x) / len(x), 1e-9) * (np.median(jerk) > 0.3) + np.mean(jerk > size)))
 
 
-def _as_track(piece: _Piece, scene: Scene, times: list[float], total: int) -> Track:
+def _as_track(piece: _Piece, scene: Scene, total: int, area_px: tuple[float, float]) -> Track:
     """Arrays from a piece: y up from the bottom row, orientation unwrapped, odd silhouettes marked."""
     shapes = piece.shapes
-    x, y = np.array([s.x for s in shapes]), scene.shape[0] - 1 - np.array([s.y for s in shapes])
+    x, y, sd = np.array([(s.x, s.y, s.sd) for s in shapes]).T
     area, cut = np.array([s.area for s in shapes]), np.array([s.cut for s in shapes])
     frame, t_s = np.array(piece.frames), np.array(piece.times)
     odd = _odd_area(area)
+    if (settled := settle(shapes, area_px)) is not None:
+        laid = settled[0]
+        x, y, sd = np.array([(s.x, s.y, s.sd) if one is None else (one.x, one.y, one.sd) for s, one in zip(shapes, laid)]).T
+        odd = np.array([one is None for one in laid])
+    y = scene.shape[0] - 1 - y
     angle, angle_sd = _orientation(shapes, frame, odd | cut)
     seen = bool(np.isfinite(angle).any())
     notes = []
@@ -275,7 +281,7 @@ def _as_track(piece: _Piece, scene: Scene, times: list[float], total: int) -> Tr
             f"{int((odd & ~cut).sum())} frames with the seed partly hidden or merged with something (marked as outliers)"
         )
     return make_track(
-        t_s, x, y, unit="px", frame=frame, sd=np.array([s.sd for s in shapes]), outlier=odd | cut,
+        t_s, x, y, unit="px", frame=frame, sd=sd, outlier=odd | cut,
         angle_deg=angle if seen else None, angle_sd_deg=angle_sd if seen else None, notes=tuple(notes),
     )  # fmt: skip
 
