@@ -223,7 +223,7 @@ def paint(scene: Scene, seeds: list[DrawnSeed], rng: np.random.Generator) -> Arr
     covers = [cover(s.seen_mm / scene.mm_per_px - 0.5, (high, wide)) for s in seeds]
     if scene.shadow:
         shade = np.zeros((high, wide))
-        for (share, box), seed in zip(covers, seeds):
+        for seed in seeds:
             moved = cover((seed.seen_mm + 0.05 * seed.thickness_mm) / scene.mm_per_px - 0.5, (high, wide))
             shade[moved[1]] = np.maximum(shade[moved[1]], moved[0])
         shade = gaussian_filter(shade, 0.6 / scene.mm_per_px)

@@ -14,6 +14,7 @@ import math
 import os
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -21,9 +22,8 @@ import av
 import cv2
 import numpy as np
 import pandas as pd
-
-from benchmarks.path_traced import _ball, _box, _painted, _plain
-from benchmarks.phone_films import DRAWN, HIGH, RIGS, WIDE, Film, found_in, report, write
+from path_traced import _ball, _box, _painted, _plain
+from phone_films import DRAWN, HIGH, RIGS, WIDE, Film, found_in, report, write
 
 LOOKS = ("pale on pale", "pale on busy", "dark on pale", "pale on dark")
 INSTANTS = 6  # a frame: of blur and rolling shutter
@@ -99,7 +99,7 @@ class Stage:
         if self.film.boxy:
             matrix = np.eye(4)
             matrix[:3, :3], matrix[:3, 3] = rotation * [a, b, b], (x, y, z)
-            return self.mi.load_dict({"type": "cube", "to_world": self.mi.ScalarTransform4f(matrix), "bsdf": self.seed_bsdf})
+            return self.mi.load_dict({"type": "cube", "to_world": self.mi.ScalarTransform4f(matrix.astype(np.float32)), "bsdf": self.seed_bsdf})
         points, faces = self.ball
         normals = points / [a, b, b]
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -224,7 +224,7 @@ def draw(film: Film, look: str, rng: np.random.Generator, path: Path) -> None:
     x0, y0, wide, high = seen_window(film, np.zeros(1))
     near = stage.shot(0.0, (x0, y0, wide, high), SAMPLES)
     gain, blur = 0.8 / max(np.percentile(stage.still, 97), np.percentile(near, 97)), float(rng.uniform(0.4, 0.9))
-    quality, cache = int(rng.integers(18, 26)), {}
+    quality, cache = int(rng.integers(18, 26)), dict[Any, np.ndarray]()
     with av.open(str(path), "w") as container:
         stream = container.add_stream("libx264", rate=Fraction(film.fps).limit_denominator(1000))
         assert isinstance(stream, av.VideoStream)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from sim.engine.walls import Cylinder, Plane, Rectangle, Slide, Wall, unit
+from sim.engine.walls import Cylinder, Plane, Rectangle, Slide, Vector, Wall, unit
 from sim.engine.world import World
 from sim.lammps.contact import words
 
@@ -85,6 +85,10 @@ def _moves(wall: Wall, name: str) -> dict[str, str]:
     return found
 
 
+def _three(v: np.ndarray) -> Vector:
+    return float(v[0]), float(v[1]), float(v[2])
+
+
 def tilted_as_planes(walls: list[Wall]) -> list[Wall]:
     """The same walls, tilted rectangles as endless planes that look upward."""
     made: list[Wall] = []
@@ -92,7 +96,7 @@ def tilted_as_planes(walls: list[Wall]) -> list[Wall]:
         if isinstance(wall, Rectangle):
             normal = unit("normal", tuple(np.cross(wall.a, wall.b)))
             if _axis_of(normal) is None:
-                up = tuple(float(v) for v in normal * math.copysign(1.0, normal[2]))
+                up = _three(normal * math.copysign(1.0, normal[2]))
                 made.append(Plane(wall.name, wall.material, wall.corner, up, wall.moves))
                 continue
         made.append(wall)

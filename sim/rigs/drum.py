@@ -11,7 +11,7 @@ from sim.laws import LAWS
 from sim.material import Contact, Material
 from sim.motion import Motion
 from sim.rigs.bench import Bench, Frames, Watch, no_watch
-from sim.rigs.filling import chute_height, count_for, rain
+from sim.rigs.filling import POURED, Filled, chute_height, count_for, rain, settle
 from sim.rigs.heap import RAIN_OVERLAP
 from sim.rigs.parts import ring
 from sim.rigs.pile import GLASS
@@ -78,7 +78,7 @@ def flowing_angle(motion: Motion, radius_m: float, frame: int) -> float:
     return float(-np.degrees(np.arctan(np.polyfit(x[inside], height[inside], 1)[0])))
 
 
-def _fill(rig: Drum, bench: Bench, rng: np.random.Generator, threads: int, watch: Watch):
+def _fill(rig: Drum, bench: Bench, rng: np.random.Generator, threads: int, watch: Watch) -> Filled:
     """Seeds at rest in the drum's lower part, up to the level of `fill_share`."""
     radius, width = rig.drum_m[0] / 2, rig.drum_m[1]
     level = _level(rig.fill_share) * radius
@@ -90,7 +90,11 @@ def _fill(rig: Drum, bench: Bench, rng: np.random.Generator, threads: int, watch
     def standing(placed: Placed) -> World:
         return bench.world(placed, walls, contacts=_contacts(rig, bench), most_overlap=RAIN_OVERLAP)
 
-    return rain(bench, rng, seeds, low, high, standing, level, threads=threads, watch=watch)
+    def lay(world: World) -> tuple[np.ndarray, np.ndarray]:
+        state = settle(world, init(world, rng), "filling", threads=threads, watch=watch, quiet=POURED)
+        return state.positions, state.orientations
+
+    return rain(bench, rng, seeds, low, high, standing, level, lay)
 
 
 def _level(share: float) -> float:

@@ -71,11 +71,12 @@ def covered(body: Body, u: np.ndarray, v: np.ndarray, turn: float, streak: tuple
 
 def lay(body: Body, patch: Patch, start: Laid, way: tuple[float, float], soft: float) -> Laid | None:
     """The outline where most of its edge meets the edge seen; way: direction of motion (unit vector, y down). None where it meets none."""
-    rows, columns = np.indices(patch.coverage.shape)
-    u, v = columns + patch.x0 - start.x, rows + patch.y0 - start.y
-    near = np.hypot(u - way[0] * (u * way[0] + v * way[1]), v - way[1] * (u * way[0] + v * way[1])) < body.a + NEAR_PX + 2
+    rows, columns = (np.asarray(k, float) for k in np.indices(patch.coverage.shape))
+    u: np.ndarray = columns + patch.x0 - start.x
+    v: np.ndarray = rows + patch.y0 - start.y
+    near: np.ndarray = np.hypot(u - way[0] * (u * way[0] + v * way[1]), v - way[1] * (u * way[0] + v * way[1])) < body.a + NEAR_PX + 2
     near &= np.abs(u * way[0] + v * way[1]) < body.a + start.streak / 2 + NEAR_PX + 2
-    near &= np.isfinite(patch.error) & (np.hypot(u, v) > body.b / 2)
+    near = near & np.isfinite(patch.error) & (np.hypot(u, v) > body.b / 2)
     if near.sum() < 12:
         return None
     u, v, seen = u[near], v[near], patch.coverage[near].astype(float)
