@@ -99,7 +99,8 @@ class Stage:
         if self.film.boxy:
             matrix = np.eye(4)
             matrix[:3, :3], matrix[:3, 3] = rotation * [a, b, b], (x, y, z)
-            return self.mi.load_dict({"type": "cube", "to_world": self.mi.ScalarTransform4f(matrix.astype(np.float32)), "bsdf": self.seed_bsdf})
+            to_world = self.mi.ScalarTransform4f(matrix.astype(np.float32))
+            return self.mi.load_dict({"type": "cube", "to_world": to_world, "bsdf": self.seed_bsdf})
         points, faces = self.ball
         normals = points / [a, b, b]
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)

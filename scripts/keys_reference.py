@@ -1,8 +1,9 @@
 """Writes docs/keys.md: every key of recording.toml and bench.toml, from the models that read them.
 
-python scripts/keys_reference.py
+    python scripts/keys_reference.py
 """
 
+import argparse
 from pathlib import Path
 
 from page.form import Field, form
@@ -39,4 +40,5 @@ def _values(field: Field) -> str:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     OUT.write_text(reference(), encoding="utf8")

@@ -11,6 +11,7 @@ import numpy as np
 
 from sim.engine.world import Placed
 from sim.rigs.bench import turned
+from sim.seed import Seed
 
 TOUCHING, CENTRE, INNER = 1, 2, 3  # types: a ball; a ball at the centre of mass; one there that touches nothing
 INNER_SHARE = 0.05  # its radius, of the smallest ball's
@@ -26,7 +27,7 @@ class Balls:
     types: np.ndarray
 
 
-def balls_of(shape) -> Balls:
+def balls_of(shape: Seed) -> Balls:
     """The balls of a `Seed`, one at its centre of mass added where there is none."""
     centres, radii = np.asarray(shape.centres_m, float).reshape(-1, 3), np.atleast_1d(np.asarray(shape.radii_m, float))
     off = np.linalg.norm(centres, axis=1)
