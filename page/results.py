@@ -13,6 +13,7 @@ from calibrate.diagnose.words import missing
 from calibrate.export import cards, read_result
 from calibrate.report.draw import name as in_words
 from page.folder import Refused
+from page.looking import shorten
 
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES, SHOWS_MORE = "it would settle what is missing", "nothing that matters is missing so far; it would show more"
@@ -82,7 +83,9 @@ def posterior(results: Path) -> Cloud | None:
 
 def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
     """What to record next by what it is for; only headings that have something."""
+    gone = _json(results / CALIBRATED / "result.json").get("not_calibrated") or {}
     told = {
+        "Not calibrated yet": [ToRecord(rig, shorten(why)) for rig, why in gone.items()],
         "To narrow the parameters": _narrowing(_table(results / CALIBRATED / "tables" / "narrowing.csv")),
         "To tell explanations apart": [
             ToRecord(f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE)

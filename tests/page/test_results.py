@@ -79,6 +79,14 @@ def test_a_candidate_that_gains_nothing_is_not_asked_for(tmp_path):
     assert [row.what for row in results.next_recordings(tmp_path)["To narrow the parameters"]] == ["a", "b"]
 
 
+def test_what_was_not_calibrated_is_listed_with_its_reason(tmp_path):
+    (tmp_path / "calibrated").mkdir()
+    why = {"drop": "no drop was measured: /home/me/drop/recording.toml: [camera] mm_per_px is missing"}
+    (tmp_path / "calibrated" / "result.json").write_text(json.dumps({"not_calibrated": why}))
+    (row,) = results.next_recordings(tmp_path)["Not calibrated yet"]
+    assert (row.what, row.why) == ("drop", "no drop was measured: recording.toml: [camera] mm_per_px is missing")
+
+
 def test_the_posterior_has_its_draws(bench):
     cloud = results.posterior(bench / "results")
     whole = pd.read_csv(bench / "results" / "calibrated" / "tables" / "posterior.csv")
