@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEMO_OUT := demo-out
 
-.PHONY: demo test page bench slow lint clean
+.PHONY: demo test page bench slow lint docs clean
 
 demo: $(VENV)/installed
 	@sh scripts/system-packages.sh
@@ -29,9 +29,11 @@ test: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/pytest -n auto --dist worksteal
 
-page: $(VENV)/installed            # the sample bench in the browser, copied so that it can be changed
-	@test -d $(DEMO_OUT)/page || { mkdir -p $(DEMO_OUT) && cp -r samples/drawn-bench $(DEMO_OUT)/page; }
-	@$(BIN)/benchtwin page $(DEMO_OUT)/page
+PAGE := $(DEMO_OUT)/page-benches
+page: $(VENV)/installed            # sample benches in the browser, copied so that they can be changed
+	@mkdir -p $(PAGE)
+	@for bench in soybean-bench drawn-bench heard-drop; do test -d $(PAGE)/$$bench || cp -r samples/$$bench $(PAGE)/; done
+	@$(BIN)/benchtwin page $(PAGE)
 
 slow: $(VENV)/installed            # statistical studies: minutes
 	$(BIN)/pytest -n auto -m slow
@@ -44,8 +46,14 @@ lint: $(VENV)/installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/mypy
 
+docs: $(VENV)/installed            # the documentation as a site: build/site/index.html
+	$(BIN)/pip install -qq --disable-pip-version-check -e '.[docs]'
+	$(BIN)/python scripts/keys_reference.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "Open in a browser:  build/site/index.html"
+
 clean:
-	rm -rf $(VENV) $(DEMO_OUT) .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(DEMO_OUT) build .pytest_cache .ruff_cache
 
 $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("benchtwin needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Name another:  make PYTHON=python3.12 ...") if sys.version_info < (3, 11) else 0'

@@ -13,8 +13,18 @@ import typer
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"benchtwin {version('benchtwin')}")
+        raise typer.Exit
+
+
 @app.callback()
-def benchtwin() -> None:
+def benchtwin(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
     """DEM contact parameters for seeds and grains, from what you film at the bench."""
 
 
@@ -59,7 +69,7 @@ def import_(
 
 @app.command()
 def simulate(
-    rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, or cylinder (a pile from a lifting cylinder).")],
+    rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or drum (rotating).")],
     out: Annotated[Path, typer.Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],
     restitution: Annotated[float | None, typer.Option(help="Seed on steel: coefficient of restitution.")] = None,
     static_friction: Annotated[float | None, typer.Option(help="Seed on steel.")] = None,

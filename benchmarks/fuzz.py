@@ -15,17 +15,18 @@ import sys
 import tempfile
 import time
 import warnings
-import wave
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import av
 import numpy as np
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
@@ -120,14 +121,17 @@ def heard(name: str) -> Reader:
     return Reader(file.read_bytes(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
 
 
-def clicks() -> Reader:
-    """A second of three clicks as .wav."""
-    sound = np.random.default_rng(0).normal(0, 30, 8000)
-    sound[[2000, 4400, 5840]] = 20_000
-    file = io.BytesIO()
-    with wave.open(file, "wb") as out:
-        out.setparams((1, 2, 8000, 0, "NONE", ""))
-        out.writeframes(sound.astype("<i2").tobytes())
+def clicks(form: str) -> Reader:
+    """A ball that bounces four times, as "wav" or "flac"."""
+    sound = np.random.default_rng(0).normal(0, 30, 12_000)
+    ring = 15_000 * np.exp(-np.arange(80) / 12) * np.sin(np.arange(80) * 1.9)
+    for at in (2000, 4800, 6760, 8132):
+        sound[at : at + 80] += ring
+    with av.open(file := io.BytesIO(), "w", format=form) as out:
+        stream: Any = out.add_stream({"wav": "pcm_s16le", "flac": "flac"}[form], rate=8000, layout="mono")
+        block = av.AudioFrame.from_ndarray(sound.astype("<i2")[None], format="s16", layout="mono")
+        block.sample_rate = 8000
+        out.mux([*stream.encode(block), *stream.encode(None)])
     return Reader(file.getvalue(), "", lambda f: told(f.parent), {"recording.toml": b'rig = "drop"\n'})
 
 
@@ -267,7 +271,8 @@ def readers() -> dict[str, Reader]:
                              {"drop/recording.toml": b'rig = "drop"\n', "drop/track.csv": few["track.csv"]}),
         "impacts.csv of known sd": Reader(b"t_s,sd_s\n0.27,1e-4\n0.55,1e-4\n0.70,2e-4\n0.79,1e-4\n", ",", lambda f: told(f.parent),
                                           {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
-        "sound.wav": clicks(),
+        "sound.wav": clicks("wav"),
+        "sound.flac": clicks("flac"),
         "sound.ogg": heard("drop-01"),
         "sound.mp3": heard("drop-02"),
         "sound.m4a": heard("drop-03"),

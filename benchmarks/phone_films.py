@@ -306,11 +306,14 @@ def _lay_body(picture, film: Film, colour, t, readout, exposure, mirror, shadow)
     window += lit[..., None] * colour
 
 
-def write(film: Film, look: str, rng: np.random.Generator, folder: Path) -> None:
+Drawer = Callable[[Film, str, np.random.Generator, Path], None]
+
+
+def write(film: Film, look: str, rng: np.random.Generator, folder: Path, drawer: Drawer) -> None:
     """The recording: its video and what somebody would state of it, each number off by its own sd."""
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     film.distance_mm = float(rng.uniform(400, 2000))
-    draw(film, look, rng, folder / "film.mp4")
+    drawer(film, look, rng, folder / "film.mp4")
     scale_sd = 0.003
     camera: dict[str, float | str] = {"fps": film.fps, "plumb_deg": 0.0, "plumb_sd_deg": 0.2, "mm_per_px_sd": film.mm_per_px * scale_sd}
     camera["mm_per_px"] = film.mm_per_px * (1 + rng.normal(0, scale_sd))
@@ -340,7 +343,7 @@ def study(folder: Path, count: int, seed: int, rigs: list[str]) -> None:
             rng = np.random.default_rng([seed, RIGS.index(rig), k])
             film, look = DRAWN[rig](rng), LOOKS[k % len(LOOKS)]
             name = f"{rig}-{k + 1:02d}"
-            write(film, look, rng, folder / name)
+            write(film, look, rng, folder / name, draw)
             truth += [(name, rig, look, q, v) for q, v in film.truth.items()]
     table = pd.DataFrame(truth, columns=["recording", "rig", "look", "quantity", "truth"])
     table.to_csv(folder / "truth.csv", index=False)

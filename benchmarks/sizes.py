@@ -15,7 +15,7 @@ import numpy as np
 
 from vision.measurement import MeasurementError
 from vision.paper.scale import read_scale
-from vision.seeds.grains import measure_seeds
+from vision.shape.grains import measure_seeds
 from vision.synthetic.paper import Paper, draw_paper, true_scale
 from vision.synthetic.seeds import Spread, draw_seeds
 

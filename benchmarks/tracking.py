@@ -25,7 +25,7 @@ from vision.motion.detect import find_silhouettes
 from vision.motion.follow import follow
 from vision.motion.gravity import SHAPE_SD, drag_per_metre
 from vision.motion.rebound import measure_rebound
-from vision.motion.scene import learn_scene
+from vision.motion.scene import grey, learn_scene
 from vision.recording import Air, Camera, Drop, Recording, Seed
 from vision.synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
 from vision.synthetic.motion import draw_drop, film_track
@@ -94,7 +94,7 @@ def located(frame, scene, column, row, look) -> tuple[float, float]:
     import trackpy
 
     size = int(look.axes_mm[0] / look.mm_per_px) // 2 * 2 + 5
-    bright = np.abs(scene.grey(frame) - scene.background)
+    bright = np.abs(grey(frame) - scene.background)
     found = trackpy.locate(bright, size, topn=1, characterize=False)
     return (float(found.x.iloc[0] - column), float(found.y.iloc[0] - row)) if len(found) else (np.nan, np.nan)
 
@@ -188,7 +188,7 @@ def speed(count=300) -> None:
                   f"learning the scene {1e3 * learning * count:.0f} ms once, whole run {1e3 * whole:.2f} ms a frame")  # fmt: skip
         start = time.process_time()
         for pixels in frames[:20]:
-            trackpy.locate(np.abs(scene.grey(pixels) - scene.background), 21, topn=1, characterize=False)
+            trackpy.locate(np.abs(grey(pixels) - scene.background), 21, topn=1, characterize=False)
         peer = (time.process_time() - start) / 20
         ratio = peer / finding
         print(f"trackpy.locate on the same frames: {1e3 * peer:.1f} ms a frame, {ratio:.1f} × as long as finding the seed here")

@@ -13,13 +13,17 @@ class Misuse(ValueError):
 def check_folders(bench: Path, out: Path, ours: set[str], what: str) -> set[str]:
     """Names of what `out` holds already, all of them in `ours`; `what` would have written them ("calibration").
 
-    FileNotFoundError without a bench folder; FileExistsError where `out` is a file or holds something else; Misuse in `bench`.
+    FileNotFoundError without a bench folder; FileExistsError where `out` is a file or holds something else; Misuse in `bench`,
+    but for a folder that is marked as results.
     """
+    from calibrate.twin.bench_folder import among_results
+
     if not bench.is_dir():
         raise FileNotFoundError(f"{bench}: {'is not a folder' if bench.exists() else 'no such folder'}")
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
-    if out.resolve() == bench.resolve() or bench.resolve() in out.resolve().parents:
+    inside = bench.resolve() in out.resolve().parents and not among_results(out.resolve(), bench.resolve())
+    if out.resolve() == bench.resolve() or inside:
         raise Misuse(f"--out {out}: lies within the bench folder, whose recordings it would be taken for; choose another")
     there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
     if there - ours:

@@ -10,6 +10,7 @@ import pandas as pd
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.steel import SteelFit
 from calibrate.twin import Parameters
+from calibrate.twin.pair import Pair
 from calibrate.twin.told import materials_and_shape
 from calibrate.twin.versions import versions
 
@@ -35,7 +36,15 @@ def write_result(c: Calibration, out: Path, rolling: str = "edem") -> None:
     tables.mkdir(parents=True, exist_ok=True)
     for name, table in all_tables(c).items():
         write(tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g"))
-    write(out / "result.json", json.dumps(_plain(content(c, rolling)), indent=1, ensure_ascii=False, allow_nan=False))
+    shown = {"pairs": [_beside(p, out) for p in c.more.get("pairs", [])]}
+    write(out / "result.json", json.dumps(_plain(content(c, rolling) | shown), indent=1, ensure_ascii=False, allow_nan=False))
+
+
+def _beside(p: Pair, out: Path) -> dict:
+    """Which recording is shown beside which run of the twin, as a folder below `out`."""
+    inside = p.folder.resolve().is_relative_to(out.resolve())
+    twin = p.folder.resolve().relative_to(out.resolve()) if inside else p.folder
+    return {"rig": p.rig, "recording": p.recording, "alike": "crest" not in p.x_name, "twin": twin.as_posix()}
 
 
 def write(file: Path, text: str) -> None:

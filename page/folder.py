@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from vision.recording import RESULTS_MARK as MARK
+
 RESULTS = "results"  # in a bench: what commands left
-MARK = ".results"  # in it: says that it holds results, not recordings
 INCOMING = ".incoming"  # files on their way, of this page or of one that was killed
 LONGEST_NAME = 100  # characters, each four bytes at most
 

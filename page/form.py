@@ -81,7 +81,8 @@ def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
 
 def needed(reasons: list[str]) -> set[tuple[str, str]]:
     """Keys (section, key) that a measurement asked for by name."""
-    return {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
+    asked = {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
+    return asked | {("", "rig") for reason in reasons if "rig is missing" in reason}
 
 
 def _section(info: FieldInfo) -> type[BaseModel] | None:
@@ -114,16 +115,20 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
     if base is str:
         return "text", (), ""
     if typing.get_origin(base) is tuple:
-        return "list", (), f"{len(typing.get_args(base))} numbers"
+        inside = typing.get_args(base)
+        return "list", (), "" if Ellipsis in inside else f"{len(inside)} numbers"
     limits = [m for s in said for m in (getattr(s, "metadata", None) or [s])]
     low = next((m.gt if isinstance(m, Gt) else m.ge for m in limits if isinstance(m, Gt | Ge)), None)
     high = next((m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)), None)
-    return "number", (), _range(low, high)
+    return "number", (), _range(low, high, reached=any(isinstance(m, Ge) for m in limits))
 
 
-def _range(low: Any, high: Any) -> str:
+def _range(low: Any, high: Any, *, reached: bool) -> str:
+    """In words; reached: whether the lower end itself may stand there."""
     if low is not None and high is not None:
         return f"{low:g} to {high:g}"
+    if low is not None and reached:
+        return f"{low:g} or more"
     return f"above {low:g}" if low is not None else f"below {high:g}" if high is not None else ""
 
 

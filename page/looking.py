@@ -8,10 +8,13 @@ import numpy as np
 from page.pictures import photo
 from vision.batch import observe, observe_or_fail
 from vision.measurement import MeasurementError, Observation, Quantity
+from vision.pile.region import Region, find_region
 from vision.pile.repose import PileOptions, Repose, measure_repose
 from vision.recording import Recording
 
 MOST_POINTS = 900  # of a drawn surface
+KEPT_REGIONS = 12
+_regions: dict[tuple, Region | None] = {}  # the seeds in a photo stay where they are when a base line is dragged
 
 
 @dataclass(frozen=True)
@@ -32,9 +35,19 @@ class Seen:
 def see_pile(recording: Recording, options: PileOptions) -> Seen:
     """Measure the recording's first photo with these options."""
     file = recording.files[0]
-    image = photo(file, file.stat().st_mtime_ns)
+    changed = file.stat().st_mtime_ns
+    image = photo(file, changed)
+
+    def find(cut: np.ndarray) -> Region | None:
+        key = (file, changed, options.roi)
+        if key not in _regions:
+            if len(_regions) >= KEPT_REGIONS:
+                _regions.pop(next(iter(_regions)), None)
+            _regions[key] = find_region(cut)
+        return _regions[key]
+
     try:
-        return _seen(measure_repose(image, recording.camera, options), image)
+        return _seen(measure_repose(image, recording.camera, options, find=find), image)
     except MeasurementError as error:
         return Seen(roi=list(options.roi) if options.roi else None, base=list(options.baseline) if options.baseline else None,
                     window=[100 * w for w in options.window], trouble=str(error))  # fmt: skip

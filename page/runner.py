@@ -2,7 +2,7 @@
 
 FOLDER/job.json says what to run; beside it this keeps log.txt (what the command printed) and state.json (its last line of
 progress, its exit code). The command runs on a terminal of its own, so that it shows its progress as to a person. An interrupt
-(SIGINT, SIGTERM) is handed to the command, which stops where it can go on.
+(SIGINT, SIGTERM) is handed to the command, which stops where it can go on. When it has ended, the next run in the queue is started.
 """
 
 import json
@@ -16,9 +16,11 @@ import sys
 import time
 from pathlib import Path
 
-from page.folder import write_whole
+from page.folder import Folder, write_whole
+from page.runs import advance
 
-CONTROLS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]")
+SPINNER = r"[\u2800-\u28ff] ?"  # what turns while something runs
+CONTROLS = re.compile(rf"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]|{SPINNER}")
 BARS = re.compile(r"[━╸╺─]{4,}")
 EVERY_S = 0.3  # state.json is written at most so often
 WIDTH = "160"
@@ -40,6 +42,8 @@ def main(folder: Path) -> int:
             state.hear(text, log)
     code = child.wait()
     state.finish(code)
+    if (bench := folder.parents[2]).is_dir():
+        advance(bench, Folder(bench))  # what waits is not to wait for a page to be opened
     return code
 
 

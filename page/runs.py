@@ -4,6 +4,7 @@ A run is a folder, BENCH/results/runs/0003-calibrate, with job.json, state.json 
 there, so that a page opened later finds it as it is.
 """
 
+import fcntl
 import json
 import os
 import signal
@@ -72,12 +73,14 @@ def ask(bench: Path, command: str, options: tuple[str, ...], folder: Folder) -> 
 
 
 def advance(bench: Path, folder: Folder) -> None:
-    """Start the oldest waiting run of the bench if none is running."""
-    runs = all_runs(bench, folder)
-    if any(r.status == RUNNING for r in runs):
-        return
-    if waiting := [r for r in runs if r.status == WAITING]:
-        _launch(waiting[-1].folder)
+    """Start the oldest waiting run of the bench if none is running. A page and a run that ends may both ask at once: one does it."""
+    with (folder.results(bench) / ".queue").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        runs = all_runs(bench, folder)
+        if any(r.status == RUNNING for r in runs):
+            return
+        if waiting := [r for r in runs if r.status == WAITING]:
+            _launch(waiting[-1].folder)
 
 
 def stop(run: Run) -> None:

@@ -1,6 +1,7 @@
 """The application: plain routes for files and pictures, pages for people, all behind the guard."""
 
 import asyncio
+import math
 import re
 import shutil
 from dataclasses import dataclass, field
@@ -8,15 +9,21 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fastapi import FastAPI, Request, Response
-from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse
 from fastapi.staticfiles import StaticFiles
 
 from page import pictures
 from page.bring import Arrived, bring, check
-from page.folder import INCOMING, MARK, Folder, Refused
+from page.folder import INCOMING, MARK, RESULTS, Folder, Refused
 from page.guard import Guard
+from page.hearing import waveform
 from page.looking import see
+from page.next_list import sheet
+from page.results import card_files, next_recordings, zipped
+from vision.evidence.sound import Sound
 from vision.measurement import MeasurementError, Observation
+from vision.motion.heard import listen, sound_of
+from vision.motion.onsets import Onsets
 from vision.recording import Recording, read_recording
 
 SERVED = {".html": "text/html", ".png": "image/png", ".csv": "text/csv", ".json": "application/json", ".txt": "text/plain",
@@ -33,6 +40,7 @@ class Site:
     folder: Folder
     observations: dict[tuple, Observation] = field(default_factory=dict)
     films: dict[Path, pictures.Film] = field(default_factory=dict)
+    sounds: dict[tuple, tuple[Sound, Onsets]] = field(default_factory=dict)
     batches: dict[str, list[Arrived]] = field(default_factory=dict)
 
     def recording(self, name: str) -> Recording:
@@ -47,7 +55,8 @@ class Site:
 
     def seen(self, recording: Recording) -> Observation:
         """What measuring finds, remembered until the recording changes."""
-        key = (recording.path, *(p.stat().st_mtime_ns for p in (*recording.files[:1], recording.toml) if p.exists()))
+        stated = (recording.toml, recording.toml.parent.parent / "bench.toml")
+        key = (recording.path, *(p.stat().st_mtime_ns if p.exists() else 0 for p in (*recording.files[:1], *stated)))
         if key not in self.observations:
             if len(self.observations) >= KEPT_OBSERVATIONS:
                 self.observations.pop(next(iter(self.observations)))
@@ -56,8 +65,20 @@ class Site:
 
     def film(self, recording: Recording) -> pictures.Film:
         if recording.path not in self.films:
-            self.films = {recording.path: pictures.Film(recording)}  # one open at a time
+            kept = dict([*self.films.items()][-1:])  # two are open at a time: a recording and its twin
+            self.films = kept | {recording.path: pictures.Film(recording)}
         return self.films[recording.path]
+
+
+    def sound(self, recording: Recording) -> tuple[Sound, Onsets]:
+        """A drop's sound and all that is sudden in it; MeasurementError where it has none."""
+        file = sound_of(recording)
+        if file is None:
+            raise MeasurementError(f"{recording.id} has no sound")
+        key = (file, file.stat().st_mtime_ns, recording.camera.fps, recording.rig)
+        if key not in self.sounds:
+            self.sounds = {key: listen(file, recording)}  # one at a time
+        return self.sounds[key]
 
 
 def application(folder: Folder, port: int, token: str) -> Guard:
@@ -139,6 +160,20 @@ def _files(app: FastAPI, site: Site) -> None:
         return FileResponse(file, filename=f"{path.name}.zip", media_type="application/zip")
 
 
+    @app.get("/cards")
+    async def engine_cards(bench: str, engine: str) -> Response:
+        path = folder.inside(bench)
+        files = await asyncio.to_thread(card_files, path / RESULTS, engine)
+        name = quote(f"{path.name}-{engine}.zip")
+        headers = {"content-disposition": f"attachment; filename*=utf-8''{name}"}
+        return Response(zipped(files), media_type="application/zip", headers=headers)
+
+    @app.get("/next")
+    async def to_record(bench: str) -> Response:
+        path = folder.inside(bench)
+        return HTMLResponse(sheet(path.name, await asyncio.to_thread(next_recordings, path / RESULTS)))
+
+
 async def _receive(request: Request, file: Path, name: str, folder: Folder) -> None:
     """Stream the body into the file; what the header promised is checked again on what comes."""
     size = 0
@@ -156,6 +191,8 @@ async def _receive(request: Request, file: Path, name: str, folder: Folder) -> N
 
 
 def _pictures(app: FastAPI, site: Site) -> None:
+    folder = site.folder
+
     def jpeg(data: bytes) -> Response:
         return Response(data, media_type="image/jpeg", headers={"cache-control": "private, max-age=3600"})
 
@@ -182,6 +219,23 @@ def _pictures(app: FastAPI, site: Site) -> None:
             return jpeg(await asyncio.to_thread(site.film(site.recording(r)).frame, i))
         except (IndexError, MeasurementError) as error:
             raise Refused(f"frame {i} cannot be read: {error}") from error
+
+    @app.get("/wave")
+    async def wave(r: str, a: float, b: float, n: int) -> Response:
+        try:
+            sound, _ = await asyncio.to_thread(site.sound, site.recording(r))
+        except MeasurementError as error:
+            raise Refused(str(error)) from error
+        if not (math.isfinite(a) and math.isfinite(b) and a < b):
+            raise Refused(f"{a:g} to {b:g} s is no stretch of a sound")
+        return JSONResponse(await asyncio.to_thread(waveform, sound, a, b, n))
+
+    @app.get("/sound")
+    async def heard(r: str) -> Response:
+        file = sound_of(site.recording(r))
+        if file is None:
+            raise Refused(f"{r} has no sound")
+        return FileResponse(folder.inside(folder.name_of(file)))  # a link out of the folder is refused
 
     @app.get("/overlay")
     async def overlay(r: str, name: str) -> Response:

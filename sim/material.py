@@ -12,6 +12,7 @@ ROLLING_CONVENTIONS = {
     "edem": "τ_i = μ_r F_n R_i against each body's own spin (EDEM standard)",
     "type_a": "τ = μ_r F_n R* against relative rolling (Ai et al. 2011, type A)",
     "type_c": "at most τ = μ_r F_n R*, elastic–plastic (Ai et al. 2011, type C)",
+    "sds": "at most τ = μ_r F_n R*, spring–dashpot–slider (LAMMPS, rolling sds)",
 }
 
 
@@ -71,8 +72,8 @@ class Contact:
 
     between: their names, in any order. restitution e [-] above 0 up to 1: the ratio of normal speeds after and before, which a
     contact gives back at any speed. static_friction μ_s [-] 0 to 5. rolling_friction μ_r [-] 0 to 2, a number that means a
-    torque only together with its convention: see `ROLLING_CONVENTIONS`. Between two equal balls "edem" μ_r brakes as "type_a" and
-    "type_c" with 2 μ_r; on a wall the three agree. Raises ValueError naming the parameter and its range.
+    torque only together with its convention: see `ROLLING_CONVENTIONS`. Between two equal balls "edem" μ_r brakes as "type_a",
+    "type_c" and "sds" with 2 μ_r; on a wall all agree. Raises ValueError naming the parameter and its range.
     """
 
     between: tuple[str, str]

@@ -17,6 +17,7 @@ ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "samples"
 README = (ROOT / "README.md").read_text(encoding="utf8")
 COMMANDS = README + (ROOT / "docs" / "commands.md").read_text(encoding="utf8")  # everything that a reader may type
+PYTHON = [(ROOT / "docs" / name).read_text(encoding="utf8") for name in ("python.md", "extending.md")]
 
 
 @pytest.fixture(scope="module")
@@ -266,10 +267,10 @@ def test_the_readme_calibration_of_the_sample_bench_finds_what_it_was_made_with(
 
 
 def test_the_python_of_the_docs_runs(tmp_path, monkeypatch, capsys):
-    """Every block of docs/extending.md and README, as written."""
+    """Every block, as written."""
     (tmp_path / "samples").symlink_to(SAMPLES)
     monkeypatch.chdir(tmp_path)
-    for text in (README, (ROOT / "docs" / "extending.md").read_text(encoding="utf8")):
+    for text in PYTHON:
         for block in re.findall(r"```python\n(.*?)```", text, re.S):
             exec(compile(block, "docs", "exec"), {})
     said = capsys.readouterr().out

@@ -29,6 +29,7 @@ LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
 MAIN_QUANTITY = {  # what a recording is made for, when it could not be measured at all
     "pile": ("repose_angle", "deg"),
+    "drum": ("flowing_angle", "deg"),
     "drop": ("restitution", "1"),
     "slide": ("slide_angle", "deg"),
     "roll": ("run_out", "mm"),
@@ -58,9 +59,13 @@ def _observe(recording: Recording, options: PileOptions | None, trim: bool, prog
 
         return observe_readings(recording, trim)
     if recording.rig is None:
-        raise MeasurementError(f"{recording.toml}: rig is missing; it should be drop, slide, roll or pile")
+        raise MeasurementError(f"{recording.toml}: rig is missing; it should be drop, slide, roll, pile or drum")
     if recording.rig == "pile":
         return observe_pile(recording, options)
+    if recording.rig == "drum":
+        from vision.motion.drum import observe_drum
+
+        return observe_drum(recording, progress)
     if recording.evidence == "photos":
         raise MeasurementError(f"{recording.path}: a {recording.rig} is measured on frames, a video or a track, not on a photo")
     from vision.motion.moving import observe_moving
@@ -103,7 +108,7 @@ def _with_stated(options: PileOptions, recording: Recording) -> PileOptions:
 
 def observe_seeds_photo(recording: Recording) -> Observation:
     """A photo of spread seeds: mean length and width (sd of the mean, the scale's included), and a row a seed."""
-    from vision.seeds.grains import observe_seeds
+    from vision.shape.grains import observe_seeds
 
     if recording.evidence != "photos":
         raise MeasurementError(f"{recording.path}: seeds are measured on photos, not on {recording.evidence}")
@@ -263,6 +268,7 @@ class Results:
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
+        self.not_read: list[tuple[str, str]] = []  # of the notes, those on files that were left out
         self.observations: list[Observation] = []  # without their pictures and tracks
         self.sheet = ContactSheet()
         self.summary: list[Line] = []

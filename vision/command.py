@@ -1,6 +1,5 @@
-"""`benchtwin measure` as a person meets it: what was typed, the progress, the short table, the exit code."""
+"""`benchtwin measure`: what was typed, the run with its progress, the exit code."""
 
-import math
 import re
 import sys
 from functools import partial
@@ -9,7 +8,6 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from vision.batch import (
     Results,
@@ -23,13 +21,12 @@ from vision.batch import (
     remember,
     unread_notes,
 )  # fmt: skip
-from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError, Observation
+from vision.measurement import MeasurementError, Observation
 from vision.pile.repose import PileOptions
 from vision.recording import Recording
-from vision.summary import Line
+from vision.terminal import show_results
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
-_ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
 
 
 def measure_command(
@@ -55,9 +52,7 @@ def measure_command(
     finally:
         results.abandon()
     if not quiet:
-        _show(table, results.notes)
-        _show_summary(results.summary)
-        _show_places(table, out)
+        show_results(table, results.summary, results.notes, results.not_read, out)
     elif not measured_anything(table):
         print(f"benchtwin measure: nothing could be measured; the reasons are in {out / 'measurements.csv'}", file=sys.stderr)
     return MEASURED if measured_anything(table) else NOTHING
@@ -65,7 +60,8 @@ def measure_command(
 
 def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, seeds: bool, quiet: bool) -> pd.DataFrame:
     entries = find_all(paths)
-    results.notes += unread_notes(paths, entries)
+    results.not_read = unread_notes(paths, entries)
+    results.notes += results.not_read
     rolls: list[tuple[Recording, Observation]] = []
     bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
     with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
@@ -88,82 +84,6 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
 
 def _advance(progress: Progress, task, done: int, share: float) -> None:
     progress.update(task, completed=done + share)
-
-
-def _show(table: pd.DataFrame, notes: list[tuple[str, str]]) -> None:
-    """The short table, doubtful ones first."""
-    console = _console()
-    shown = Table(box=None, pad_edge=False)
-    for heading in ("recording", "quantity", "value", "± sd", "unit"):
-        shown.add_column(heading, justify="right" if heading in ("value", "± sd") else "left", no_wrap=True)
-    shown.add_column("quality")
-    colours = {GOOD: "green", DOUBTFUL: "yellow", FAILED: "red"}
-    rank = table["quality"].map(_ORDER)
-    for row in table.assign(rank=rank).sort_values("rank", kind="stable").itertuples():
-        value, sd = _rounded(row.value, row.sd)
-        reason = f": {row.reason}" if row.reason else ""
-        shown.add_row(
-            _plain(row.recording), row.quantity, value, sd, "" if row.unit == "1" else row.unit,
-            f"[{colours[row.quality]}]{row.quality}[/]{_plain(reason)}",
-        )  # fmt: skip
-    console.print(shown)
-    for recording, note in notes:
-        console.print(f"[dim]{_plain(recording)}: {_plain(note)}[/]")
-
-
-def _show_summary(lines: list[Line]) -> None:
-    """What a paper prints: the mean over the repeats, where there are any."""
-    repeated = [line for line in lines if line.n > 1]
-    if not repeated:
-        return
-    several = len({line.bench for line in repeated}) > 1
-    shown = Table(box=None, pad_edge=False)
-    for heading in ("mean over repeats", "95 % interval", "unit", "n", "scatter", "of it measuring", ""):
-        shown.add_column(heading, justify="left" if heading in ("mean over repeats", "unit", "") else "right", no_wrap=bool(heading))
-    for line in repeated:
-        name = " ".join(part for part in (line.bench if several else "", line.rig, line.quantity) if part)
-        mean, half = _rounded(line.mean, (line.high - line.low) / 2)
-        doubts = (
-            *([f"{line.doubtful} of {line.n} doubtful"] if line.doubtful else []),
-            *([f"{line.not_measured} not measured"] if line.not_measured else []),
-            *([f"far from the others: {', '.join(line.outliers)}"] if line.outliers else []),
-        )
-        shown.add_row(
-            _plain(f"{name}, {line.conditions}" if line.conditions else name),
-            f"{mean} ± {half}", "" if line.unit == "1" else line.unit, str(line.n), f"{line.scatter:.2g}",
-            "–" if math.isnan(line.measuring) else f"{line.measuring:.2g}", _plain("; ".join(doubts)),
-        )  # fmt: skip
-    console = _console()
-    console.print()
-    console.print(shown)
-
-
-def _show_places(table: pd.DataFrame, out: Path) -> None:
-    counts = ", ".join(f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED))
-    console = _console()
-    numbers, means = (_plain(str(out / name)) for name in ("measurements.csv", "summary.csv"))
-    console.print(f"\n{counts}.  Numbers: {numbers}  Means: {means}", highlight=False)
-    if (out / "overlays").is_dir():
-        console.print(f"Look at what was found: {_plain(str(out / 'overlays' / 'index.html'))}", highlight=False)
-
-
-def _console() -> Console:
-    return Console(width=None if sys.stdout.isatty() else 160)
-
-
-def _plain(text: str) -> str:
-    """Square brackets are colour marks to rich; a file may be named with them."""
-    return text.replace("[", r"\[")
-
-
-def _rounded(value: float, sd: float) -> tuple[str, str]:
-    """Value and sd to two figures of the sd."""
-    if not math.isfinite(value):
-        return "–", ""
-    if not math.isfinite(sd) or sd <= 0:
-        return f"{value:.4g}", ""
-    places = max(0, 1 - math.floor(math.log10(sd)))
-    return f"{value:.{places}f}", f"{sd:.{places}f}"
 
 
 def _numbers(text: str, option: str, counts: tuple[int, ...]) -> list[float]:

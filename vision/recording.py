@@ -13,18 +13,19 @@ from typing import Any
 
 import tomli_w
 
-from vision.evidence.keys import Air, Camera, Drop, Pile, Reading, Roll, Seed, Slide, Tracking, merge, read_toml, validate
+from vision.evidence.keys import Air, Camera, Drop, Drum, Pile, Reading, Roll, Seed, Slide, Tracking, merge, read_toml, validate
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.evidence.sound import SOUND_SUFFIXES, only_sound
 from vision.foreign import tool_of
 from vision.foreign.evidence import Evidence, evidence_of
 from vision.measurement import MeasurementError
 
-RIGS = ("drop", "slide", "roll", "pile")
+RIGS = ("drop", "slide", "roll", "pile", "drum")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool is the table that it comes down to
 LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
+RESULTS_MARK = ".results"  # in a folder of results, which holds no recordings of the bench it lies in
 BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # what lies beside evidence without being any
 
 
@@ -54,6 +55,7 @@ class Recording:
     slide: Slide = field(default_factory=Slide)
     roll: Roll = field(default_factory=Roll)
     pile: Pile = field(default_factory=Pile)
+    drum: Drum = field(default_factory=Drum)
 
     @property
     def toml(self) -> Path:
@@ -219,10 +221,16 @@ def _attempt(read, *args):
 
 
 def _folders(path: Path) -> tuple[list[Path], list[Path]]:
-    """Folders in a folder, hidden ones and lots of seeds left out: those that can be looked into, and those that may not."""
-    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".") and not (p / LOT_SUMMARY).exists())
+    """Folders in a folder: those that can be looked into, and those that may not; hidden ones, lots of seeds and results left out."""
+    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith("."))
     may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
-    return [p for p in inside if may[p]], [p for p in inside if not may[p]]
+    open_ = [p for p in inside if may[p] and not any((p / name).exists() for name in (LOT_SUMMARY, RESULTS_MARK))]
+    return open_, [p for p in inside if not may[p]]
+
+
+def among_results(path: Path, bench: Path) -> bool:
+    """Whether `path` lies in a folder of `bench` that is marked as results."""
+    return any((p / RESULTS_MARK).is_file() for p in (path, *path.parents) if bench in p.parents)
 
 
 def _refuse(folder: Path) -> Recording:

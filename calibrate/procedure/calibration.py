@@ -11,6 +11,7 @@ from calibrate.procedure.pile import PileFit, weak
 from calibrate.procedure.steel import SteelFit
 
 LEVEL = 0.95
+NARROWED_LEAST = 0.5  # share of its prior's sd that a bench must take away for a parameter to count as resolved
 FOLLOWS = ["item", "printed", "recomputed", "follows"]
 
 
@@ -39,7 +40,7 @@ class Calibration:
 def parameters(c: Calibration) -> pd.DataFrame:
     """One row a parameter: parameter, value, low, high, level, unit, status, source, budget (shares of the variance, by name).
 
-    status: "calibrated", "not resolved" (more than half of the range it was sought in fits alike), or "at the boundary: …".
+    status: "calibrated", or a sentence: on what, at which limit of what was simulated, or that it is not resolved.
     """
     rows = [_steel_row(fit) for fit in c.steel.values()]
     if c.pile is not None and c.joint is not None:
@@ -79,19 +80,26 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     low, high = beyond((low, high), (pile.box.low[j], pile.box.high[j]), _sought(pile, name))
     low, high = min(low, value), max(high, value)
     ratio = float(draws.std() / joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)])
-    status = f"at the boundary: its {edge} limit" if edge else "calibrated"
-    if hidden and pile.shown:
-        status = f"calibrated by {', '.join(pile.shown)}: packing noise hides the angle"
-    elif hidden:
-        status = status.replace("calibrated", "not calibrated: packing noise hides it")
-    if ratio > 0.5:
-        within = f"{pile.box.low[j]:.3g} to {pile.box.high[j]:.3g}"
-        left = f"{ratio:.0%} of its prior's sd is left"
-        status += f"{';' if edge else ','} not resolved within the design's {within} ({left})"
+    status = _seed_status(pile, name, edge, 1.0 - ratio, (low, high), hidden=hidden)
     source = f"pile: repose angle {pile.bench.value:.4g} ± {pile.bench.sd:.2g}°, one point of a sheet that fits"
     also = [row.removeprefix("pile: ") for row in joint.posterior.tension["observable"] if row.startswith("pile: ")][1:]
     source += f"; with {', '.join(also)}" if also else ""
     return name, value, low, high, LEVEL, "1", status, source, _seed_budget(pile, name, float(draws.var()))
+
+
+def _seed_status(pile: PileFit, name: str, edge: str | None, narrowed: float, within: tuple[float, float], *, hidden: bool) -> str:
+    """What the pile says of one seed–seed parameter; narrowed: the share of its prior's sd that the pile takes away."""
+    low, high = (f"{v:.3g}" for v in within)
+    limit = f"at the {edge} limit of what was simulated" if edge else ""
+    if narrowed < NARROWED_LEAST:
+        by = f"the pile narrows it by {narrowed:.0%}" if narrowed >= 0.05 else "the pile says nothing of it"
+        return f"{f'{limit}, ' if limit else ''}not resolved: {by}; it may be anything from {low} to {high}"
+    if hidden and pile.shown:
+        seen = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.shown)
+        return f"calibrated on {seen}; the scatter between packings hides the angle"
+    if hidden:
+        return "not calibrated: the scatter between packings hides the pile's angle"
+    return limit or "calibrated"
 
 
 def beyond(interval: tuple[float, float], box: tuple[float, float], sought: tuple[float, float]) -> tuple[float, float]:

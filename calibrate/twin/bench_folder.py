@@ -11,6 +11,7 @@ from vision.batch import find_all
 from vision.evidence.tables import READING_COLUMNS, read_readings
 from vision.measurement import FAILED, MeasurementError
 from vision.recording import Recording
+from vision.recording import among_results as among_results
 
 # what each rig is read for: its first column; further ones go beside it
 RESPONSES = {rig: column for column, (rig, *_) in reversed(READING_COLUMNS.items())}
@@ -55,7 +56,8 @@ def read_bench(folder: Path) -> list[Seen]:
 
 def hashes(folder: Path) -> dict[str, str]:
     """SHA-256 of every file under `folder` by its relative path."""
-    files = sorted(p for p in Path(folder).rglob("*") if p.is_file() and not p.name.startswith("."))
+    folder = Path(folder)
+    files = sorted(p for p in folder.rglob("*") if p.is_file() and not p.name.startswith(".") and not among_results(p, folder))
     out = {}
     for file in files:
         with file.open("rb") as stream:

@@ -21,18 +21,21 @@ SHIFTS = 801
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """What a recording shows: y (n,) over x (n,), ascending; where x begins is the recording's own, unless `fixed`."""
+    """What a recording shows: y (n,) over x (n,), ascending; where x begins is the recording's own, unless `fixed`; frame (n,):
+    numbers of the pictures, None of what is not over time."""
 
     x_name: str
     y_name: str
     x: np.ndarray
     y: np.ndarray
     fixed: bool = False
+    frame: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """x (n,) with what both show there, (n,) each; pictures: what the measuring code found on either, PNG, b"" for none."""
+    """x (n,) with what both show there, (n,) each; pictures: what the measuring code found on either, PNG, b"" for none; frames:
+    the number of either's picture at x, (n,) each, None of what is not over time; folder: the twin's recording."""
 
     rig: str
     recording: str
@@ -42,6 +45,8 @@ class Pair:
     bench: np.ndarray
     twin: np.ndarray
     pictures: tuple[bytes, bytes]
+    frames: tuple[np.ndarray | None, np.ndarray | None]
+    folder: Path
 
 
 def recordings(folder: Path) -> dict[str, Recording]:
@@ -49,16 +54,23 @@ def recordings(folder: Path) -> dict[str, Recording]:
     return {r.id: r for r in find_all([folder]) if isinstance(r, Recording)}
 
 
-def pair(bench: Recording, twin: Recording, *, alike: bool = True) -> Pair:
-    """Both read and laid over each other. alike: of one size; else a pile is shown over its crest's height.
+def pair(bench: Recording, twin: Recording, *, alike: bool = True, timed: bool = False) -> Pair:
+    """Both read and laid over each other. alike: of one size; else a pile is shown over its crest's height; timed: a slide over
+    time, whatever is known of its tilt.
 
     Raises MeasurementError where one of them shows no curve, or they do not overlap.
     """
-    seen, simulated = (curve(r, relative=not alike) for r in (bench, twin))
+    seen, simulated = (curve(r, relative=not alike, timed=timed) for r in (bench, twin))
     if seen.x_name != simulated.x_name:  # the bench's slide has no tilt sensor: both over time
         seen, simulated = (curve(r, relative=not alike, timed=True) for r in (bench, twin))
+    if seen.y_name != simulated.y_name:
+        said = f"{seen.y_name} cannot be laid over {simulated.y_name}"
+        raise MeasurementError(f"{bench.toml}: [camera] mm_per_px is missing; {said}")
     x, y, other = laid_over(seen, simulated)
-    return Pair(bench.need_rig(), bench.id, seen.x_name, seen.y_name, x, y, other, (_picture(bench), _picture(twin)))
+    later = best_shift(seen, simulated)
+    frames = tuple(c.frame if c.frame is None else np.interp(x, c.x + by, c.frame) for c, by in ((seen, 0.0), (simulated, later)))
+    drawn = (_picture(bench), _picture(twin))
+    return Pair(bench.need_rig(), bench.id, seen.x_name, seen.y_name, x, y, other, drawn, (frames[0], frames[1]), twin.path)
 
 
 def curve(recording: Recording, *, relative: bool = False, timed: bool = False) -> Curve:
@@ -72,7 +84,8 @@ def curve(recording: Recording, *, relative: bool = False, timed: bool = False) 
         roll = _one(read_rolls(recording.path), recording)
         if not len(roll.x_mm):
             raise MeasurementError(f"{recording.path}: a run-out that was read off shows no curve")
-        return Curve("time (s)", "way (mm)", roll.time_s, roll.x_mm - np.median(roll.x_mm[: max(1, min(5, len(roll.x_mm) // 6))]))
+        start = np.median(roll.x_mm[: max(1, min(5, len(roll.x_mm) // 6))])
+        return Curve("time (s)", "way (mm)", roll.time_s, roll.x_mm - start, frame=roll.frame)
     if recording.rig == "slide":
         slide = _one(read_slides(recording.path), recording)
         travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))
@@ -80,11 +93,12 @@ def curve(recording: Recording, *, relative: bool = False, timed: bool = False) 
             tilt, which = np.unique(slide.tilt_deg, return_inverse=True)  # the plate stands still at first
             mean = np.bincount(which, weights=travel) / np.bincount(which)
             return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)
-        return Curve("time (s)", "travel (mm)", slide.time_s, travel)
-    used = track_of(recording).used()
+        return Curve("time (s)", "travel (mm)", slide.time_s, travel, frame=slide.frame)
+    track = track_of(recording)
+    used = track.used()
     if not len(used.t_s):
         raise MeasurementError(f"{recording.path}: no usable row")
-    return Curve("time (s)", "height (mm)", used.t_s, used.y - np.nanmin(used.y))
+    return Curve("time (s)", f"height ({track.unit})", used.t_s, used.y - np.nanmin(used.y), frame=used.frame)
 
 
 def laid_over(a: Curve, b: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -92,6 +106,13 @@ def laid_over(a: Curve, b: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     Raises MeasurementError without overlap.
     """
+    shift = best_shift(a, b)
+    both = (a.x >= b.x[0] + shift) & (a.x <= b.x[-1] + shift)
+    return a.x[both], a.y[both], np.interp(a.x[both], b.x + shift, b.y)
+
+
+def best_shift(a: Curve, b: Curve) -> float:
+    """What b's x has to be shifted by to lie over a; 0 where x is fixed. MeasurementError without overlap."""
     middle = 0.0 if a.fixed and b.fixed else a.x[0] - b.x[0]
     reach = 0.0 if a.fixed and b.fixed else 0.5 * max(np.ptp(a.x), np.ptp(b.x))
     best = (np.inf, 0.0)
@@ -103,8 +124,7 @@ def laid_over(a: Curve, b: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         best = min(best, (off, float(shift)))
     if not np.isfinite(best[0]):
         raise MeasurementError(f"recording and twin have too little in common to be laid over each other ({a.x_name})")
-    both = (a.x >= b.x[0] + best[1]) & (a.x <= b.x[-1] + best[1])
-    return a.x[both], a.y[both], np.interp(a.x[both], b.x + best[1], b.y)
+    return best[1]
 
 
 def _one(seen: list, recording: Recording):

@@ -12,7 +12,7 @@ from sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from vision.evidence.keys import Air, Seed
 
-SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6}  # benchmarks/modulus.py: what these change, and what they save
+SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6, "drum": 3e6}  # benchmarks/modulus.py: what these change, and what they save
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
 
 

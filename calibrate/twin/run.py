@@ -21,6 +21,7 @@ from vision.recording import Recording, read_recording, write_recording
 Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 HEAPS = ("pile",)
+MANY_SEEDS = ("pile", "drum")  # simulated on several threads
 WEIGHED = ("filled_mass_g", "retained_mass_g")
 MODEL = 3  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
 
@@ -39,7 +40,7 @@ def simulate(
 ) -> Recording:
     """Run a rig, film or photograph it, and write that into the folder `out` as a recording with provenance "simulated".
 
-    rig: "drop", "slide", "roll" or "pile". like: a recording whose rig, seed, air and camera are the twin's too; what it leaves
+    rig: "drop", "slide", "roll", "pile" or "drum". like: a recording whose rig, seed, air and camera are the twin's too; what it leaves
     open is the paper's. rendered=False writes the track (pile: the angle of the true outline) that the simulation knows in place
     of pictures. Beside the recording stands simulation.json: what was assumed, by which versions, what the simulation knows of
     the answer, and `more`. The folder appears whole or not at all. Raises ValueError for a rig, camera or number that does not
@@ -72,7 +73,7 @@ def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generato
     setup, rig, name = setup_of(recording), rig_of(recording), recording.need_rig()
     on_bench = bench(parameters, name, recording.seed, recording.air)
     rate = recording.camera.fps or setup.fps
-    more = {"threads": threads} if recording.rig in HEAPS else {}
+    more = {"threads": threads} if recording.rig in MANY_SEEDS else {}
     motion = setup.run(rig, on_bench, rng, fps=0.0 if recording.rig in HEAPS else rate, watch=watch, **more)
     camera = camera_of(recording)
     section = section_of(rig, getattr(recording, name))

@@ -9,6 +9,7 @@ import numpy as np
 from sim.picture import Camera, Look, project
 from sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from sim.rigs.drop import Drop, run_drop
+from sim.rigs.drum import Drum, run_drum
 from sim.rigs.pile import Pile, run_pile
 from sim.rigs.roll import Roll, run_roll
 from sim.rigs.slide import Slide, run_slide
@@ -34,6 +35,7 @@ SETUPS = {
     "slide": Setup(Slide, run_slide, 50.0, Camera(1280, 800, 0.2, (0.095, 0.0, 0.055), 10.0), Look(grey=True)),
     "roll": Setup(Roll, run_roll, 200.0, Camera(1280, 400, 0.26, (0.125, 0.0, 0.02), 10.0), Look(grey=True)),
     "pile": Setup(Pile, run_pile, 0.0, Camera(2400, 1600, 0.1, (0.1, 0.0, 0.055), 10.0), Look()),
+    "drum": Setup(Drum, run_drum, 25.0, Camera(900, 900, 0.15, (0.0, 0.0, 0.0), 10.0), Look()),
     "cylinder": Setup(LiftedCylinder, run_cylinder, 0.0, Camera(3000, 1300, 0.1, (0.0, 0.0, 0.045), 10.0), Look()),
 }
 

@@ -36,13 +36,14 @@ def pictures(motion: Motion, recording: Recording, folder: Path, rng: np.random.
 
 def _check(motion: Motion, recording: Recording, camera) -> None:
     """What must be in the picture: a pile whole, a seed where it starts."""
-    last = motion.positions_m[-1 if recording.rig == "pile" else 0]
+    many = recording.rig in ("pile", "drum")
+    last = motion.positions_m[-1 if many else 0]
     there = last[np.isfinite(last).all(axis=1)]
     if not len(there):
         raise ValueError("no seed is left on the plate: there is nothing to photograph")
     seen = sees(camera, there)
     if not seen.all():
-        what = f"{(~seen).sum()} of {len(seen)} seeds" if recording.rig == "pile" else "the seed at the start"
+        what = f"{(~seen).sum()} of {len(seen)} seeds" if many else "the seed at the start"
         low, high = 1e3 * there.min(axis=0), 1e3 * there.max(axis=0)
         raise ValueError(
             f"the camera does not see {what}: x = {low[0]:.0f} … {high[0]:.0f}, z = {low[2]:.0f} … {high[2]:.0f} mm; "
@@ -62,6 +63,9 @@ def numbers(motion: Motion, recording: Recording, folder: Path) -> str:
     if recording.rig == "pile":
         known = {name: [motion.truth[name]] for name in ("repose_angle_deg", "centroid_angle_deg")}
         pd.DataFrame(known).to_csv(folder / "readings.csv", index=False)
+        return STRAIGHT
+    if recording.rig == "drum":
+        pd.DataFrame({"flowing_angle_deg": [motion.truth["flowing_angle_deg"]]}).to_csv(folder / "readings.csv", index=False)
         return STRAIGHT
     x, z = 1e3 * motion.positions_m[:, 0, 0], 1e3 * motion.positions_m[:, 0, 2]
     columns = {"t_s": motion.t_s, "x_mm": motion.series.get("travel_mm", x), "y_mm": z}

@@ -1,40 +1,111 @@
-"""What the commands left: reports in a frame, the pictures, everything to take away."""
+"""What the commands left: explanations, posterior, bench and twin, what to record next, reports, everything to take away."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
 import pandas as pd
 from nicegui import ui
+from nicegui.element import Element
 
+from calibrate.export import ENGINES
+from page import results
+from page.beside import pairs_of
 from page.server import Site
+from page.views import beside
 
-PARTS = (  # file below results/, heading
+REPORTS = (  # file below results/, heading
     ("calibrated/report.html", "Calibration"),
     ("diagnosed/report.html", "Diagnosis"),
     ("measured/overlays/index.html", "What was found on each recording"),
 )
+VERDICTS = {"none": "nothing is missing", "name": "found", "class": "found, not told apart", "unknown": "something unlisted is missing"}
+
+
+class Turned(Element, component="../static/cloud.js"):
+    """A posterior's draws over two or three parameters, to turn."""
+
+    def __init__(self, cloud: results.Cloud):
+        super().__init__()
+        self._props.update(names=list(cloud.names), draws=[[float(f"{v:.5g}") for v in row] for row in cloud.draws])
 
 
 def panel(site: Site, bench: Path) -> None:
-    """The reports that are there, means over repeats, the zip."""
-    results = site.folder.results(bench)
-    ui.link("Take everything away: this bench with its results as one zip", f"/zip?bench={quote(site.folder.name_of(bench))}")
-    there = [(file, heading) for file, heading in PARTS if (results / file).is_file()]
-    if (results / "measured" / "summary.csv").is_file():
-        _means(results / "measured" / "summary.csv")
-    if not there:
+    """All that is there, one tab each."""
+    left = site.folder.results(bench)
+    _take_away(site, bench, left)
+    if (left / "measured" / "summary.csv").is_file():
+        _means(left / "measured" / "summary.csv")
+    parts = _parts(site, bench, left)
+    if not parts:
         ui.label("Nothing yet: run something first.").classes("soft")
         return
-    with ui.tabs().props("align=left") as tabs:
-        for _, heading in there:
+    with ui.tabs().props("align=left no-caps outside-arrows mobile-arrows") as tabs:
+        for heading in parts:
             ui.tab(heading)
-    with ui.tab_panels(tabs, value=there[0][1], animated=False).classes("w-full"):
-        for file, heading in there:
-            name = site.folder.name_of(results / file)
-            address = f"/left/{quote(name)}?v={(results / file).stat().st_mtime_ns}"
+    with ui.tab_panels(tabs, value=next(iter(parts)), animated=False).classes("w-full"):
+        for heading, show in parts.items():
             with ui.tab_panel(heading):
-                sandbox = "allow-scripts" if file.endswith("report.html") else "allow-same-origin"
-                ui.element("iframe").classes("report").props(f'src="{address}" sandbox="{sandbox}" title="{heading}"')
+                show()
+
+
+def _parts(site: Site, bench: Path, left: Path) -> dict[str, Callable[[], object]]:
+    """What there is to show, by its heading."""
+    parts: dict[str, Callable[[], object]] = {}
+    for file, heading in REPORTS:
+        if (left / file).is_file():
+            parts[heading] = partial(_framed, site, left / file, heading)
+    if pairs_of(bench, site.folder):
+        parts["Bench and twin"] = partial(beside.panel, site, bench)
+    if (cloud := results.posterior(left)) is not None:
+        parts["Posterior"] = partial(Turned, cloud)
+    if told := results.explained(left):
+        parts["Explanations"] = partial(_explanations, told)
+    if told_next := results.next_recordings(left):
+        parts["What to record next"] = partial(_next, told_next, f"/next?bench={quote(site.folder.name_of(bench))}")
+    return parts
+
+
+def _take_away(site: Site, bench: Path, left: Path) -> None:
+    name, names = quote(site.folder.name_of(bench)), {"mercury": "MercuryDPM"}
+    with ui.row().classes("items-center"):
+        ui.link("This bench with its results as one zip", f"/zip?bench={name}")
+        if (left / "calibrated" / "result.json").is_file():
+            ui.label("Calibrated parameters as cards for").classes("soft")
+            for engine in ENGINES:
+                ui.link(names.get(engine, engine.upper()), f"/cards?bench={name}&engine={engine}")
+
+
+def _framed(site: Site, file: Path, heading: str) -> None:
+    address = f"/left/{quote(site.folder.name_of(file))}?v={file.stat().st_mtime_ns}"
+    sandbox = "allow-scripts" if file.name == "report.html" else "allow-same-origin"
+    ui.element("iframe").classes("report").props(f'src="{address}" sandbox="{sandbox}" title="{heading}"')
+
+
+def _explanations(told: list[results.Explained]) -> None:
+    """A bar an explanation, as long as it is probable."""
+    for one in told:
+        with ui.column().classes("w-full gap-1 q-mb-md"):
+            noise = "p < 0.0001" if one.p_noise < 1e-4 else f"p = {one.p_noise:.2g}"
+            ui.label(f"{one.rig.capitalize()}: {VERDICTS.get(one.verdict, one.verdict)}").classes("text-lg")
+            ui.label(f"Noise alone makes as great a mismatch with {noise}.").classes("soft text-sm")
+            for explanation in one.explanations:
+                with ui.row().classes("items-center w-full no-wrap"):
+                    share = 100 * explanation.probability
+                    ui.label(f"{share:.0f} %" if 1 <= share < 99.5 else "> 99 %" if share > 50 else "< 1 %").classes("w-16 text-right")
+                    ui.linear_progress(explanation.probability, show_value=False).classes("w-40").props("aria-hidden=true")
+                    ui.label(" and ".join(explanation.effects) or "nothing is missing").classes("grow")
+
+
+def _next(told: dict[str, list[results.ToRecord]], address: str) -> None:
+    ui.link("As a list to print", address, new_tab=True)
+    for heading, rows in told.items():
+        ui.label(heading).classes("text-lg")
+        for row in rows:
+            with ui.column().classes("gap-0"):
+                ui.label(row.what)
+                ui.label(row.why).classes("soft text-sm")
 
 
 def _means(file: Path) -> None:

@@ -1,16 +1,19 @@
 """A bench: its recordings as pictures, what holds for all of them, runs, and what they left."""
 
 import asyncio
+from collections import Counter
+from pathlib import Path
 from urllib.parse import quote
 
 from nicegui import ui
 
 from page import runs
-from page.folder import Refused
+from page.folder import Refused, clean_name
 from page.server import Site
 from page.views import believe, run, say
-from page.views.frame import frame
+from page.views.frame import frame, told
 from vision.measurement import MeasurementError
+from vision.new_bench import new_bench
 from vision.recording import Recording, find_recordings
 
 TABS = ("Recordings", "What holds for all", "Run", "Results")
@@ -25,14 +28,45 @@ def register(site: Site) -> None:
             await _bench(site, site.folder.name_of(benches[0]), TABS[0])
             return
         with frame(site.folder.root.name):
-            ui.label("Benches in this folder").classes("text-h6")
-            for bench in benches:
-                name = site.folder.name_of(bench)
-                ui.link(name, f"/bench?b={quote(name)}").classes("text-lg")
+            _benches(site, benches)
 
     @ui.page("/bench")
     async def bench(b: str, tab: str = TABS[0]) -> None:
         await _bench(site, b, tab)
+
+
+def _benches(site: Site, benches: list[Path]) -> None:
+    """Every bench of the folder, and a new one."""
+    ui.label("Benches in this folder").classes("text-h6")
+    with ui.element("div").classes("card-grid"):
+        for bench in benches:
+            name = site.folder.name_of(bench)
+            with ui.link(target=f"/bench?b={quote(name)}").classes("no-underline text-inherit"), ui.card().classes("w-full"):
+                ui.label(name).classes("font-bold").style("overflow-wrap: anywhere")
+                ui.label(_holds(bench)).classes("soft")
+    ui.label("A new bench of your own: files dropped on it stay in its folder").classes("soft q-mt-md")
+    with ui.row().classes("items-center"):
+        name_of_new = ui.input("name").props("dense")
+
+        @told
+        def make() -> None:
+            if not (name_of_new.value or "").strip():
+                raise Refused("say a name for the bench first")
+            path = site.folder.inside(clean_name(name_of_new.value))
+            try:
+                new_bench(path)
+            except MeasurementError as error:
+                raise Refused(str(error).rpartition("/")[2]) from error
+            ui.navigate.to(f"/bench?b={quote(site.folder.name_of(path))}")
+
+        name_of_new.on("keydown.enter", make)
+        ui.button("New bench", on_click=make).props("no-caps")
+
+
+def _holds(bench: Path) -> str:
+    """ "8 drops, 5 slides, 3 piles", told by rig."""
+    rigs = Counter(r.rig or "recording" for r in find_recordings(bench) if isinstance(r, Recording))
+    return ", ".join(f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items()) or "nothing yet"
 
 
 async def _bench(site: Site, name: str, tab: str) -> None:

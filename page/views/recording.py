@@ -2,6 +2,7 @@
 
 import asyncio
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 from urllib.parse import quote
 
@@ -9,7 +10,7 @@ import numpy as np
 from nicegui import ui
 from PIL import Image
 
-from page import looking, toml_file
+from page import hearing, looking, toml_file
 from page.folder import Refused
 from page.form import needed
 from page.server import Site
@@ -17,14 +18,22 @@ from page.views import say
 from page.views.frame import frame, told
 from page.views.numbers import quantities_table
 from page.views.picture import Picture
+from page.views.wave import Wave
 from vision.evidence.keys import read_toml
 from vision.measurement import MeasurementError
+from vision.motion.heard import sound_of
 from vision.recording import Recording, find_recordings
 
 TOOL_NAMES = {
     "": "Look", "base": "Base line", "roi": "Region", "window": "Window", "ruler": "Ruler", "plumb": "Plumb line",
     "strike": "Strike out", "follow": "Follow",
 }  # fmt: skip
+RIG_NAMES = {"drop": "a seed falls on a plate", "slide": "a plate is raised", "roll": "a seed rolls and runs out", "pile": "a heap"}
+BY_HAND = {  # keys that "Automatic again" takes away
+    "pile": [("pile", "baseline_px"), ("pile", "roi_px"), ("pile", "window_pct")],
+    "film": [("track", "left_out_frames"), ("track", "follow_px")],
+    "sound": [("drop", "impacts_added_s"), ("drop", "impacts_struck_s")],
+}
 KEPT_AS = {"base": ("pile", "baseline_px"), "roi": ("pile", "roi_px"), "window": ("pile", "window_pct")}
 
 
@@ -58,6 +67,8 @@ class View:
         self.site, self.name, self.recording = site, name, recording
         self.bench = recording.path.parent
         self.picture: Picture | None = None
+        self.wave: Wave | None = None
+        self.heard: hearing.Hearing | None = None
         self.size = (1, 1)
         self.ruler: list[float] | None = None
         self.uncorrected: looking.Seen | None = None  # measured once: a reload forgets it
@@ -70,6 +81,8 @@ class View:
         back = f"/bench?b={quote(self.site.folder.name_of(self.bench))}"
         with frame(self.recording.id, back=back):
             await self._neighbours()
+            if self.recording.rig is None:
+                self._which_rig()
             with ui.row().classes("w-full no-wrap items-start max-lg:flex-wrap"):
                 with ui.column().classes("grow").style("min-width: min(100%, 34rem)"):
                     await self._picture()
@@ -80,6 +93,18 @@ class View:
             self.form = ui.column().classes("w-full")
         await ui.context.client.connected(timeout=30)  # the page is there while it is measured
         await self._measure()
+
+    def _which_rig(self) -> None:
+        """What was done, asked before anything else: nothing is measured without it."""
+
+        async def say(rig: str) -> None:
+            if await self._keep({("", "rig"): rig}, by_hand=False):
+                ui.navigate.reload()
+
+        with ui.row().classes("items-center"):
+            ui.label("What was done?").classes("text-lg failed")
+            for rig, means in RIG_NAMES.items():
+                ui.button(f"{rig}: {means}", on_click=partial(say, rig)).props("no-caps outline")
 
     async def _neighbours(self) -> None:
         """Buttons and arrow keys to the recordings before and after."""
@@ -105,8 +130,28 @@ class View:
             self.picture = Picture(source, self.size, f"Photo of {self.recording.id}", self._moved)
         elif self.recording.evidence in ("frames", "video"):
             await self._film()
-        else:
+        if not self.is_pile:
+            await self._sound()
             self.plots = ui.column().classes("w-full")
+
+    async def _sound(self) -> None:
+        """The waveform of a drop that was heard."""
+        if self.recording.rig != "drop" or await asyncio.to_thread(sound_of, self.recording) is None:
+            return
+        try:
+            sound, _ = await asyncio.to_thread(self.site.sound, self.recording)
+        except (MeasurementError, OSError):
+            return  # measuring says why
+        with ui.row().classes("items-center"):
+            ui.element("audio").props(f'controls preload=none src="/sound?r={quote(self.name)}"').style("height: 2.2rem")
+            if self.picture is None:
+                ui.button("Automatic again", on_click=told(self._automatic)).props("flat dense no-caps")
+        self.wave = Wave(f"/wave?r={quote(self.name)}", sound.start_s, sound.start_s + sound.duration_s, self._clicked)
+
+    async def _clicked(self, at_s: float, reach_s: float) -> None:
+        """An impact was added or struck out."""
+        if self.heard is not None:
+            await self._keep(hearing.clicked(at_s, reach_s, self.heard, self.recording.drop))
 
     def _tools(self, tools: tuple[str, ...]) -> None:
         with ui.row().classes("items-center"):
@@ -125,11 +170,10 @@ class View:
         with ui.row().classes("w-full items-center no-wrap"):
             last = max(film.count - 1, 0)
             slider = ui.slider(min=0, max=last, value=0, step=1).props('label aria-label="Frame"').classes("grow")
-            ui.label().bind_text_from(slider, "value", lambda v: f"frame {int(v)} of {last}")
+            ui.label().bind_text_from(slider, "value", lambda v: f"frame {int(v)} of {last}").classes("whitespace-nowrap")
         slider.on_value_change(lambda e: self._show(src=self._frame(int(e.value)), frame=int(e.value)))
         words = "Arrow keys step from frame to frame. Strike out: click the places that are wrong. Follow: click the seed."
         ui.label(words).classes("soft text-xs")
-        self.plots = ui.column().classes("w-full")
 
     def _frame(self, index: int) -> str:
         return f"/frame?r={quote(self.name)}&i={index}"
@@ -174,7 +218,31 @@ class View:
         said = [q.reason for q in found.quantities if q.reason]
         return [looking.shorten(text) for text in dict.fromkeys([*([found.trouble] if found.trouble else []), *said, *found.notes])]
 
+    async def _listen(self) -> list[str]:
+        """The impacts on the waveform and what they say; where there are pictures too, that is the sound's part alone."""
+        sound, onsets = await asyncio.to_thread(self.site.sound, self.recording)
+        now = self.heard = await asyncio.to_thread(hearing.hearing, sound, onsets, self.recording)
+        assert self.wave is not None
+        self.wave.show(impacts=now.impacts, added=now.added, struck=now.struck, others=now.others)
+        drop = self.recording.drop
+        by_hand = bool(drop.impacts_added_s or drop.impacts_struck_s)
+        columns = {"corrected": now.quantities, "automatic": now.automatic} if by_hand else {"automatic": now.quantities}
+        self.numbers.set_content(quantities_table(columns))
+        self.plots.clear()
+        with self.plots:
+            self._overlay("sound")
+        said = [now.trouble, *(q.reason for q in now.quantities if q.reason), *now.said]
+        return [looking.shorten(text) for text in dict.fromkeys(filter(None, said))]
+
+    def _overlay(self, name: str) -> None:
+        version = hash((self.recording.toml.stat().st_mtime_ns if self.recording.toml.exists() else 0, name))
+        ui.image(f"/overlay?r={quote(self.name)}&name={quote(name)}&v={version}").classes("w-full")
+
     async def _measure_other(self) -> list[str]:
+        if self.wave is not None:
+            said = await self._listen()
+            if self.recording.evidence == "sound":
+                return said
         found = await asyncio.to_thread(self.site.seen, self.recording)
         self.numbers.set_content(quantities_table({"measured": found.quantities}))
         if found.places is not None:
@@ -183,8 +251,7 @@ class View:
         self.plots.clear()
         with self.plots:
             for picture in found.pictures:
-                version = hash((self.recording.toml.stat().st_mtime_ns if self.recording.toml.exists() else 0, picture))
-                ui.image(f"/overlay?r={quote(self.name)}&name={quote(picture)}&v={version}").classes("w-full")
+                self._overlay(picture)
         return looking.reasons(found)
 
     def _keys(self, said: list[str]) -> None:
@@ -224,16 +291,21 @@ class View:
         await self._keep({("camera", "mm_per_px"): float(f"{scale:.6g}"), ("camera", "mm_per_px_sd"): float(f"{sd:.2g}")})
 
     async def _automatic(self) -> None:
-        keys = [*KEPT_AS.values()] if self.is_pile else [("track", "left_out_frames"), ("track", "follow_px")]
-        self.tool.set_value("")
-        await self._keep(dict.fromkeys(keys))
+        kinds = ["pile"] if self.is_pile else ["film"] * (self.picture is not None) + ["sound"] * (self.wave is not None)
+        if self.picture is not None:
+            self.tool.set_value("")
+        await self._keep(dict.fromkeys(key for kind in kinds for key in BY_HAND[kind]))
 
-    async def _keep(self, changes: dict) -> None:
+    async def _keep(self, changes: dict, *, by_hand: bool = True) -> bool:
+        """Write keys and measure anew; whether they could be written."""
+        kept = True
         try:
             if not self.recording.path.is_dir():
                 raise Refused("This photo lies loose in the folder; put it into a folder of its own to correct it")
             keys = toml_file.read(self.recording.path / "recording.toml")
-            toml_file.change(keys, changes, by_hand=True)
+            toml_file.change(keys, changes, by_hand=by_hand)
         except (Refused, OSError) as error:
+            kept = False
             ui.notify(str(error), type="negative", timeout=12_000, close_button="OK")
         await self._measure()
+        return kept

@@ -229,7 +229,7 @@ def block_forces(b, dt, s, scratch):
             count = min(LANES, pairs + walls - at)
             gather_walls(P, s, active[at : at + count], share[at : at + count], meet[at - pairs :], rows)
         approach(P, (count + 7) // 8 * 8, dt, early)
-        laws(P, (count + 7) // 8 * 8, dt, s.pull)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        laws(P, (count + 7) // 8 * 8, dt, s.pull, s.whole)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
         if tile < tiles_of_pairs:
             scatter_pairs(P, s, active[at : at + count], base, sums)
         else:

@@ -21,7 +21,7 @@ View = namedtuple(
     "pair_i pair_j pair_memory pair_touch pair_quiet wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
-    "wall_way table materials gravity body_numbers shared single pull",
+    "wall_way table materials gravity body_numbers shared single pull whole",
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.

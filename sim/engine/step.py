@@ -158,7 +158,7 @@ def _view(world: World, tables: Tables, s: State) -> View:
         w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,
         w.move_numbers, np.zeros(1), tables.pairs, len(tables.materials), np.asarray(world.gravity, float), tables.body_numbers,
         world.share_damping and bool(len(s.ball) > len(s.motion)), bool(np.all(trait[1::2] > 0)),
-        np.inf if world.pull_at_end else 0.0,
+        np.inf if world.pull_at_end else 0.0, float(world.cap_damped),
     )  # fmt: skip
     return view
 

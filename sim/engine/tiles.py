@@ -143,11 +143,12 @@ HAS_SPRING = False
 LEDGER = False
 
 
-def laws(P, count, dt, pull):
+def laws(P, count, dt, pull, whole):
     """Force and torques of `count` contacts, from geometry, velocities, material pair and memory; the memory is brought up to
     date.
 
     pull: the most by which damping may exceed the elastic force [N], so that a contact pulls at its end: without limit, or 0.
+    whole: 1 where damping counts in the caps of friction and rolling, else 0.
     """
     for t in range(count):
         nx = P[NX + t]
@@ -177,7 +178,8 @@ def laws(P, count, dt, pull):
         damping = damping * P[EDGE + t]
         elastic, damped = normal_force(stiffness, overlap, speed_now(closing, stiffness, mass, dt), mass, damping)
         damped = max(damped, -elastic - pull)
-        carried = elastic  # EDEM's F_n: its impulse is exactly m (1 + e) v, damping's over a whole contact being 0
+        # EDEM's F_n is the elastic part: its impulse is exactly m (1 + e) v, damping's over a whole contact being 0.
+        carried = abs(elastic + whole * damped)
 
         mu = P[MU + t]
         if HAS_FRICTION:

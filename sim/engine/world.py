@@ -56,6 +56,8 @@ class World:
     clips it at zero and e comes out larger (.5 → .55; see `sim.laws.hertz_mindlin.damping_factor`).
     share_damping: whether balls of one seed on the same wall or seed share the damping (`contacts.shares_of_pairs`). True makes e
     independent of the number of balls that touch; False is EDEM's way, each ball damping with the whole masses.
+    cap_damped: whether the caps of friction and rolling take the whole normal force, damping included (LAMMPS's way), instead of
+    its elastic part (EDEM's).
     ledger: keep account of where the energy goes (`observe.energy`); costs a few per cent.
     most_overlap: a run stops when an overlap exceeds this part of the smaller ball's radius. most_speed_m_s: or a seed this
     speed.
@@ -71,6 +73,7 @@ class World:
     rayleigh_fraction: float = 0.2
     pull_at_end: bool = True
     share_damping: bool = True
+    cap_damped: bool = False
     ledger: bool = False
     most_overlap: float = 0.1
     most_speed_m_s: float = 1000.0

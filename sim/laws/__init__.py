@@ -33,10 +33,10 @@ kind's fixed arguments first, in this order, and then its own parameters by posi
 - motion: one scalar along a wall's direction or about its axis; the engine turns it into pose and velocity.
 
 Combining: normal, rolling_relative, rolling_spin and body laws add up; restitution and friction laws follow one another, the
-second taking the first's result for e or mu; at most one rolling_spring. A contact's `rolling_convention` brings rolling_edem,
-rolling_type_a or rolling_type_c with it; a rolling law chosen besides adds to that (or replaces its namesake). A contact law may
-be limited to a pair of materials: `LAW.use(between=("soybean", "steel"), …)`. A law that is not chosen is not compiled: it costs
-nothing.
+second taking the first's result for e or mu; at most one rolling_spring. A contact's `rolling_convention` brings
+rolling_edem, rolling_type_a, rolling_type_c or rolling_sds with it; a rolling law chosen besides adds to that (or replaces
+its namesake). A contact law may be limited to a pair of materials: `LAW.use(between=("soybean", "steel"), …)`. A law that is
+not chosen is not compiled: it costs nothing.
 
 `LAWS` is the registry, by name. A law from elsewhere needs no entry: make a `Law` and choose it with `.use(…)`.
 """
@@ -56,6 +56,7 @@ from sim.laws import (
     restitution_plastic,
     restitution_viscoelastic,
     rolling_edem,
+    rolling_sds,
     rolling_type_a,
     rolling_type_c,
     rolling_viscous,
@@ -71,6 +72,7 @@ LAWS: dict[str, Law] = {
         rolling_edem.LAW,
         rolling_type_a.LAW,
         rolling_type_c.LAW,
+        rolling_sds.LAW,
         rolling_viscous.LAW,
         drag.LAW,
         magnus.LAW,

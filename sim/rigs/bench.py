@@ -31,7 +31,7 @@ class Bench:
     measured seed by seed (`sim.seed.lot.Lot`). spheres, arrangement, mass_of: of ellipsoids, as in `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is
     softened to, None for the real one. inertia_factor: I/(m r²) as the seed rolls across its length, r its mean half width, where
     it is not that of a solid one (a shell: 2/3); the other moments go with it. air_density_kg_m3: 0 leaves the air out. laws: plug-
-    ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping: as in `World`.
+    ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping, cap_damped: as in `World`.
     """
 
     seed_wall: Contact = SOYBEAN_Q235
@@ -50,6 +50,7 @@ class Bench:
     rayleigh_fraction: float = 0.2
     pull_at_end: bool = True
     share_damping: bool = True
+    cap_damped: bool = False
 
     @property
     def grain(self) -> Material:
@@ -110,7 +111,8 @@ class Bench:
             laws = (LAWS["drag"].use(air_density=self.air_density_kg_m3, viscosity=self.air_viscosity_pa_s), *laws)
         return World(
             (seeds,), tuple(walls), (self.seed_wall, self.seed_seed, *contacts), laws, (0.0, 0.0, -GRAVITY_M_S2), domain,
-            rayleigh_fraction=self.rayleigh_fraction, pull_at_end=self.pull_at_end, share_damping=self.share_damping, **options,
+            rayleigh_fraction=self.rayleigh_fraction, pull_at_end=self.pull_at_end, share_damping=self.share_damping,
+            cap_damped=self.cap_damped, **options,
         )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from sim.laws import Chosen
 from sim.motion import Motion
 from sim.rigs.bench import Bench, Watch, no_watch
 from sim.rigs.filling import Filled
-from sim.rigs.heap import Vessel, run_heap
+from sim.rigs.heap import Engine, Vessel, run_heap
 from sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
@@ -36,7 +36,7 @@ class LiftedCylinder:
 
 
 def run_cylinder(rig: LiftedCylinder, bench: Bench, rng: np.random.Generator, *, fps: float = 0.0, watch: Watch = no_watch,
-                 threads: int = 2, filled: Filled | None = None) -> Motion:  # fmt: skip
+                 threads: int = 2, filled: Filled | None = None, engine: Engine | None = None) -> Motion:  # fmt: skip
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
     radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
     inside = radius / np.sqrt(2.0)  # half the side of the square in which the rain starts
@@ -46,6 +46,8 @@ def run_cylinder(rig: LiftedCylinder, bench: Bench, rng: np.random.Generator, *,
         walls=lambda tall, lift: _walls(rig, bench, tall, lift), domain=((-x - 0.1, -y - 0.1, -0.03), (x + 0.1, y + 0.1, 2.0)),
         opening_m=2 * radius, parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
     )  # fmt: skip
+    if engine is not None:
+        return engine(vessel, bench, rng, fps=fps, watch=watch)
     return run_heap(vessel, bench, rng, fps=fps, watch=watch, threads=threads, filled=filled)
 
 

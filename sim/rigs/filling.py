@@ -8,7 +8,7 @@ import numpy as np
 from sim.engine.filling import scatter
 from sim.engine.observe import Settled, kinetic_per_seed
 from sim.engine.state import State
-from sim.engine.step import init, run
+from sim.engine.step import run
 from sim.engine.walls import Vector
 from sim.engine.world import Placed, Scattered, World
 from sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, reach
@@ -19,6 +19,8 @@ SPARE = 1.06  # that many more, to have something to strike off
 POURED = Settled(window_s=0.05, displacement=0.1, kinetic=3e-4)  # packed; rolling friction may creep on
 QUIET = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)  # rolling friction against own spin creeps by 2e-3 a window
 LONGEST_S = 3.0
+
+Lay = Callable[[World], tuple[np.ndarray, np.ndarray]]  # a world run until its seeds lie: their places and orientations
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,20 +47,21 @@ def count_for(bench: Bench, rng: np.random.Generator, volume_m3: float) -> list[
 
 def rain(
     bench: Bench, rng: np.random.Generator, seeds: list[Seed], low: Vector, high: Vector, make: Callable[[Placed], World],
-    level_m: float, *, threads: int, watch: Watch,
+    level_m: float, lay: Lay,
 ) -> Filled:  # fmt: skip
     """Let seeds fall between corners `low` and `high` (the vessel's inside, [m]) until they lie as `POURED` says, and take away
-    those that stand out above `level_m`. make: the vessel, its walls going up to `chute_height`, with given seeds in it."""
+    those that stand out above `level_m`. make: the vessel, its walls going up to `chute_height`, with given seeds in it. lay: runs it until
+    they lie."""
     shapes = tuple(dict.fromkeys(seeds))
     shape_of = np.array([shapes.index(seed) for seed in seeds])
     scattered = Scattered(shapes, bench.grain, len(seeds), low, (high[0], high[1], chute_height(seeds, low, high)), (0, 0, -0.5))
     world = make(replace(scatter(scattered, rng), shape_of=shape_of))
-    state = settle(world, init(world, rng), "filling", threads=threads, watch=watch, quiet=POURED)
-    top = np.array([reach(s, q, (0, 0, 1)) for s, q in zip(seeds, state.orientations)]) + state.positions[:, 2]
+    positions, orientations = lay(world)
+    top = np.array([reach(s, q, (0, 0, 1)) for s, q in zip(seeds, orientations)]) + positions[:, 2]
     keep = np.flatnonzero(top <= level_m)
     if len(keep) > 0.995 * len(seeds):
         raise ValueError(f"the filling reaches {1e3 * top.max():.0f} mm only, not {1e3 * level_m:.0f} mm")
-    return Filled(shapes, shape_of[keep], state.positions[keep], state.orientations[keep])
+    return Filled(shapes, shape_of[keep], positions[keep], orientations[keep])
 
 
 def chute_height(seeds: list[Seed], low: Vector, high: Vector) -> float:

@@ -14,7 +14,7 @@ from sim.laws import LAWS, Chosen
 from sim.material import Contact
 from sim.motion import Motion, Part
 from sim.rigs.bench import Bench, Frames, Watch
-from sim.rigs.filling import Filled, chute_height, count_for, rain, settle
+from sim.rigs.filling import POURED, Filled, Lay, chute_height, count_for, rain, settle
 from sim.rigs.profile import centroid_angle, outline, slope_angle
 
 RAIN_OVERLAP = 0.25  # of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
@@ -51,8 +51,21 @@ class Vessel:
         return LAWS["motion_steady"].use(rate=rate, start=begin_s or 0.0, duration=self.lift_m / self.lift_m_s)
 
 
+Engine = Callable[..., Motion]  # what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
+
+
 def fill(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, threads: int, watch: Watch) -> Filled:
     """Rain seeds into the standing vessel and strike them off at the fill height; ValueError where they would jam."""
+
+    def lay(world: World) -> tuple[np.ndarray, np.ndarray]:
+        state = settle(world, init(world, rng), "filling", threads=threads, watch=watch, quiet=POURED)
+        return state.positions, state.orientations
+
+    return fill_with(vessel, bench, rng, lay)
+
+
+def fill_with(vessel: Vessel, bench: Bench, rng: np.random.Generator, lay: Lay) -> Filled:
+    """The same, whichever engine lets the seeds fall."""
     seeds = count_for(bench, rng, vessel.volume_m3)
     widest = max(2 * float(s.radii_m.max()) for s in seeds)
     if vessel.opening_m < 1.5 * widest:
@@ -63,7 +76,7 @@ def fill(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, threads: int
         walls = vessel.walls(tall, vessel.lift(None))
         return bench.world(placed, walls, contacts=vessel.contacts, most_overlap=RAIN_OVERLAP)
 
-    return rain(bench, rng, seeds, vessel.low, vessel.high, standing, vessel.fill_height_m, threads=threads, watch=watch)
+    return rain(bench, rng, seeds, vessel.low, vessel.high, standing, vessel.fill_height_m, lay)
 
 
 def run_heap(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, fps: float, watch: Watch, threads: int,
@@ -82,9 +95,15 @@ def run_heap(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, fps: flo
     state = run(world(begin), state, flow, [Every(1 / fps, frames)] if fps > 0 else [], threads=threads, every_s=0.01)
     frames.take(state, state.time_s)
     motion = Motion(shapes=filled.shapes, shape_of=filled.shape_of, parts=vessel.parts, **frames.columns())
-    motion.truth.update(_truth(motion, vessel.wall_m) | {"lies_still": float(flow.still), "retained_seeds": float(state.count)})
-    motion.truth.update(_weights(motion, filled))
+    tell(motion, vessel, filled, still=flow.still)
     return motion
+
+
+def tell(motion: Motion, vessel: Vessel, filled: Filled, *, still: bool) -> None:
+    """Add what the simulation knows of the heap's outcome to its truth. still: whether it lay still at the end."""
+    retained = float(np.isfinite(motion.positions_m[-1, :, 0]).sum())
+    motion.truth.update(_truth(motion, vessel.wall_m) | {"lies_still": float(still), "retained_seeds": retained})
+    motion.truth.update(_weights(motion, filled))
 
 
 class Flow:

@@ -10,7 +10,7 @@ from sim.material import Contact, Material
 from sim.motion import Motion
 from sim.rigs.bench import Bench, Watch, no_watch
 from sim.rigs.filling import Filled
-from sim.rigs.heap import Vessel, fill, run_heap
+from sim.rigs.heap import Engine, Vessel, fill, run_heap
 from sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
@@ -50,9 +50,12 @@ class Pile:
 
 
 def run_pile(rig: Pile, bench: Bench, rng: np.random.Generator, *, fps: float = 0.0, watch: Watch = no_watch, threads: int = 2,
-             filled: Filled | None = None) -> Motion:  # fmt: skip
+             filled: Filled | None = None, engine: Engine | None = None) -> Motion:  # fmt: skip
     """Fill, lift the gate, wait, look. The motion's last frame is the photo; with fps > 0 the frames before it are the film.
-    filled: a filling to use in place of a new one (the same packing for other parameters)."""
+    filled: a filling to use in place of a new one (the same packing for other parameters).
+    engine: None for our own."""
+    if engine is not None:
+        return engine(vessel(rig, bench), bench, rng, fps=fps, watch=watch)
     return run_heap(vessel(rig, bench), bench, rng, fps=fps, watch=watch, threads=threads, filled=filled)
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -89,7 +90,7 @@ class Shape:
         return cls(*forms.over_outline(np.asarray(outline_m, float), thickness_m))
 
     @classmethod
-    def from_mesh_file(cls, file, unit: str | None) -> "Shape":
+    def from_mesh_file(cls, file: Path, unit: str | None) -> "Shape":
         """An STL, PLY or OBJ file in "mm", "cm", "m" or "inch" (`sim.seed.mesh_file.read_mesh`)."""
         from sim.seed.mesh_file import read_mesh
 

@@ -1,6 +1,7 @@
 """The page in a real browser: bring, look, drag, say, run, believe. Skipped where there is no Chromium with its driver."""
 
 import io
+import json
 import re
 import shutil
 import subprocess
@@ -15,7 +16,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from vision.motion.heard import hear
 from vision.pile.repose import measure_repose
+from vision.recording import read_recording
 from vision.synthetic.piles import PileScene, draw_pile
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -90,30 +93,12 @@ class Window:
 
 
 @pytest.fixture(scope="module")
-def window(tmp_path_factory):
+def window(serve, tmp_path_factory):
     folder = tmp_path_factory.mktemp("served") / "bench"
-    server = subprocess.Popen(
-        [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
-    assert server.stdout is not None
-    said = ""
-    while not (address := re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", said)):
-        line = server.stdout.readline()
-        assert line, said
-        said += line
-    for _ in range(200):
-        try:
-            urllib.request.urlopen(address[0].split("?")[0], timeout=5)
-        except urllib.error.HTTPError:  # it answers, and refuses: it has no key
-            break
-        except OSError:
-            time.sleep(0.1)
-    opened = Window(address[0], folder)
-    yield opened
-    opened.driver.quit()
-    server.terminate()
-    server.wait(10)
+    with serve(folder) as address:
+        opened = Window(address, folder)
+        yield opened
+        opened.driver.quit()
 
 
 @pytest.fixture
@@ -253,3 +238,161 @@ def test_a_wrong_place_in_a_film_is_struck_out(window):
     (frame,) = tomllib.loads(keys.read_text())["track"]["left_out_frames"]
     window.until(lambda: any(f"frame {frame}, left out" in e.get_attribute("textContent") for e in window.all(".dot")), 60)
     assert not window.troubles()
+
+
+def test_impacts_are_struck_out_and_added_on_the_waveform(window):
+    """A click on an impact, arrows and Enter on another sound; keys in the file, both values side by side, the command line alike."""
+    from selenium.webdriver import ActionChains
+
+    sample = Path(__file__).parents[2] / "samples" / "heard-drop" / "drop-01"
+    shutil.copytree(sample, window.folder / "heard")
+    keys = window.folder / "heard" / "recording.toml"
+    keys.write_text('rig = "drop"\n[drop]\nheight_mm = 310  # to the plate\n')
+    window.troubles()
+    window.go("/recording?r=heard")
+    window.until(lambda: len(window.all("[data-impact]")) == 5 and numbers(window, "restitution"))
+    wave = window.all(".wave svg")[0]
+    last = window.all("[data-impact]")[-1]
+    at = float(last.get_attribute("data-impact"))
+    right = last.rect["x"] + last.rect["width"] / 2 - wave.rect["x"] - wave.rect["width"] / 2
+    ActionChains(window.driver, duration=20).move_to_element_with_offset(wave, round(right), 0).click().perform()
+    window.until(lambda: len(window.all("[data-impact]")) == 4 and len(numbers(window, "restitution")) == 2)
+    written = tomllib.loads(keys.read_text())["drop"]
+    assert written["impacts_struck_s"] == [pytest.approx(at, abs=1e-3)]
+    assert "# to the plate" in keys.read_text() and "set by hand" in keys.read_text()
+    assert len(hear(sample / "sound.ogg", read_recording(window.folder / "heard")).times) == 4
+
+    window.driver.execute_script("document.querySelector('.wave').focus()")
+    for key in ("\ue014", "\ue007"):  # to the first sudden sound, Enter
+        ActionChains(window.driver).send_keys(key).perform()
+    window.until(lambda: len(window.all(".impact.added")) == 1)
+    assert len(tomllib.loads(keys.read_text())["drop"]["impacts_added_s"]) == 1
+    window.press("Automatic again")
+    window.until(lambda: len(window.all("[data-impact]")) == 5 and len(numbers(window, "restitution")) == 1)
+    assert "impacts" not in keys.read_text()
+    assert not window.troubles()
+
+
+@pytest.fixture(scope="module")
+def calibrated(window, tmp_path_factory):
+    """A bench in the served folder, with a calibration's and a diagnosis' results; back to what was there afterwards."""
+    samples = Path(__file__).parents[2] / "samples"
+    left = window.folder / "results"
+    out = tmp_path_factory.mktemp("calibrated") / "calibrated"
+    command = [sys.executable, "-m", "benchtwin", "calibrate", str(samples / "soybean-paper"), "--tables", "--out", str(out), "--quiet"]
+    assert subprocess.run(command, timeout=120).returncode == 0
+    left.mkdir(exist_ok=True)
+    (left / ".results").touch()
+    shutil.copytree(out, left / "calibrated")
+    shutil.copytree(samples / "drawn-bench" / "drop-phone", window.folder / "twinned")
+    shutil.copytree(samples / "drawn-bench" / "drop-phone", left / "calibrated" / "twin" / "drop" / "key")
+    file = left / "calibrated" / "result.json"
+    pair = {"rig": "drop", "recording": "drop-phone", "alike": True, "twin": "twin/drop/key"}
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"pairs": [pair]}))
+    (left / "diagnosed").mkdir()
+    one = {"verdict": "name", "p_global": 1e-6, "matters": True, "next_record": "a drop from twice the height",
+           "explanations": [{"effects": ["drag"], "probability": 0.93}]}  # fmt: skip
+    (left / "diagnosed" / "diagnosis.json").write_text(json.dumps({"rigs": {"drop": one}}))
+    window.troubles()
+    yield left
+    shutil.rmtree(left / "calibrated")
+    shutil.rmtree(left / "diagnosed")
+
+
+def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrated):
+    window.go("/bench?b=.&tab=Results")
+    window.press("Bench and twin")
+    slider = window.until(lambda: window.all(".beside input[type=range]"), 60)[0]
+    pictures = [e.get_attribute("src") for e in window.all(".beside img")]
+    assert len(pictures) == 2 and all("/frame?r=" in src for src in pictures)
+    before = window.text(".beside-words")
+    assert "difference 0 px" in before  # one and the same film, without a scale
+    slider.send_keys("\ue014" * 40)
+    window.until(lambda: window.text(".beside-words") != before)
+    later = [e.get_attribute("src") for e in window.all(".beside img")]
+    assert all(int(b.rpartition("=")[2]) > int(a.rpartition("=")[2]) for a, b in zip(pictures, later))
+    loaded = "return [...document.querySelectorAll('.beside img')].every(e => e.complete && e.naturalWidth > 100)"
+    window.until(lambda: window.driver.execute_script(loaded))
+    assert not window.troubles()
+
+
+def test_the_posterior_turns_and_explanations_have_their_probabilities(window, calibrated):
+    window.go("/bench?b=.&tab=Results")
+    window.press("Posterior")
+    canvas = window.until(lambda: window.all(".cloud canvas"))[0]
+    drawn = "return arguments[0].toDataURL()"
+    window.until(lambda: len(window.driver.execute_script(drawn, canvas)) > 20_000)
+    before = window.driver.execute_script(drawn, canvas)
+    canvas.send_keys("\ue014\ue014")
+    window.until(lambda: window.driver.execute_script(drawn, canvas) != before)
+    chosen = "const s = document.querySelectorAll('.cloud select')[2]; s.value = -1; s.dispatchEvent(new Event('change'))"
+    window.driver.execute_script(chosen)
+    window.until(lambda: "turn it" not in window.text(".cloud"))
+    window.press("Explanations")
+    window.until(lambda: "93 %" in window.text() and "air drag is missing" in window.text())
+    assert not window.troubles()
+
+
+def test_the_sound_of_a_link_out_of_the_folder_is_not_given_away(window, tmp_path):
+    secret = tmp_path / "secret"
+    secret.write_text("no sound")
+    (window.folder / "linked").mkdir()
+    (window.folder / "linked" / "recording.toml").write_text('rig = "drop"\n')
+    (window.folder / "linked" / "sound.wav").symlink_to(secret)
+    window.go("/")
+    fetched = "const done = arguments[0]; fetch('/sound?r=linked').then(async r => done([r.status, await r.text()]))"
+    status, said = window.driver.execute_async_script(fetched)
+    assert status == 422 and "leads out of this folder" in said
+    shutil.rmtree(window.folder / "linked")
+    window.troubles()
+
+
+def test_what_to_record_next_prints_and_cards_are_taken_away(window, calibrated):
+    fetched = """const done = arguments[arguments.length - 1];
+        fetch(arguments[0]).then(async r => done([r.status, (await r.arrayBuffer()).byteLength, r.headers.get('content-disposition')]))"""
+    window.go("/bench?b=.&tab=Results")
+    links = window.until(lambda: [e.get_attribute("href") for e in window.all("a[href*='/cards'], a[href*='/zip']")])
+    assert len(links) == 6
+    for link in links:
+        status, size, kept = window.driver.execute_async_script(fetched, link)
+        assert status == 200 and size > 500 and ".zip" in kept
+    window.go("/next?bench=.")
+    window.until(lambda: "drop: a drop from twice the height" in window.text("li"))
+    assert window.all("button")[0].is_displayed()
+    window.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    assert not window.all("button")[0].is_displayed()
+    window.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    assert not window.troubles()
+
+
+def test_a_film_without_a_rig_asks_what_was_done(window):
+    """One click says it, and the film is measured."""
+    sample = Path(__file__).parents[2] / "samples" / "drawn-bench" / "drop-phone"
+    (window.folder / "unnamed").mkdir()
+    shutil.copy(sample / "video.mp4", window.folder / "unnamed")
+    (window.folder / "unnamed" / "recording.toml").write_text('# rig = "drop"             # drop, slide, roll or pile\n')
+    window.troubles()
+    window.go("/recording?r=unnamed")
+    window.until(lambda: "What was done?" in window.text() and "needed: What was done" in window.text())
+    window.press("drop: a seed falls on a plate")
+    window.until(lambda: numbers(window, "restitution normal"), 60)
+    assert tomllib.loads((window.folder / "unnamed" / "recording.toml").read_text()) == {"rig": "drop"}
+    assert "What was done?" not in window.text() and not window.troubles()
+
+
+def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(serve, tmp_path):
+    for name in ("one", "two"):
+        readings(tmp_path / name, "drop-01")
+    with serve(tmp_path) as address:
+        window = Window(address, tmp_path)
+        try:
+            window.until(lambda: "1 drop" in window.text())
+            window.press("New bench")
+            window.until(lambda: "say a name for the bench first" in window.text())
+            window.type("name", "mung beans")
+            window.press("New bench")
+            window.until(lambda: "Nothing here yet" in window.text())
+            assert tomllib.loads((tmp_path / "mung beans" / "bench.toml").read_text()) is not None
+            assert not window.troubles()
+        finally:
+            window.driver.quit()

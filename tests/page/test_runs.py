@@ -2,14 +2,18 @@
 
 import json
 import os
+import shutil
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
+from calibrate.twin.bench_folder import hashes
 from page import runs
 from page.folder import Folder, Refused
+from vision.recording import find_recordings
 
 SLEEPER = """
 import sys, time, pathlib
@@ -82,6 +86,14 @@ def test_stopped_it_says_so_and_goes_on(bench, folder):
     until(lambda: runs.read_run(place).status == runs.DONE)
 
 
+def test_the_next_run_begins_though_no_page_is_open(bench, folder):
+    first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
+    runs.advance(bench, folder)
+    (bench / "done").touch()
+    until(lambda: runs.read_run(first).status == runs.DONE)
+    until(lambda: runs.read_run(second).status == runs.DONE)  # nobody asked again
+
+
 def test_a_waiting_run_is_taken_from_the_queue(bench, folder):
     first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
     runs.advance(bench, folder)
@@ -114,3 +126,17 @@ def test_an_ordinary_command_runs(bench, folder):
     assert (bench / "results" / "measured" / "summary.csv").is_file()
     with pytest.raises(Refused):
         runs.ask(bench, "rm", (), folder)
+
+
+def test_a_diagnosis_is_left_in_the_bench_and_is_no_recording_of_it(tmp_path):
+    """A run of the page writes below the bench: the command takes the folder, and finds no recordings in it the next time."""
+    bench, folder = tmp_path / "bench", Folder(tmp_path)
+    shutil.copytree(Path(__file__).parents[2] / "samples" / "heard-drop", bench)
+    run = runs.ask(bench, "diagnose", ("--quick",), folder)
+    until(lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 120)
+    assert runs.read_run(run.folder).status == runs.DONE, runs.read_run(run.folder).log
+    left = bench / "results" / "diagnosed"
+    assert (left / "report.html").is_file()
+    shutil.copytree(bench / "drop-01", left / "twin" / "drop-01-old")
+    assert [r.path.parent for r in find_recordings(bench)] == [bench] * 3
+    assert not any(name.startswith("results") for name in hashes(bench))

@@ -46,11 +46,11 @@ def test_a_folder_of_photos(run, photos, tmp_path):
     assert "b [2]" in result.output
 
 
-def test_doubtful_ones_stand_first(run, photos, tmp_path):
+def test_what_failed_stands_last_where_it_is_seen(run, photos, tmp_path):
     Image.fromarray(np.full((300, 300), 99, np.uint8)).save(photos / "z blank.png")
     result = run(photos, "--out", tmp_path / "out")
     assert result.exit_code == 0
-    assert result.output.index("z blank") < result.output.index("b [2]")
+    assert result.output.index("b [2]") < result.output.index("look at these") < result.output.index("z blank")
     table = pd.read_csv(tmp_path / "out" / "measurements.csv")
     assert table[table.recording == "z blank"].quality.tolist() == ["failed"]
 

@@ -1,7 +1,6 @@
 """What recording.toml and bench.toml may hold: every key with its unit and range, and errors in a bench worker's words."""
 
 import difflib
-import math
 import reprlib
 import tomllib
 from pathlib import Path
@@ -15,6 +14,7 @@ from vision.measurement import MeasurementError
 
 MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
 LOT_TABLE = "seeds.csv"  # by which a folder of a lot is known
+MOST_SAID = 1e15  # a number beyond is no value in another unit
 SAID = "said"  # type of an error whose message says all but the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
@@ -149,6 +149,10 @@ class Drop(_Section):
     """How long the film runs before the release."""
     tilt_deg: Annotated[float, Field(gt=-15, lt=15)] | None = None
     """Tilt of the plate, falling towards +x."""
+    impacts_added_s: Annotated[tuple[_Finite, ...], _List] | None = None
+    """Moments in the sound at which an impact was not found."""
+    impacts_struck_s: Annotated[tuple[_Finite, ...], _List] | None = None
+    """Moments in the sound at which something was taken for an impact that is none."""
 
 
 class Slide(_Section):
@@ -222,6 +226,23 @@ class Pile(_Section):
     """What is left when the photo is taken."""
 
 
+class Drum(_Section):
+    """Seeds flow in a drum that turns about a level axis; the camera looks along it."""
+
+    drum_mm: _TwoLengths | None = None
+    """Inside diameter and width."""
+    fill_share: Annotated[float, Field(ge=0.1, le=0.6)] | None = None
+    """Share of its cross-section that the seeds fill."""
+    speed_rpm: Annotated[float, Field(gt=0, le=600, allow_inf_nan=False)] | None = None
+    """Turns a minute."""
+    lining_friction: Annotated[float, Field(ge=0, le=3)] | None = None
+    """Static friction of its inside in a simulation. Absent: 0.9, a lining on which nothing slips."""
+    wait_s: _Positive | None = None
+    """How long it turns before the film begins."""
+    film_s: _Positive | None = None
+    """How long a simulated film is."""
+
+
 class Tracking(_Section):
     """Corrections of what is followed in a film."""
 
@@ -242,7 +263,7 @@ def _checked(conditions: Any) -> Any:
 class Keys(_Section):
     """All keys of recording.toml; in bench.toml the same."""
 
-    rig: Literal["drop", "slide", "roll", "pile"] | None = None
+    rig: Literal["drop", "slide", "roll", "pile", "drum"] | None = None
     """What was done."""
     id: str | None = None
     """Name of the recording. Absent: the folder's."""
@@ -260,6 +281,7 @@ class Keys(_Section):
     slide: Slide = Slide()
     roll: Roll = Roll()
     pile: Pile = Pile()
+    drum: Drum = Drum()
 
 
 def read_toml(path: Path) -> dict:
@@ -326,7 +348,7 @@ def _explain(error: ErrorDetails, path: Path) -> str:
             return f"{path}: unknown key {place}; {hint}"
     given = error.get("input")
     unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)
-    if unit and isinstance(given, float | int) and not isinstance(given, bool) and math.isfinite(given):
+    if unit and isinstance(given, float | int) and not isinstance(given, bool) and abs(given) < MOST_SAID:
         times, other, meant = unit
         return f"{path}: {place} = {given} means {times * given:g} {other}: {error['msg'].lower()}; is it in {meant}?"
     said = error["msg"].replace("tuple", "list").replace("dictionary", "section").split(" or instance of ")[0]

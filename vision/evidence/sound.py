@@ -77,6 +77,8 @@ def read_sound(file: Path) -> Sound:
     with _opened(file) as container:
         if not container.streams.audio:
             raise MeasurementError(f"{file}: holds no sound track")
+        if container.streams.audio[0].codec_context is None:
+            raise MeasurementError(f"{file}: its sound is coded in a way that no decoder here knows; save it as .wav")
         film = _film(container)
         rate = float(container.streams.audio[0].rate or 0)
         if not RATES_HZ[0] <= rate <= RATES_HZ[1]:

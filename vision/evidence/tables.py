@@ -19,6 +19,7 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
     "run_out_mm": ("roll", "run_out", "mm"),
     "repose_angle_deg": ("pile", "repose_angle", "deg"),
     "centroid_angle_deg": ("pile", "centroid_angle", "deg"),
+    "flowing_angle_deg": ("drum", "flowing_angle", "deg"),
 }
 _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")

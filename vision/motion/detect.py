@@ -10,21 +10,30 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.motion.scene import Scene
+from vision.motion.colour import in_noise, product
+from vision.motion.outline import Patch
+from vision.motion.scene import Scene, colours
 
 MOVES_SD = 6.0  # a coarse pixel this many sds off the background moves; one in 5e8 by chance
 FAINTEST = 0.03  # of the strongest difference in the frame: below it are codec errors and reflected light
 MOST = 4  # things measured in a frame: seed, mirror image, shadow, clamp or hand
 LARGEST = 0.10  # of the picture; beyond it is a hand, not a seed
+SHARP = 2.1  # pixels between 20 and 80 % coverage per pixel of a sharp outline, in a picture smoothed by a pixel
 BAND_PX = 1.7  # half width of the edge band for a sharp edge
 FLOOR_PX = 0.008  # what the coverage model itself leaves, per axis
+SHADOW = 0.10  # sd of what a shadow takes from the background, as a share of it
+LIKE_SHADOW = (-0.5, 0.25)  # brighter than the background by such a share: a shadow, or its edge, could pass for the body
+CLEAR_SD = 6.0  # a body this much off every shadow of the background is told from them by its colour
+SHADE_PX = 3.0  # the light on the ground changes over so many pixels
+LEAST_SHADE = 0.02  # of the light; less is noise
 
 
 @dataclass(frozen=True)
 class Silhouette:
     """One thing in one frame; x, y in pixels of the picture (x right, y DOWN from the centre of the top left pixel).
 
-    xx, yy, xy: second moments about the centroid [px²]; contrast: signed, in grey levels. cut: it touches the picture's border.
+    xx, yy, xy: second moments about the centroid [px²]. own, behind (c,): its colour and its background's, in units of noise; contrast:
+    how far these are apart, where what a shadow can do counts little. cut: it touches the picture's border. patch: the pixels about it.
     """
 
     x: float
@@ -38,29 +47,39 @@ class Silhouette:
     angle_sd_deg: float
     cut: bool
     bottom: float
+    own: np.ndarray
+    behind: np.ndarray
+    patch: Patch
+
+    def unlike(self, other: "Silhouette") -> float:
+        """How much its colour differs from another's, as a share of the contrast of the stronger of both."""
+        off = self.own - other.own
+        apart = product(off, off, (self.behind + other.behind) / 2, SHADOW)
+        return float(np.sqrt(apart)) / max(self.contrast, other.contrast)
 
 
 def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
     """What differs from the background in this frame, strongest first, at most MOST things."""
-    difference, gain = scene.coarse_difference(pixels)
-    size = np.abs(difference)
-    threshold = max(MOVES_SD * scene.coarse_noise, 0.6, FAINTEST * float(size.max()))
+    shift, behind, gain = scene.coarse_difference(pixels)
+    size = np.sqrt(product(shift, shift, behind, 0.0))
+    threshold = max(MOVES_SD, FAINTEST * float(size.max()))
     mask = (size > threshold).astype(np.uint8)
     if not mask.any():
         return []
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    strength = np.sqrt(np.maximum(product(shift, shift, behind, SHADOW), 0))
     candidates = []
     for k in range(1, count):
         left, top, wide, high, area = boxes[k]
         if area < 2 or area > LARGEST * mask.size:
             continue
         here = labels[top : top + high, left : left + wide] == k
-        candidates.append((float(size[top : top + high, left : left + wide][here].sum()), left, top, wide, high, here))
+        candidates.append((float(strength[top : top + high, left : left + wide][here].sum()), left, top, wide, high, here))
     candidates.sort(key=lambda c: -c[0])
     found: list[Silhouette | None] = []
-    for strength, left, top, wide, high, here in candidates[:MOST]:
-        if found and strength < 0.02 * candidates[0][0]:
+    for strong, left, top, wide, high, here in candidates[:MOST]:
+        if found and strong < 0.02 * candidates[0][0]:
             break
         found.append(_measure(pixels, scene, gain, left, top, wide, high, here))
     return [f for f in found if f is not None]
@@ -72,66 +91,111 @@ def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> 
     pad = 7 + f
     x0, y0 = max(int(left * f) - pad, 0), max(int(top * f) - pad, 0)
     x1, y1 = min(int((left + wide) * f) + pad, width), min(int((top + high) * f) + pad, height)
-    image = scene.grey(pixels[y0:y1, x0:x1])
-    ground = gain * scene.background[y0:y1, x0:x1]
-    rough: np.ndarray = np.zeros(image.shape, np.uint8)
+    image = colours(pixels[y0:y1, x0:x1])
+    ground = gain * scene.behind[y0:y1, x0:x1]
+    rough: np.ndarray = np.zeros(image.shape[:2], np.uint8)
     cells = cv2.resize(here.astype(np.uint8), (wide * f, high * f), interpolation=cv2.INTER_NEAREST)
     oy, ox = int(top * f) - y0, int(left * f) - x0
     rough[oy : oy + high * f, ox : ox + wide * f] = cells[: rough.shape[0] - oy, : rough.shape[1] - ox]
-    outline = _outline(image - ground, rough, scene.noise)
+    outline = _outline(image, ground, rough, scene)
     if outline is None:
         return None
-    mask, level = outline
-    coverage, error = _coverage(image, ground, mask, level, scene)
-    return _moments(coverage, error, mask, level, x0, y0, (height, width))
+    coverage, error, patch = _coverage(image, ground, outline, scene)
+    return _moments(coverage, error, outline, Patch(*patch, x0, y0), (height, width))
 
 
-def _outline(difference: np.ndarray, rough: np.ndarray, noise: float) -> tuple[np.ndarray, float] | None:
-    """Filled mask at about half contrast of the thing under `rough`, and its signed contrast."""
-    smooth = cv2.GaussianBlur(difference, (0, 0), 1.0)
-    inside = smooth[rough > 0]
-    strong = inside[np.abs(inside) >= np.percentile(np.abs(inside), 60)]
-    level = float(np.median(strong))
-    # Of one sign: a dark shadow beside a light seed is another thing. Of both: a shaded seed before a grey wall.
-    one_sided = (np.sign(strong) == np.sign(level)).mean() > 0.8
-    signal = smooth * np.sign(level) if one_sided else np.abs(smooth)
-    if not one_sided:
-        level = float(np.sign(level) or 1.0) * float(np.median(np.abs(strong)))
-    above = (signal > max(0.5 * abs(level), 4 * 0.29 * noise)).astype(np.uint8)
-    count, labels = cv2.connectedComponents(above, connectivity=4)
+@dataclass(frozen=True)
+class _Outline:
+    """mask (h, w): filled, at about half coverage. share (h, w): rough coverage, smoothed by a pixel. level: usual difference from the
+    background. contrast, own, behind: as in Silhouette."""
+
+    mask: np.ndarray
+    share: np.ndarray
+    level: float
+    contrast: float
+    own: np.ndarray
+    behind: np.ndarray
+
+
+def _outline(image: np.ndarray, ground: np.ndarray, rough: np.ndarray, scene: Scene) -> _Outline | None:
+    """The thing under `rough`: where the picture has changed from the ground's colour more than half way to the thing's own."""
+    smooth, behind = in_noise(cv2.GaussianBlur(image - ground, (0, 0), 1.0), scene.matrix), in_noise(ground, scene.matrix)
+    smooth, behind = np.atleast_3d(smooth), np.atleast_3d(behind)
+    shade, inside = SHADOW, rough > 0
+    strength = np.sqrt(np.maximum(product(smooth, smooth, behind, shade), 0))
+    strong = inside & (strength >= np.percentile(strength[inside], 60))
+    light = product(smooth, behind, behind, 0.0)[strong] / product(behind, behind, behind, 0.0)[strong]
+    if np.percentile(strength[inside], 80) < CLEAR_SD or not LIKE_SHADOW[0] < np.median(light) < LIKE_SHADOW[1]:
+        shade = 0.0  # no colour tells it from a shadow, or its brightness does so alone
+        strength = np.sqrt(product(smooth, smooth, behind, shade))
+        strong = inside & (strength >= np.percentile(strength[inside], 60))
+    level = float(np.median(strength[strong]))
+    own, back = np.median((smooth + behind)[strong], axis=0), behind[strong].mean(axis=0)
+    off = own - behind
+    power = product(off, off, behind, shade)
+    along = product(smooth, off, behind, shade)
+    if (along[strong] > 0).mean() > 0.8:  # of one colour: a dark shadow beside a light seed is another thing
+        share = along / np.maximum(power, (0.3 * level) ** 2)
+        above = (share > 0.5) & (along > 4 * 0.29 * np.sqrt(np.maximum(power, 1e-9)))
+    else:  # of both sides of the background: a shaded seed before a grey wall
+        share = strength / level
+        above = (share > 0.5) & (strength > 4 * 0.29)
+    count, labels = cv2.connectedComponents(above.astype(np.uint8), connectivity=4)
     if count < 2:
         return None
-    share = np.bincount(labels[(rough > 0) & (labels > 0)], minlength=count)
-    if share.max() == 0:
+    held = np.bincount(labels[(rough > 0) & (labels > 0)], minlength=count)
+    if held.max() == 0:
         return None
-    mask = (labels == int(np.argmax(share))).astype(np.uint8)
+    mask = (labels == int(np.argmax(held))).astype(np.uint8)
     contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(mask, contours, -1, 1, cv2.FILLED)
-    return mask, level
+    free = product(own - back, own - back, back, SHADOW)
+    return _Outline(mask, share, level, float(np.sqrt(free)), own, back)
 
 
-def _coverage(image, ground, mask, level: float, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """α and its sd per pixel (0 where it is not measured but known)."""
-    half = _band(image - ground, mask, level)
+def _coverage(
+    image: np.ndarray, ground: np.ndarray, outline: _Outline, scene: Scene
+) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """α and its sd per pixel (0 where it is not measured but known); both also as seen alone, the sd infinite where nothing is told."""
+    mask = outline.mask
+    half = _band(outline.share, mask)
     depth = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
     inner = (depth > half + 0.5).astype(np.uint8)
     outer = (cv2.distanceTransform(1 - mask, cv2.DIST_L2, 3) < half + 0.5).astype(np.uint8)
-    if inner.sum() < 5:  # too small for an inside: what is brightest stands for it
-        inner = ((np.abs(image - ground) * mask) > 0.8 * np.abs(level)).astype(np.uint8)
+    if inner.sum() < 5:  # too small for an inside: what differs most stands for it
+        inner = (outline.share * mask > 0.8).astype(np.uint8)
     band = (outer > 0) & (inner == 0)
-    ring = (outer == 0) & (np.abs(image - ground) < 6 * scene.noise)
-    if ring.sum() > 50:  # light that changed here only
-        ground = ground * (float(image[ring].sum()) / max(float(ground[ring].sum()), 1e-6))
-    own = _own_brightness(image, (inner > 0) & (depth < half + 3.5), half + 1.0, scene.noise, scene.white)
-    contrast = own - ground
-    poor = np.abs(contrast) < 0.3 * abs(level)
-    alpha = np.clip((image - ground) / np.where(poor, np.float32(level), contrast), -0.35, 1.35)
+    ground = _shaded(image, ground, outer == 0, scene)
+    noise = float(1 / scene.matrix[0, 0] / np.sqrt(len(scene.matrix)))
+    own = np.dstack([
+        _own_brightness(image[..., k], (inner > 0) & (depth < half + 3.5), half + 1.0, noise, scene.white)
+        for k in range(image.shape[2])
+    ])  # fmt: skip
+    shift, behind, off = (np.atleast_3d(in_noise(v, scene.matrix)) for v in (image - ground, ground, own - ground))
+    power = product(off, off, behind, LEAST_SHADE)
+    poor = power < (0.3 * outline.level) ** 2
+    alpha = np.clip(product(shift, off, behind, LEAST_SHADE) / np.maximum(power, 1e-9), -0.35, 1.35)
+    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))  # the background is a median of 25 frames
+    seen = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
     guess = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.8)
     alpha = np.where(poor, guess, alpha)
     coverage = np.where(band, alpha, inner.astype(np.float32))
-    noise = scene.noise * np.sqrt(1.06 * scene.noise_spread)  # the background is a median of 25 frames, hence 6 %
-    error = np.where(band, np.where(poor, 0.15, noise / np.maximum(np.abs(contrast), 1e-6)), 0.0)
-    return coverage.astype(np.float64), error
+    error = np.where(band, np.where(poor, 0.15, noise_share), 0.0)
+    return coverage.astype(np.float64), error, seen
+
+
+def _shaded(image: np.ndarray, ground: np.ndarray, outside: np.ndarray, scene: Scene) -> np.ndarray:
+    """The ground in the light that falls on it in this frame: where it is seen by how much it is scaled, at the thing's edge as nearby."""
+    light = product(image, ground, ground, 0.0) / np.maximum(product(ground, ground, ground, 0.0), 1e-6)
+    off = np.atleast_3d(in_noise(image - light[..., None] * ground, scene.matrix))
+    seen = outside & (product(off, off, off, 0.0) < 16 + 20) & (light > 0.3) & (light < 1.3)
+    if seen.sum() < 50:
+        return ground
+    usual = float(np.median(light[seen]))
+    weight = cv2.GaussianBlur(seen.astype(np.float32), (0, 0), SHADE_PX)
+    local = cv2.GaussianBlur(np.where(seen, light - usual, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
+    clear = (np.abs(local) > LEAST_SHADE) & (weight > 0.02)
+    return ground * (usual + np.where(clear, local, 0.0))[..., None].astype(np.float32)
 
 
 def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: float, white: float) -> np.ndarray:
@@ -156,21 +220,21 @@ def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: f
     return np.minimum(plane + np.where(weight > 1e-4, rest / np.maximum(weight, 1e-4), 0.0), white)
 
 
-def _band(difference: np.ndarray, mask: np.ndarray, level: float) -> float:
+def _band(share: np.ndarray, mask: np.ndarray) -> float:
     """Half width of the edge band: for a sharp edge BAND_PX, more where motion or focus blurs it.
 
     The pixels between 20 and 80 % coverage, per pixel of outline, measure the edge's softness.
     """
-    share = cv2.GaussianBlur(difference, (0, 0), 0.7) / level
     near = cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0
     soft = float(((share > 0.2) & (share < 0.8) & near).sum())
     outline = float((mask - cv2.erode(mask, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)).sum())
     softness = soft / max(outline, 1.0)
-    return BAND_PX + float(np.clip(0.9 * (softness - 1.6), 0.0, 12.0))
+    return BAND_PX + float(np.clip(0.9 * (softness - SHARP), 0.0, 12.0))
 
 
-def _moments(coverage, error, mask, level: float, x0: int, y0: int, shape) -> Silhouette | None:
+def _moments(coverage, error, outline: _Outline, patch: Patch, shape) -> Silhouette | None:
     """Centroid, second moments, and their sds from the pixels' own errors."""
+    x0, y0 = patch.x0, patch.y0
     area = float(coverage.sum())
     if area < 4:
         return None
@@ -187,8 +251,11 @@ def _moments(coverage, error, mask, level: float, x0: int, y0: int, shape) -> Si
     turn = (np.outer(dv, 2 * du) - q) * p - (du**2 - (dv**2)[:, None] - p) * q
     size = p**2 + q**2
     angle_sd = 0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size) if size > 1e-9 else np.inf
-    ys, xs = np.nonzero(mask.any(axis=1))[0], np.nonzero(mask.any(axis=0))[0]
+    ys, xs = np.nonzero(outline.mask.any(axis=1))[0], np.nonzero(outline.mask.any(axis=0))[0]
     height, width = shape
     cut = bool(x0 + xs[0] <= 1 or y0 + ys[0] <= 1 or x0 + xs[-1] >= width - 2 or y0 + ys[-1] >= height - 2)
     bottom = y0 + float(ys[-1])
-    return Silhouette(x0 + x, y0 + y, float(np.hypot(sd, FLOOR_PX)), area, level, xx, yy, xy, float(angle_sd), cut, bottom)
+    return Silhouette(
+        x0 + x, y0 + y, float(np.hypot(sd, FLOOR_PX)), area, outline.contrast, xx, yy, xy, float(angle_sd), cut, bottom,
+        outline.own, outline.behind, patch,
+    )  # fmt: skip

@@ -51,7 +51,7 @@ def follow_lines(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int
     current: list[Line | None] = list(starts)
     found: list[dict[int, Line]] = [{} for _ in starts]
     for frame in source.iterate():
-        image = grey(frame.pixels, None)
+        image = grey(frame.pixels)
         for k, line in enumerate(current):
             if line is None:
                 continue
@@ -74,7 +74,7 @@ def follow_lines(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int
 
 
 def _eight_bit(pixels: np.ndarray) -> np.ndarray:
-    image = grey(pixels, None)
+    image = grey(pixels)
     low, high = np.percentile(image[::4, ::4], (1, 99))
     return np.clip((image - low) * (255 / max(high - low, 1)), 0, 255).astype(np.uint8)
 

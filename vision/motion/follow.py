@@ -15,10 +15,12 @@ from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
 from vision.motion.detect import Silhouette, find_silhouettes
 from vision.motion.scene import Scene, learn_scene
+from vision.motion.settled import settle
 from vision.motion.track import Track, make_track
 
 PATIENCE = 6  # frames for which a thing may be lost before its piece ends
 AREA_ODD = 0.12  # silhouette this much off its neighbours' is merged with something, or partly hidden
+UNLIKE, UNLIKE_LONG = 0.67, 0.5  # a body keeps its colour, to this share of its contrast: from frame to frame, over the film
 ANGLE_SD_DEG = 12.0  # an orientation known worse than this is none (a round silhouette)
 ROUND_OUTLINE = 0.01  # (a² − b²)/(a² + b²) of its axes: pixels and shading stretch a ball's by 0.003
 
@@ -59,6 +61,11 @@ class _Piece:
         return float(np.median([s.contrast for s in self.shapes]))
 
     @property
+    def usual(self) -> Silhouette:
+        """The one of median contrast."""
+        return sorted(self.shapes, key=lambda s: s.contrast)[len(self.shapes) // 2]
+
+    @property
     def reach(self) -> float:
         return float(np.hypot(np.ptp([s.x for s in self.shapes]), np.ptp([s.y for s in self.shapes])))
 
@@ -75,12 +82,12 @@ class Followed:
 
 def follow(
     source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
-    at: tuple[float, float, float] | None = None,
+    at: tuple[float, float, float] | None = None, area_px: tuple[float, float] = (0.0, np.inf),
 ) -> Followed:  # fmt: skip
     """Track the seed through all frames. `falling`: it flies (drop); otherwise it rolls or slides.
 
     scene: what is behind the seed, where the caller knows better than the median of the frames. at: frame, x, y [px, y down]
-    where somebody says that the seed is.
+    where somebody says that the seed is. area_px: least and greatest silhouette that the stated seed can have.
     progress(fraction done) is called now and then. Raises MeasurementError when nothing in the picture moves like a seed.
     """
     scene = learn_scene(source) if scene is None else scene
@@ -108,7 +115,7 @@ def follow(
     if chosen is None:
         raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
     areas = np.array([s.area for s in chosen.shapes])
-    return Followed(_as_track(chosen, scene, times, done), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
+    return Followed(_as_track(chosen, scene, done, area_px), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
 
 
 def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette], frame: int, time: float) -> None:
@@ -120,11 +127,9 @@ def _extend(active: list[_Piece], pieces: list[_Piece], shapes: list[Silhouette]
             size = np.sqrt(max(shape.area, last.area))
             away, speed = piece.distance(shape, frame)
             gate = 1.2 * size + 2.2 * speed + 3.0 if len(piece.shapes) > 1 else 2.5 * size + 40.0
-            if away > gate or shape.contrast * last.contrast <= 0:
-                continue
-            area, contrast = abs(np.log(shape.area / last.area)), abs(np.log(shape.contrast / last.contrast))
-            if area < 1.1 and contrast < 1.1:
-                offers.append((away / size + 1.5 * area + 2.0 * contrast, p, s))
+            area, unlike = abs(np.log(shape.area / last.area)), shape.unlike(last)
+            if away < gate and area < 1.1 and unlike < UNLIKE:
+                offers.append((away / size + 1.5 * area + 2.0 * unlike, p, s))
     taken_p, taken_s = set(), set()
     for _, p, s in sorted(offers):
         if p in taken_p or s in taken_s:
@@ -164,11 +169,11 @@ def _choose(pieces: list[_Piece], falling: bool, scene: Scene) -> _Piece | None:
 
 def _joined(best: _Piece, pieces: list[_Piece]) -> _Piece:
     """The piece with those that are the same thing before and after it."""
-    area, contrast = best.area, best.contrast
+    area = best.area
     joined, size = best, np.sqrt(best.area)
     alike = [
         p for p in pieces
-        if p is not best and 0.6 < p.area / area < 1.7 and 0.5 < p.contrast / contrast < 2.0
+        if p is not best and 0.6 < p.area / area < 1.7 and p.usual.unlike(best.usual) < UNLIKE_LONG
     ]  # fmt: skip
     for piece in sorted(alike, key=lambda p: -len(p.frames)):
         joined = _join(joined, piece, size)
@@ -204,9 +209,9 @@ def _score(piece: _Piece, falling: bool, scene: Scene) -> float:
     x, y = np.array([s.x for s in piece.shapes]), -np.array([s.y for s in piece.shapes])
     reach = piece.reach
     size = np.sqrt(piece.area)
-    if reach < max(0.7 * size, 4.0) or piece.area > 0.05 * scene.background.size:
+    if reach < max(0.7 * size, 4.0) or piece.area > 0.05 * np.prod(scene.shape):
         return 0.0
-    strength = abs(piece.contrast)
+    strength = piece.contrast
     if not falling:
         return reach * np.sqrt(strength) * _evenness(frames, x, size)
     if np.ptp(y) < 0.5 * reach:
@@ -251,13 +256,18 @@ def _evenness(frames: np.ndarray, x: np.ndarray, size: float) -> float:
     return float(1 / (1 + 10 * np.median(jerk) / max(np.ptp(x) / len(x), 1e-9) * (np.median(jerk) > 0.3) + np.mean(jerk > size)))
 
 
-def _as_track(piece: _Piece, scene: Scene, times: list[float], total: int) -> Track:
+def _as_track(piece: _Piece, scene: Scene, total: int, area_px: tuple[float, float]) -> Track:
     """Arrays from a piece: y up from the bottom row, orientation unwrapped, odd silhouettes marked."""
     shapes = piece.shapes
-    x, y = np.array([s.x for s in shapes]), scene.shape[0] - 1 - np.array([s.y for s in shapes])
+    x, y, sd = np.array([(s.x, s.y, s.sd) for s in shapes]).T
     area, cut = np.array([s.area for s in shapes]), np.array([s.cut for s in shapes])
     frame, t_s = np.array(piece.frames), np.array(piece.times)
     odd = _odd_area(area)
+    if (settled := settle(shapes, area_px)) is not None:
+        laid = settled[0]
+        x, y, sd = np.array([(s.x, s.y, s.sd) if one is None else (one.x, one.y, one.sd) for s, one in zip(shapes, laid)]).T
+        odd = np.array([one is None for one in laid])
+    y = scene.shape[0] - 1 - y
     angle, angle_sd = _orientation(shapes, frame, odd | cut)
     seen = bool(np.isfinite(angle).any())
     notes = []
@@ -271,7 +281,7 @@ def _as_track(piece: _Piece, scene: Scene, times: list[float], total: int) -> Tr
             f"{int((odd & ~cut).sum())} frames with the seed partly hidden or merged with something (marked as outliers)"
         )
     return make_track(
-        t_s, x, y, unit="px", frame=frame, sd=np.array([s.sd for s in shapes]), outlier=odd | cut,
+        t_s, x, y, unit="px", frame=frame, sd=sd, outlier=odd | cut,
         angle_deg=angle if seen else None, angle_sd_deg=angle_sd if seen else None, notes=tuple(notes),
     )  # fmt: skip
 

@@ -16,6 +16,7 @@ from vision.evidence.sound import Sound, film_fps, has_sound, read_sound
 from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
 from vision.motion.bouncing import Chain, find_chain
 from vision.motion.impacts import measure_impacts
+from vision.motion.impacts_by_hand import correct_impacts
 from vision.motion.onsets import Onsets, find_onsets
 from vision.overlay.sound import draw_sound
 from vision.recording import Recording
@@ -31,11 +32,12 @@ MOST_LISTED = 6  # of what was removed, in one note
 @dataclass(frozen=True, eq=False)
 class Heard:
     """One drop as it was heard. times, sd [s] (m,): impacts in an unbroken row, on the clock of the pictures; first: whether the
-    first of them is the first after the release."""
+    first of them is the first after the release; added: rows of the onsets that somebody added as impacts."""
 
     sound: Sound
     onsets: Onsets
     chain: Chain
+    added: tuple[int, ...]
     times: np.ndarray
     sd: np.ndarray
     first: bool
@@ -53,7 +55,12 @@ def sound_of(recording: Recording) -> Path | None:
 
 
 def hear(file: Path, recording: Recording) -> Heard:
-    """The impacts in a sound. MeasurementError where there are not two of one bouncing body."""
+    """The impacts in a sound, as found and corrected by hand. MeasurementError where there are not two of one bouncing body."""
+    return find_impacts(*listen(file, recording), recording)
+
+
+def listen(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
+    """The sound that belongs to a drop, and all that is sudden in it. MeasurementError where there is none, or of another rig."""
     if recording.rig != "drop":
         raise MeasurementError(f"{file}: sound tells the impacts of a drop; a {recording.rig} needs pictures, a track or light gates")
     stated, own = recording.camera.fps, film_fps(file) if recording.sound is None else None
@@ -62,20 +69,29 @@ def hear(file: Path, recording: Recording) -> Heard:
             f"{file}: [camera] fps = {stated:g}, but the file plays {own:g} a second, and its sound with it: slow motion"
         )
     sound = read_sound(file)
-    onsets = find_onsets(sound)
-    chain = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
+    return sound, find_onsets(sound)
+
+
+def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> Heard:
+    """Which of the sudden sounds are impacts, with the recording's corrections. MeasurementError where there are not two."""
+    found = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
+    onsets, chain, added, corrections = correct_impacts(sound, onsets, found, recording.drop, str(recording.toml))
     if len(chain.impacts) < 2:
-        said = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
-        todo = "lay the phone beside the plate, let nothing else sound, and record until all is still"
-        raise MeasurementError(f"{file}: {said if len(onsets) else 'no impact is heard'}; {todo}")
+        raise MeasurementError(f"{sound.path}: {'; '.join(corrections) or _too_few(onsets)}")
     rows, first, notes = _unbroken(chain, onsets)
-    doubt = "" if chain.odds > LEAST_SURE else "few impacts, and other sounds nearly as likely to be them"
-    if len(rows) == 2 and len(chain.impacts) == 2 and not recording.drop.height_mm:
+    doubt = "" if corrections or chain.odds > LEAST_SURE else "few impacts, and other sounds nearly as likely to be them"
+    if len(rows) == 2 and len(chain.impacts) == 2 and not recording.drop.height_mm and not corrections:
         doubt = "two impacts, one interval: nothing shows that no other came between"
     times, sd = onsets.time_s[rows], onsets.sd_s[rows]
     listed = f"{len(rows)} impacts heard, the first at {times[0]:.4f} s, to ± {1000 * np.median(sd):.2g} ms each"
-    notes = [*sound.notes, listed, *notes, *_removed(chain, onsets)]
-    return Heard(sound, onsets, chain, times, sd, first, doubt, tuple(notes))
+    notes = [*sound.notes, listed, *corrections, *notes, *_removed(chain, onsets)]
+    return Heard(sound, onsets, chain, added, times, sd, first, doubt, tuple(notes))
+
+
+def _too_few(onsets: Onsets) -> str:
+    said = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
+    todo = "lay the phone beside the plate, let nothing else sound, and record until all is still"
+    return f"{said if len(onsets) else 'no impact is heard'}; {todo}"
 
 
 def _unbroken(chain: Chain, onsets: Onsets) -> tuple[np.ndarray, bool, list[str]]:
@@ -103,14 +119,19 @@ def _removed(chain: Chain, onsets: Onsets) -> list[str]:
 def observe_heard(recording: Recording, file: Path) -> Observation:
     """A drop from its sound alone."""
     heard = hear(file, recording)
+    seen = without_picture(heard, recording)
+    shown = [q for q in seen.quantities if q.name.startswith("restitution") and q.value > 0]
+    caption = ", ".join(f"{q.name} {q.value:.4g} ± {q.sd:.2g}" for q in shown)
+    return replace(seen, pictures={"sound": draw_sound(heard.sound, heard.onsets, heard.chain, heard.added, caption)})
+
+
+def without_picture(heard: Heard, recording: Recording) -> Observation:
+    """What the impacts heard say of a drop, before anything is drawn."""
     quantities, bounces, notes = measure_impacts(heard.times, heard.sd, recording, first=heard.first)
     if heard.doubt:
         quantities = tuple(q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(heard.doubt) for q in quantities)
-    shown = [q for q in quantities if q.name.startswith("restitution") and q.value > 0]
-    caption = ", ".join(f"{q.name} {q.value:.4g} ± {q.sd:.2g}" for q in shown)
-    pictures = {"sound": draw_sound(heard.sound, heard.onsets, heard.chain, caption)}
     said = tuple(dict.fromkeys((*heard.notes, *notes)))
-    return Observation(recording.id, "drop", tuple(quantities), said, pictures, None, bounces)
+    return Observation(recording.id, "drop", tuple(quantities), said, bounces=bounces)
 
 
 def with_sound(seen: Observation, recording: Recording, file: Path) -> Observation:

@@ -10,7 +10,7 @@ from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
 from vision.foreign.fall import free_falls, unit_doubt
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
-from vision.motion.body import body_doubt
+from vision.motion.body import body_doubt, stated_area_px
 from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
 from vision.motion.heard import observe_heard, sound_of, with_sound
@@ -112,7 +112,8 @@ def _observe_frames(recording: Recording, progress) -> Observation:
     if recording.rig == "slide":
         followed, plate = follow_slide(source, recording, progress)
     else:
-        followed = follow(source, falling=recording.rig == "drop", progress=progress, at=recording.track.follow_px)
+        area = stated_area_px(recording)
+        followed = follow(source, falling=recording.rig == "drop", progress=progress, at=recording.track.follow_px, area_px=area)
     followed = replace(followed, track=_corrected(followed.track, recording))
     recording, notes = _with_scale(recording, followed)
     notes = [*source.notes, *notes]
@@ -141,9 +142,9 @@ def _doubted(found: Observation, doubt: str) -> Observation:
 def _drop_in_frames(recording: Recording, followed: Followed, notes: list[str]) -> Observation:
     share = 1 - followed.track.y / max(followed.scene.shape[0] - 1, 1)
     seen, camera = to_mm(followed.track, recording.camera.mm_per_px), recording.camera
-    # A camera that takes frames one by one, as picture files, has a shutter of its own; what films has rows, unless it is stated.
-    rate = camera.fps if recording.evidence == "video" else None
-    result, said = over_readouts(seen, share, camera.readout_s, rate, lambda track: measure_rebound(track, recording))
+    high, wide = followed.scene.shape
+    axis = ((wide - 1) / 2 * (camera.mm_per_px or 1.0), (high - 1) / 2 * (camera.mm_per_px or 1.0))
+    result, said = over_readouts(seen, share, camera.readout_s, camera.fps, lambda track: measure_rebound(track, recording, axis))
     notes = [*notes, said] if said else notes
     pictures = {"track": _draw_drop(followed, result, recording), "flights": _plot_flights(result, recording)}
     notes = [*followed.track.notes, *notes, *result.notes]

@@ -35,6 +35,7 @@ EDGE_S = 0.06  # of a recording's beginning and end: encoders begin and stop wit
 ORDER_S = 8e-4  # how far back the noise is predicted from
 BANDS_HZ = np.geomspace(200, 20_000, 25)
 LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
+POINTED_S = 6e-3  # before and after a moment that somebody points at
 CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, with rings of several tones
 AHEAD_S = 3e-3  # of what follows a first jump; a room's own sound is louder still later on
 PRE_ECHO = 0.25  # of the amplitude that follows: what an encoder lets sound before a click is fainter
@@ -87,6 +88,18 @@ def find_onsets(sound: Sound) -> Onsets:
         parts.append(Onsets(part.time_s + begin / rate + sound.start_s, *(getattr(part, name) for name in _REST)))
     whole = Onsets(*(np.concatenate([getattr(part, name) for part in parts]) for name in Onsets.__dataclass_fields__))
     return whole.chosen(np.sort(np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]))
+
+
+def onset_near(sound: Sound, time_s: float) -> tuple[float, float]:
+    """Time and sd [s] of what begins where somebody points, on the clock of the pictures."""
+    rate = sound.rate_hz
+    at = round((time_s - sound.start_s) * rate)
+    begin = max(0, at - round(rate))
+    white = whitened(sound.samples[begin : at + round(rate)], rate)
+    reach = round(POINTED_S * rate)
+    near = (at - begin) / rate
+    time, sd = _jump(white, rate, at - begin - reach, at - begin + reach, near, POINTED_S / 2)
+    return begin / rate + time + sound.start_s, float(np.hypot(sd, LOSSY_SD_S if sound.lossy else TIME_SD_S))
 
 
 _REST = tuple(Onsets.__dataclass_fields__)[1:]
@@ -236,7 +249,7 @@ def _past_pre_echo(white, rate: float, begin: int) -> float:
 
 
 def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float) -> tuple[float, float]:
-    """Time and sd [s] of the likeliest change of power between two samples, near a time known before."""
+    """Time and sd [s] of the likeliest rise of power between two samples, near a time known before."""
     first, stop = max(0, first), min(len(white), stop)
     square = np.square(white[first:stop], dtype=float)
     n = len(square)
@@ -247,7 +260,9 @@ def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float
     one, two = np.maximum(sums[k - 1] / k, 1e-12), np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12)
     at = (first + k) / rate
     far = 1.5 * np.log1p(((at - near) / near_sd) ** 2)  # with wide tails: tones that beat are loudest some time after they begin
-    return _weighed(at, -0.5 * (k * np.log(one) + (n - k) * np.log(two)) - far)
+    jump = -0.5 * (k * np.log(one) + (n - k) * np.log(two))
+    none = -0.5 * n * np.log(max(sums[-1] / n, 1e-12))  # what grows fainter begins nowhere
+    return _weighed(at, np.where(two > one, jump, none) - far)
 
 
 def _caught(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:

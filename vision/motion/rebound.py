@@ -5,6 +5,7 @@ does not turn is the clearance of its lowest point, the `drop.height_mm` of the 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -13,7 +14,7 @@ import pandas as pd
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
 from vision.motion.correlated import fit, frame_lag, propagate
-from vision.motion.depth import drift_share
+from vision.motion.depth import drift_share, drifts
 from vision.motion.few_flights import FEW_ROWS, fit_few, is_few
 from vision.motion.flight import Flights, Gravity, fit_flights, lateral
 from vision.motion.gravity import gravity_doubt, known_gravity, other_drag, release_seen, scale_note
@@ -39,8 +40,11 @@ class Rebound:
     contradicted: bool = False  # gravity and the stated scale or frame rate do not agree
 
 
-def measure_rebound(track: Track, recording: Recording) -> Rebound:
-    """Flights, impacts and restitution of a drop. Never raises for a track without a bounce: those quantities fail."""
+def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float] | None = None) -> Rebound:
+    """Flights, impacts and restitution of a drop. Never raises for a track without a bounce: those quantities fail.
+
+    axis: the place [track's unit] that the camera's optical axis goes through, where the track was seen in its pictures.
+    """
     used = track.used()
     up, across = upright(used, recording)
     gravity, notes = known_gravity(used, recording)
@@ -73,9 +77,15 @@ def measure_rebound(track: Track, recording: Recording) -> Rebound:
     values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
     air = _air_error(flown, used, up, across, flights, values, gravity, recording)
     cov = cov + np.outer(air, air)
+    if axis is not None and used.unit == "mm" and used.timed:
+        turn = math.radians(recording.camera.plumb_deg or 0.0)
+        level = axis[0] * math.sin(turn) + axis[1] * math.cos(turn)
+        for shift in drifts(flights, used.time, up, across, level, recording.camera.distance_mm):
+            off = _moved(partial(flown, used.time, used.frame, up + shift, across, used.sd, gravity), values)
+            cov = cov + np.outer(off, off)
     # Of the scale's prior error, which a session's recordings share, a fit that also has gravity keeps cov(·, ε)/sd(ε).
     common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
-    bounces = _bounce_table(flights, used, across, values, cov, recording)
+    bounces = _bounce_table(flights, used, across, values, cov, recording, axis is None)
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
     notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
     return Rebound(quantities, bounces, flights, marked, tuple(notes), bool(doubt))
@@ -136,11 +146,17 @@ def _air_error(flown, used: Track, up, across, flights: Flights, values, gravity
     other = other_drag(flights, used, gravity, recording)
     if other is None:
         return np.zeros_like(values)
-    again = flown(used.time, used.frame, up, across, used.sd, replace(gravity, drag=other))
-    if len(again.rows) != len(flights.rows):
+    return _moved(partial(flown, used.time, used.frame, up, across, used.sd, replace(gravity, drag=other)), values)
+
+
+def _moved(fit_again: Callable[[], Flights], values: np.ndarray) -> np.ndarray:
+    """By how much the derived values change in another fit; nil where it finds other bounces."""
+    try:
+        again = fit_again()
+    except MeasurementError:
         return np.zeros_like(values)
     moved = _derived(again, again.params)
-    return moved - values
+    return moved - values if len(moved) == len(values) else np.zeros_like(values)
 
 
 def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:
@@ -159,8 +175,8 @@ def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:
     return float(found.params[1]), float(math.sqrt(found.cov[1, 1]))
 
 
-def _bounce_table(flights, track: Track, across, values, cov, recording: Recording) -> pd.DataFrame:
-    """One row a bounce, every number with its sd; columns carry the units that the track has."""
+def _bounce_table(flights, track: Track, across, values, cov, recording: Recording, plain_depth: bool) -> pd.DataFrame:
+    """One row a bounce, every number with its sd; columns carry the units that the track has. plain_depth: `cov` knows of no depth."""
     physical = track.unit == "mm" and track.timed
     length, time = track.unit, track.time_unit
     speed, factor = ("m_s", 1e-3) if physical else (f"{length}_{time}", 1.0)
@@ -179,7 +195,7 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
         swing_sd = np.sqrt(np.diag(swing_cov))
         # A plumb line off by φ turns the axes: of what goes sideways, φ times as much is taken for height, and the reverse.
         e_sd = math.hypot(e_sd, plumb * (swing[1] + e * swing[0]) / before)
-        if k > 0 and physical:
+        if k > 0 and physical and plain_depth:
             lasts = np.array([t - values[6 * k - 6], 2 * after / 9806.65])
             e_sd = math.hypot(e_sd, e * drift_share(np.abs(swing), lasts, before, recording.camera.distance_mm))
         before_sd, after_sd = math.hypot(before_sd, plumb * swing[0]), math.hypot(after_sd, plumb * swing[1])
@@ -240,7 +256,8 @@ def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, 
         restitution = Quantity("restitution", float(values[-1]), sd, "1", sd_common=min(float(common[-1]), sd))
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
-        text = f"the release is not in the track; {recording.toml}: [drop] height_mm is needed"
+        missing = "[camera] mm_per_px is missing, which height_mm" if stated else "[drop] height_mm"  # stated, and a track in px
+        text = f"the release is not in the track; {recording.toml}: {missing} {'needs' if stated else 'is needed'}"
         restitution = failed("restitution", "1", text)
     quantities = [height, restitution, impact, rebound, normal]
     if doubt:

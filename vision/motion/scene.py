@@ -1,4 +1,4 @@
-"""The still scene behind a moving seed: what the picture looks like without it, and how noisy a pixel is.
+"""The still scene behind a moving seed: what each pixel looks like without it, and how noisy it is.
 
 The background is the median of frames sampled evenly in *motion*, not in time: a seed that rests for most of the film
 fills only few of the samples and does not become background.
@@ -6,65 +6,74 @@ fills only few of the samples and does not become background.
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
+from vision.motion.colour import along_axes, in_noise, noise_matrix
 
 COARSE_WIDTH = 320  # moving things are looked for on a picture about this wide
 MEDIAN_FRAMES = 25
 SHADING = 0.05  # of the greatest change between two frames: below it light changes, nothing moves
+RESTLESS = 2.0  # a pixel that deviates by so much more than the others usually do has a noise of its own
 
 
 @dataclass(frozen=True)
 class Scene:
-    """background: float32 grey (h, w). weights: (3,) that make a colour frame grey, None for grey frames.
+    """behind: the picture without the seed, float32 (h, w, c), c = 1 (grey) or 3 colours.
 
-    factor: by how much the coarse picture is smaller; coarse: its background; coarse_noise: sd of a coarse pixel.
-    noise: sd of a pixel; noise_spread ≥ 1: by how much neighbouring pixels' common noise enlarges the variance of sums.
+    factor: by how much the coarse picture is smaller; coarse: its background; restless (h, w) ≥ 1: noise of each coarse pixel, in
+    units of the usual. matrix, coarse_matrix: colours → units of noise, of a pixel and of a coarse one. noise_spread ≥ 1: by how much
+    neighbouring pixels' common noise enlarges the variance of sums.
     """
 
-    background: np.ndarray
-    weights: np.ndarray | None
+    behind: np.ndarray
     factor: int
     coarse: np.ndarray
-    noise: float
-    coarse_noise: float
+    matrix: np.ndarray
+    coarse_matrix: np.ndarray
+    restless: np.ndarray
     noise_spread: float
     white: float
     first: np.ndarray
 
     @property
     def shape(self) -> tuple[int, int]:
-        height, width = self.background.shape
+        height, width = self.behind.shape[:2]
         return height, width
 
-    def grey(self, pixels: np.ndarray) -> np.ndarray:
-        return grey(pixels, self.weights)
+    @property
+    def background(self) -> np.ndarray:
+        """`behind` in grey, float32 (h, w)."""
+        return grey(self.behind)
 
-    def coarse_difference(self, pixels: np.ndarray) -> tuple[np.ndarray, float]:
-        """The coarse picture less the background, and the light's gain on it (slow drift, flicker)."""
-        height, width = self.coarse.shape
-        small = cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA)
-        small = grey(small, self.weights)
-        gain = float(np.median(small[::3, ::3] / self.coarse[::3, ::3]))
-        return small - gain * self.coarse, gain
+    def coarse_difference(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """The coarse picture less the background and the background, in units of noise (h, w, c), and the light's gain on it (slow drift,
+        flicker)."""
+        height, width = self.coarse.shape[:2]
+        small = colours(cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
+        gain = float(np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2)))
+        behind = in_noise(gain * self.coarse, self.coarse_matrix)
+        return (in_noise(small, self.coarse_matrix) - behind) / self.restless[..., None], behind, gain
 
 
-def grey(pixels: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
-    """float32 grey; colour by `weights`."""
-    if pixels.ndim == 2:
-        return pixels.astype(np.float32)
-    if weights is None:
-        return cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    return cv2.transform(pixels.astype(np.float32), weights.reshape(1, 3).astype(np.float32)).reshape(pixels.shape[:2])
+def colours(pixels: np.ndarray) -> np.ndarray:
+    """float32 (h, w, c)."""
+    return np.atleast_3d(pixels).astype(np.float32)
+
+
+def grey(pixels: np.ndarray) -> np.ndarray:
+    """float32 (h, w)."""
+    if pixels.ndim == 2 or pixels.shape[2] == 1:
+        return pixels.reshape(pixels.shape[:2]).astype(np.float32)
+    return cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY).astype(np.float32)
 
 
 def learn_scene(source: FrameSource, still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None) -> Scene:
-    """Background, noise and colour weights from frames sampled over the whole recording.
+    """Background and noise from frames sampled over the whole recording.
 
     still(pictures) → pictures whose median is the background; without it, those spaced evenly in motion.
     """
@@ -72,16 +81,17 @@ def learn_scene(source: FrameSource, still: Callable[[list[np.ndarray]], list[np
     if len(frames) < 3:
         raise MeasurementError(f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3")
     first = frames[0]
-    chosen = even_in_motion(frames)
-    middle = _median(chosen if still is None else still(frames))
-    weights = _telling_colour(chosen, middle) if middle.ndim == 3 else None
-    background = grey(middle, weights)
-    height, width = background.shape
+    chosen = even_in_motion(frames) if still is None else still(frames)
+    behind = np.atleast_3d(_median(chosen))
+    height, width = behind.shape[:2]
     factor = max(1, round(width / COARSE_WIDTH))
     small = (max(1, width // factor), max(1, height // factor))
-    coarse = np.maximum(cv2.resize(background, small, interpolation=cv2.INTER_AREA), 1.0)
-    noise, spread, coarse_noise = _noise(frames[:: max(1, len(frames) // 7)], background, weights, coarse)
-    return Scene(background, weights, factor, coarse, noise, coarse_noise, spread, float(np.iinfo(first.dtype).max), first)
+    coarse = np.maximum(np.atleast_3d(cv2.resize(behind, small, interpolation=cv2.INTER_AREA)), 1.0)
+    sd, spread, coarse_sd = _noise(frames[:: max(1, len(frames) // 7)], behind, coarse)
+    white, steady = float(np.iinfo(first.dtype).max), np.ones(coarse.shape[:2], np.float32)
+    matrices = noise_matrix(sd, white), noise_matrix(coarse_sd, white)
+    plain = Scene(behind, factor, coarse, *matrices, steady, spread, white, first)
+    return replace(plain, restless=_restless(chosen, plain))
 
 
 def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
@@ -100,7 +110,7 @@ def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
     """Share of the picture that changes from each frame to the next, (n − 1,); light that changes slowly is not motion."""
     height, width = frames[0].shape[:2]
     size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
-    small = [cv2.resize(grey(f, None), size, interpolation=cv2.INTER_AREA) for f in frames]
+    small = [cv2.resize(grey(f), size, interpolation=cv2.INTER_AREA) for f in frames]
     even = [s / max(float(np.median(s)), 1e-6) for s in small]
     change = np.array([np.abs(b - a) for a, b in itertools.pairwise(even)])
     # In a picture without noise the median is 0, and a thing that shades itself as it turns would pass for one that moves.
@@ -124,39 +134,30 @@ def _median(frames: list[np.ndarray]) -> np.ndarray:
     return out
 
 
-def _telling_colour(frames: list[np.ndarray], background: np.ndarray) -> np.ndarray:
-    """The direction in colour along which what moves differs most from what is behind it; as weights that sum to 1."""
-    differences = []
-    for frame in frames[::3]:
-        change = frame[::2, ::2].astype(np.float32) - background[::2, ::2]
-        strength = np.abs(change).sum(axis=2)
-        differences.append(change[strength > max(12 * float(np.median(strength)), 1e-6)][:20_000])
-    moved = np.concatenate(differences)
-    plain = np.array([0.299, 0.587, 0.114])
-    if len(moved) < 50:
-        return plain
-    _, vectors = np.linalg.eigh(moved.T @ moved)
-    telling = np.abs(vectors[:, -1])
-    # Of mixed signs it would make the background dark, where a gain (drifting light) can no longer be told.
-    one_sign = (vectors[:, -1] >= -0.1).all() or (vectors[:, -1] <= 0.1).all()
-    return telling / telling.sum() if one_sign else plain
-
-
-def _noise(frames, background, weights, coarse) -> tuple[float, float, float]:
-    """sd of a pixel, variance factor of neighbouring pixels' common noise, sd of a coarse pixel."""
+def _noise(frames: list[np.ndarray], behind: np.ndarray, coarse: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """sd of a pixel along each axis of its colour, variance factor of neighbouring pixels' common noise, sds of a coarse pixel."""
     sds, spreads, coarse_sds = [], [], []
     for frame in frames:
-        plain = grey(frame, weights)
-        gain = float(np.median(plain[::5, ::5] / np.maximum(background[::5, ::5], 1.0)))
-        off = plain - gain * background
-        sds.append(max(_spread(off), 0.3))
-        clear = np.clip(off, -4 * sds[-1], 4 * sds[-1])
+        plain = colours(frame)
+        gain = float(np.median(plain[::5, ::5].sum(axis=2) / np.maximum(behind[::5, ::5].sum(axis=2), 1.0)))
+        off = along_axes(plain - gain * behind)
+        sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
+        clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
         own = float((clear**2).mean())
         near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / own if own > 0 else 0.0
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
-        small = cv2.resize(plain, coarse.shape[::-1], interpolation=cv2.INTER_AREA) - gain * coarse
-        coarse_sds.append(_spread(small))
-    return float(np.median(sds)), float(np.median(spreads)), max(float(np.median(coarse_sds)), 0.15)
+        small = colours(cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)) - gain * coarse
+        coarse_sds.append([_spread(o) for o in np.moveaxis(along_axes(small), 2, 0)])
+    return np.median(sds, axis=0), float(np.median(spreads)), np.maximum(np.median(coarse_sds, axis=0), 0.15)
+
+
+def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:
+    """How much more each coarse pixel deviates than its noise lets it, float32 (h, w) ≥ 1: leaves, a lamp, an edge that shakes."""
+    off = np.array([np.linalg.norm(scene.coarse_difference(frame)[0], axis=2) for frame in frames])
+    middle = np.median(off, axis=0)
+    usual = max(float(np.median(middle)), 1.0)
+    share = cv2.GaussianBlur((middle / usual).astype(np.float32), (0, 0), 1.0)
+    return np.where(share > RESTLESS, share, 1.0).astype(np.float32)
 
 
 def _spread(off: np.ndarray) -> float:

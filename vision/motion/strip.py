@@ -117,7 +117,7 @@ def _left(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] | None:
     factor = max(1, strips[0].shape[1] // COLUMNS)
     outstanding = []
     for strip in strips:
-        plain = grey(strip, None)
+        plain = grey(strip)
         plain = plain[:, : plain.shape[1] // factor * factor]
         small = cv2.resize(plain, (plain.shape[1] // factor, max(1, plain.shape[0] // factor)), interpolation=cv2.INTER_AREA)
         outstanding.append(np.abs(small - np.median(small, axis=1, keepdims=True)).sum(axis=0))

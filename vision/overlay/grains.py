@@ -6,7 +6,7 @@ from vision.measurement import DOUBTFUL, FAILED, GOOD
 from vision.overlay.canvas import WHITE, Canvas
 from vision.overlay.scale import REGION, paint_scale, scale_words
 from vision.paper.scale import Scale
-from vision.seeds.grains import Grain, Grains
+from vision.shape.grains import Grain, Grains
 
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
 

@@ -1,5 +1,7 @@
 """What was heard as a picture: loudness over time, its frequencies below, the impacts with their sds, what was left out and why."""
 
+from collections.abc import Collection
+
 import cv2
 import numpy as np
 from scipy.signal import spectrogram
@@ -12,15 +14,15 @@ from vision.overlay.plot import GRID, INK, ticks
 
 WIDE, LOUDNESS, STRIP = 1500, 330, 200
 LEFT, RIGHT, TOP, BETWEEN, BOTTOM = 80, 20, 64, 34, 156
-WAVE, IMPACT, REMOVED = (120, 150, 190), (0, 150, 40), (220, 60, 40)
+WAVE, IMPACT, ADDED, REMOVED = (120, 150, 190), (0, 150, 40), (150, 0, 170), (220, 60, 40)
 RANGE_DB = 80.0
 MOST_REASONS = 7
 MARGIN_S = 0.3
 MOST_HZ = 20_000.0
 
 
-def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, caption: str) -> np.ndarray:
-    """uint8 RGB."""
+def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, added: Collection[int], caption: str) -> np.ndarray:
+    """uint8 RGB; added: rows of the impacts that somebody added."""
     begin, end = _shown(sound, onsets, chain)
     high = TOP + LOUDNESS + BETWEEN + STRIP + BOTTOM
     image = np.full((high, WIDE, 3), 255, np.uint8)
@@ -42,10 +44,12 @@ def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, caption: str) -> np.n
             number = reasons.setdefault(_kind(why), len(reasons) + 1)
             _mark(image, column(onsets.time_s[row]), REMOVED, str(number), dashed=True)
     for k, row in enumerate(chain.impacts):
-        _mark(image, column(onsets.time_s[row]), IMPACT, "", dashed=False)
-        _text(image, f"{1000 * onsets.sd_s[row]:.2g}", (column(onsets.time_s[row]) - 10, TOP - 4 - 13 * (k % 2)), IMPACT, 0.4)
+        colour = ADDED if row in added else IMPACT
+        _mark(image, column(onsets.time_s[row]), colour, "", dashed=False)
+        _text(image, f"{1000 * onsets.sd_s[row]:.2g}", (column(onsets.time_s[row]) - 10, TOP - 4 - 13 * (k % 2)), colour, 0.4)
     _text(image, caption, (10, 22), INK, 0.55)
-    _text(image, "loudness [dB]; green: impacts, with the sd of each in ms; red: no impact", (LEFT, TOP + LOUDNESS + 22), INK)
+    by_hand = "violet: added by hand; " if added else ""
+    _text(image, f"loudness [dB]; green: impacts, with the sd of each in ms; {by_hand}red: no impact", (LEFT, TOP + LOUDNESS + 22), INK)
     _text(image, "t [s]", (WIDE // 2, TOP + LOUDNESS + BETWEEN + STRIP + 36), INK)
     for k, (why, number) in enumerate(list(reasons.items())[:MOST_REASONS]):
         _text(image, f"{number}: {why}", (LEFT, TOP + LOUDNESS + BETWEEN + STRIP + 54 + 16 * k), REMOVED)

@@ -140,7 +140,7 @@ def test_piles_that_show_nothing_are_not_taken_for_a_calibration(bench, few_draw
     found = calibrate_simulated(bench, StandIn(packing_sd=0.0, own_sd=6.0), effort=EASY, seed=3)
     status = parameters(found).set_index("parameter")["status"]
     assert any("packing noise hides what the parameters do" in n for n in found.pile.notes)
-    assert status["seed_static_friction"].startswith(("not calibrated: packing noise", "at the boundary"))
+    assert "not resolved" in status["seed_static_friction"] or "not calibrated" in status["seed_static_friction"]
 
 
 def test_piles_that_scatter_beyond_all_packings_are_a_finding(spoilt):

@@ -69,7 +69,7 @@ def test_one_angle_does_not_resolve_three_parameters(paper):
     assert d["resolved"].sum() == 1 and paper.joint.posterior.converged
     assert paper.pile.optimum.boundary == {"seed_restitution": "high"} and not paper.pile.central.boundary
     status = parameters(paper).set_index("parameter")["status"]
-    assert status["seed_restitution"].startswith("at the boundary") and "not resolved" in status["seed_rolling_friction"]
+    assert status["seed_restitution"].startswith("at the high limit") and "not resolved" in status["seed_rolling_friction"]
     left = paper.joint.narrowing
     assert len(left) == 3 and (left["variance_left"] < 1).all()
 

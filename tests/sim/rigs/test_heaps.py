@@ -9,6 +9,7 @@ from sim.engine.observe import Settled
 from sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from sim.motion import Motion
 from sim.rigs import filling
+from sim.rigs import heap as heap_rig
 from sim.rigs.bench import Bench, turned
 from sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from sim.rigs.filling import settle
@@ -155,8 +156,8 @@ def bed(monkeypatch, convention: str, rolling: float, quiet: Settled) -> tuple[f
         seen.append((out.time_s - state.time_s, 1e3 * float(out.positions[:, 2].mean())))
         return out
 
-    monkeypatch.setattr(filling, "settle", watched)
-    monkeypatch.setattr(filling, "POURED", quiet)
+    monkeypatch.setattr(heap_rig, "settle", watched)
+    monkeypatch.setattr(heap_rig, "POURED", quiet)
     fill_pile(SMALL, bench, np.random.default_rng(1))
     return seen[0]
 

@@ -67,7 +67,7 @@ def test_what_is_written_otherwise_is_told_with_what_should_stand_there(tmp_path
      ("[reading]\nresolution_deg = 30", ["resolution_deg = 30", "5"]), ("[camera]\nreadout_s = 8", ["8000 ms", "in seconds?"]),
      ("[camera]\nreadout_s = -0.001", ["readout_s"]), ("[roll]\nrail_gap_mm = 0", ["rail_gap_mm"]),
      ("[roll]\nrail_gap_mm = 4500", ["4.5 m", "in millimetres?"]), ("[seed]\nmass_g = 172600", ["172.6 kg", "in grams?"]),
-     ("[seed]\nlength_mm = 2430", ["2.43 m", "in millimetres?"]),
+     ("[seed]\nlength_mm = 2430", ["2.43 m", "in millimetres?"]), (f"[seed]\nlength_mm = {'9' * 400}", ["[seed] length_mm"]),
      ("[seed]\ninertia_factor = 1.4", ["inertia_factor = 1.4", "less than or equal to 1"])],
 )  # fmt: skip
 def test_what_cannot_be_is_refused_with_its_file_and_key(tmp_path, section, words):

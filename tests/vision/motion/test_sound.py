@@ -3,6 +3,7 @@
 The sound is drawn by benchmarks/sound.py, which shares nothing with the reader.
 """
 
+import struct
 from dataclasses import replace
 
 import av
@@ -149,6 +150,9 @@ def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):
         "no sound track": tmp_path / "film.mp4",
         r"a drop needs 0\.1 s": file_of(np.ones(300), rate, tmp_path, "short"),
     }
+    cases["no decoder"] = tmp_path / "unknown.wav"
+    head = struct.pack("<4sI8sIHHIIHH4sI", b"RIFF", 8036, b"WAVEfmt ", 16, 1, 1, 8000, 16_000, 2, 65_280, b"data", 8000)
+    cases["no decoder"].write_bytes(head + bytes(8000))  # 65,280 bits a sample
     cases["is empty"].write_bytes(b"")
     cases["not a sound"].write_bytes(b"OggS" + bytes(range(256)))
     with av.open(str(cases["no sound track"]), "w") as container:

@@ -10,9 +10,9 @@ import pandas as pd
 from vision.evidence.photo import read_photo
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.paper.scale import Scale, read_scale
-from vision.seeds.caliper import centroid, ellipse_share, feret, solidity
-from vision.seeds.outline import Edge, find_edge
-from vision.seeds.silhouettes import Piece, Relief, body, relieve, split, trimmed
+from vision.shape.caliper import centroid, ellipse_share, feret, solidity
+from vision.shape.outline import Edge, find_edge
+from vision.shape.silhouettes import Piece, Relief, body, relieve, split, trimmed
 
 LEAST_AREA_PX = 60  # fewer px are dust to any camera
 CONVEX = 0.955  # area over that of the convex hull; grains that touch have notches

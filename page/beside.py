@@ -1,0 +1,83 @@
+"""Recordings beside their twins: which pairs a bench's results hold, and what the page draws of one."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from calibrate.twin.pair import Pair, pair
+from page.folder import Folder
+from vision.recording import Recording, find_recordings, read_recording
+
+MOST_STEPS = 800  # of the slider
+FILMED = ("frames", "video")
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A recording of the bench and a run of the twin; alike: of one size."""
+
+    title: str
+    recording: Path
+    twin: Path
+    alike: bool = True
+
+
+def pairs_of(bench: Path, folder: Folder) -> list[Beside]:
+    """What a calibration chose to show, and what a diagnosis filmed; pairs of which a half is gone are left out."""
+    results = folder.results(bench)
+    recordings = {r.id: r.path for r in find_recordings(bench) if isinstance(r, Recording)}
+    found = [
+        Beside(f"Calibration: {p['recording']}", recordings[p["recording"]], results / "calibrated" / p["twin"], p["alike"])
+        for p in _json(results / "calibrated" / "result.json").get("pairs", [])
+        if p["recording"] in recordings
+    ]
+    for name, path in recordings.items():
+        for which in ("old", "new"):
+            twin = results / "diagnosed" / "twin" / f"{name.replace('/', '-')}-{which}"
+            found.append(Beside(f"Diagnosis: {name}, {which} twin", path, twin))
+    inside = folder.root.resolve()
+    return [b for b in found if (b.twin / "recording.toml").is_file() and b.twin.resolve().is_relative_to(inside)]
+
+
+def laid_beside(chosen: Beside) -> Pair:
+    """Both read by the same code and laid over each other. MeasurementError where one cannot be read."""
+    bench, twin = (read_recording(p) for p in (chosen.recording, chosen.twin))
+    return pair(bench, twin, alike=chosen.alike, timed=any(r.evidence in FILMED for r in (bench, twin)))
+
+
+def drawn(chosen: Beside, both: Pair, folder: Folder) -> dict:
+    """What the browser draws: places of both over x, thinned to MOST_STEPS, and where their pictures are."""
+    rows = np.unique(np.linspace(0, len(both.x) - 1, min(len(both.x), MOST_STEPS)).round().astype(int))
+    recordings = [read_recording(p) for p in (chosen.recording, chosen.twin)]
+    return {
+        "rig": both.rig, "xname": both.x_name, "yname": both.y_name, "x": _numbers(both.x[rows]),
+        "bench": _numbers(both.bench[rows]), "twin": _numbers(both.twin[rows]),
+        "names": [folder.name_of(r.path) for r in recordings],
+        "photos": [r.evidence == "photos" for r in recordings],
+        "frames": [
+            [round(float(v)) for v in f[rows]] if f is not None and r.evidence in FILMED else None
+            for f, r in zip(both.frames, recordings, strict=True)
+        ],
+        "seed": _seed(recordings[0]),
+    }  # fmt: skip
+
+
+def _seed(recording: Recording) -> list[float] | None:
+    """Length and thickness [mm] of the seed as it is drawn; None where nobody states them."""
+    seed = recording.seed
+    long, flat = seed.length_mm, seed.thickness_mm or seed.width_mm
+    return [long, flat or long] if long else None
+
+
+def _numbers(values: np.ndarray) -> list[float]:
+    return [float(f"{v:.6g}") for v in values]
+
+
+def _json(path: Path) -> dict:
+    try:
+        return json.loads(path.read_text(encoding="utf8"))
+    except (OSError, json.JSONDecodeError):
+        return {}
+

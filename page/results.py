@@ -1,0 +1,147 @@
+"""What the commands left in a bench's results, as the page shows it: explanations, posterior, what to record next, cards."""
+
+import io
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibrate.diagnose.words import missing
+from calibrate.export import cards, read_result
+from calibrate.report.draw import name as in_words
+from page.folder import Refused
+from page.looking import shorten
+
+MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
+SETTLES, SHOWS_MORE = "it would settle what is missing", "nothing that matters is missing so far; it would show more"
+MOST_DRAWS = 1500
+MOST_EXPLANATIONS = 8
+LEAST_GAIN = 0.01  # of the variance, of a candidate that is listed
+LEAST_PROBABILITY = 0.005  # of an explanation that is shown
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What may be missing, each effect in words; probability 0 to 1."""
+
+    effects: tuple[str, ...]
+    probability: float
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A rig's diagnosis: verdict "none", "name", "class" or "unknown"; p_noise: how often noise alone does as much."""
+
+    rig: str
+    verdict: str
+    p_noise: float
+    explanations: tuple[Explanation, ...]
+    next_record: str
+    matters: bool
+
+
+@dataclass(frozen=True)
+class ToRecord:
+    """A thing to record, and what it is good for or why it is to be done again."""
+
+    what: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Draws of a posterior (n, k) with the names of their columns."""
+
+    names: tuple[str, ...]
+    draws: np.ndarray
+
+
+def explained(results: Path) -> list[Explained]:
+    """The rigs of the last diagnosis, the most probable explanation first."""
+    out = []
+    for rig, found in _json(results / DIAGNOSED / "diagnosis.json").get("rigs", {}).items():
+        listed = [
+            Explanation(tuple(missing(e, rig) for e in one["effects"]), float(one["probability"]))
+            for one in found["explanations"][:MOST_EXPLANATIONS]
+            if one["probability"] >= LEAST_PROBABILITY
+        ]
+        out.append(Explained(rig, found["verdict"], found["p_global"], tuple(listed), found["next_record"] or "", found["matters"]))
+    return out
+
+
+def posterior(results: Path) -> Cloud | None:
+    """The draws of the last calibration; None where there are none."""
+    table = _table(results / CALIBRATED / "tables" / "posterior.csv")
+    if table is None or table.shape[1] < 2:
+        return None
+    table = table.iloc[:: max(1, len(table) // MOST_DRAWS)]
+    return Cloud(tuple(in_words(c) for c in table.columns), table.to_numpy(float))
+
+
+def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
+    """What to record next by what it is for; only headings that have something."""
+    gone = _json(results / CALIBRATED / "result.json").get("not_calibrated") or {}
+    told = {
+        "Not calibrated yet": [ToRecord(rig, shorten(why)) for rig, why in gone.items()],
+        "To narrow the parameters": _narrowing(_table(results / CALIBRATED / "tables" / "narrowing.csv")),
+        "To tell explanations apart": [
+            ToRecord(f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE)
+            for one in sorted(explained(results), key=lambda one: not one.matters) if one.next_record
+        ],
+        "To record again": _again(_table(results / MEASURED / "measurements.csv")),
+    }  # fmt: skip
+    return {heading: rows for heading, rows in told.items() if rows}
+
+
+def _narrowing(table: pd.DataFrame | None) -> list[ToRecord]:
+    if table is None or "pick" not in table:
+        return []
+    table = table.sort_values("pick")
+    table = table[-table["variance_left_after"].diff().fillna(-1.0) > LEAST_GAIN]
+    seed = "of the variance of the seed–seed parameters is left"
+    return [
+        ToRecord(row.candidate, f"{100 * row.variance_left_after:.0f} % {seed}{' with those above' if k else ''}")
+        for k, row in enumerate(table.itertuples())
+    ]
+
+
+def _again(table: pd.DataFrame | None) -> list[ToRecord]:
+    """Recordings of which something failed, each with its reason once."""
+    if table is None:
+        return []
+    failed = table[table["quality"] == "failed"].dropna(subset=["reason"])
+    return [ToRecord(str(name), "; ".join(dict.fromkeys(rows["reason"]))) for name, rows in failed.groupby("recording", sort=True)]
+
+
+def card_files(results: Path, engine: str) -> dict[str, str]:
+    """An engine's cards of the last calibration, text by file name; Refused, in words, where there is none."""
+    try:
+        return cards(read_result(results / CALIBRATED), engine)
+    except (ValueError, OSError) as error:
+        said = str(error).replace(str(results / CALIBRATED) + "/", "")
+        raise Refused(said if (results / CALIBRATED / "result.json").is_file() else "nothing is calibrated yet: no cards") from error
+
+
+def zipped(files: dict[str, str]) -> bytes:
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as pack:
+        for name, text in files.items():
+            pack.writestr(name, text)
+    return data.getvalue()
+
+
+def _json(path: Path) -> dict:
+    try:
+        return json.loads(path.read_text(encoding="utf8"))
+    except (OSError, json.JSONDecodeError):
+        return {}
+
+
+def _table(path: Path) -> pd.DataFrame | None:
+    try:
+        return pd.read_csv(path)
+    except (OSError, pd.errors.EmptyDataError, pd.errors.ParserError):
+        return None

@@ -1,0 +1,207 @@
+"""One stage of a run (filling, coming to rest, lifting …) as one LAMMPS input file that also runs by hand."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sim.engine.observe import Settled
+from sim.engine.world import World, time_step
+from sim.lammps.contact import refuse_others, words
+from sim.lammps.walls import wall_lines
+from sim.rigs.bench import GRAVITY_M_S2
+
+SKIN = 0.4  # neighbour lists reach so much farther than contact, of the smallest ball's radius
+OUTSIDE_EVERY_S = 0.005  # how often seeds outside the domain are taken away
+RESTART_EVERY_S = 0.05
+BALANCE_EVERY_S = 0.02  # how often ranks share the seeds out anew
+
+
+@dataclass(frozen=True)
+class Stage:
+    """name: of the files. world: seeds, walls, contacts. begin: None, from NAME.data and NAME.bodies, else the stage whose end
+    it goes on from. frame_s: how often the seeds' places are written, look_s: how often the end is asked for; the longer is
+    a multiple of the shorter. longest_s: the end at the latest. least_s: not before that. still: the end is when they lie as it
+    says, None: at longest_s."""
+
+    name: str
+    world: World
+    begin: str | None
+    frame_s: float
+    look_s: float
+    longest_s: float
+    least_s: float = 0.0
+    still: Settled | None = None
+
+    @property
+    def step_s(self) -> float:
+        """The engine's step, shortened so that frames and looks fall on steps."""
+        shorter = min(self.frame_s, self.look_s)
+        return shorter / math.ceil(shorter / time_step(self.world) - 1e-9)
+
+    @property
+    def frame_steps(self) -> int:
+        return round(self.frame_s / self.step_s)
+
+    @property
+    def look_steps(self) -> int:
+        return round(self.look_s / self.step_s)
+
+    @property
+    def restart_steps(self) -> int:
+        """At frames, which join what comes before a restart to what comes after it."""
+        return max(round(RESTART_EVERY_S / self.frame_s), 1) * self.frame_steps
+
+    @property
+    def files(self) -> tuple[str, str, str]:
+        """Input, restart files in turn."""
+        return f"{self.name}.in", f"{self.name}.restart.1", f"{self.name}.restart.2"
+
+
+def script(stage: Stage, ranks: int, title: str) -> str:
+    """The whole input; refuses by name what LAMMPS has not."""
+    refuse_others(stage.world)
+    parts = [_head(stage, ranks, title), _contacts(stage.world), _seeds(stage), wall_lines(stage.world), _leaving(stage, ranks)]
+    parts += [_looking(stage), _end(stage)]
+    return "\n\n".join("\n".join(lines) for lines in parts if lines) + "\n"
+
+
+def _head(stage: Stage, ranks: int, title: str) -> list[str]:
+    name = stage.name
+    sizes = '"fix sizes all property/atom d_size"'  # a fix is filled from data that come after it, or a restart before it
+    if stage.begin is None:
+        first = [sizes, f'"read_data {name}.data fix sizes NULL Sizes"']
+    else:
+        first = [f'"read_restart {stage.begin}.end"', '"reset_timestep 0"', sizes]
+    bodies = f"{name}.bodies" if stage.begin is None else f"{stage.begin}.end.rigid"
+    spread = 2.1 * max(shape.bounding_radius_m for shape in stage.world.seeds[0].shapes) + _skin(stage.world)
+    return [
+        f"# {title}",
+        f"# By hand: lmp -in {name}.in; stopped, it goes on with: lmp -in {name}.in -var from {name}.restart.1 -var part 2",
+        "variable from index none",
+        "variable part index 1",
+        "",
+        "units si",
+        "atom_style hybrid sphere molecular",
+        "atom_modify map array",
+        "boundary m m m",
+        "newton off",
+        f"comm_modify vel yes cutoff {spread:.8g}",
+        "processors * * 1" if ranks > 2 else f"processors {ranks} 1 1",
+        "# d_size: diameter of the sphere of the seed's volume [m]",
+        f'if "${{from}} == none" then {" ".join(first)} else "read_restart ${{from}}" {sizes}',
+        f'if "${{from}} == none" then "variable bodies string {bodies}" else "variable bodies string ${{from}}.rigid"',
+        f"timestep {stage.step_s:.15g}",
+        "group touching type 1 2",
+        "group middle type 2 3  # the ball at each seed's centre of mass",
+        f"restart {stage.restart_steps} {name}.restart.1 {name}.restart.2",
+    ]
+
+
+def _skin(world: World) -> float:
+    return SKIN * min(float(np.min(shape.radii_m)) for shape in world.seeds[0].shapes)
+
+
+def _contacts(world: World) -> list[str]:
+    exclude = " ".join(f"exclude type {k} 3" for k in (1, 2, 3))
+    return [
+        f"neighbor {_skin(world):.8g} bin",
+        f"neigh_modify every 1 delay 0 check yes exclude molecule/intra all {exclude}",
+        "pair_style granular",
+        "pair_coeff * * " + words(world, world.seeds[0].material.name),
+    ]
+
+
+def _seeds(stage: Stage) -> list[str]:
+    """Weight, rigid bodies, drag."""
+    down = np.asarray(stage.world.gravity, float)
+    size = float(np.linalg.norm(down))
+    along = " ".join(f"{v:.12g}" for v in (down / size if size else (0.0, 0.0, -1.0)))
+    lines = [
+        f"fix weight all gravity {size:.12g} vector {along} disable",
+        "fix seeds all rigid/small molecule infile ${bodies} reinit no gravity weight",
+    ]
+    for chosen in stage.world.active_laws:
+        if chosen.law.name == "drag":
+            lines += _drag(dict(zip((p.name for p in chosen.law.parameters), chosen.numbers, strict=True)))
+    return lines
+
+
+def _drag(number: dict[str, float]) -> list[str]:
+    """Drag after Brown and Lawler, as `sim.laws.drag` has it, on the ball at the centre of mass."""
+    air = [f"(v{axis}-({number[f'wind_{axis}']:.12g}))" if number[f"wind_{axis}"] else f"v{axis}" for axis in "xyz"]
+    squares = "+".join(f"{v}*{v}" for v in air)
+    over = number["air_density"] / number["viscosity"]
+    k = -0.39269908169872414 * number["factor"] * number["viscosity"]
+    return [
+        f'variable re atom "{over:.15g}*d_size*sqrt({squares})"',
+        f'variable k atom "{k:.15g}*d_size*(24.0*(1.0+0.15*v_re^0.681)+0.407*v_re*v_re/(v_re+8710.0))"',
+        *(f'variable drag{axis} atom "v_k*{v}"' for axis, v in zip("xyz", air, strict=True)),
+        "fix air middle addforce v_dragx v_dragy v_dragz",
+    ]
+
+
+def _leaving(stage: Stage, ranks: int) -> list[str]:
+    """Seeds that leave the domain; ranks that keep evenly busy."""
+    lines = []
+    if stage.world.domain is not None:
+        low, high = stage.world.domain
+        numbers = " ".join(f"{v:.12g}" for pair in zip(low, high, strict=True) for v in pair)
+        lines.append(f"region domain block {numbers} side out")
+        steps = max(round(OUTSIDE_EVERY_S / stage.step_s), 1)
+        lines.append(f"fix leaving middle evaporate {steps} 1000000000 domain 1 molecule yes")
+    if ranks > 1:
+        steps = max(round(BALANCE_EVERY_S / stage.step_s), 1)
+        lines.append(f"fix shares all balance {steps} 1.05 shift {'x' if ranks == 2 else 'xy'} 10 1.05")
+    return lines
+
+
+def _looking(stage: Stage) -> list[str]:
+    name = stage.name
+    return [
+        "compute bodies all rigid/local seeds mol x y z quatw quati quatj quatk vx vy vz omegax omegay omegaz",
+        f"dump bodies all local {stage.frame_steps} {name}.${{part}}.bodies.dump c_bodies[*]",
+        'dump_modify bodies format float "%.14g" first yes',
+        "compute moving all ke/rigid seeds",
+        "# A seed on a single contact may spin about its normal for ever: no law brakes that, and no picture shows it.",
+        'variable kinetic equal "c_moving/count(middle)"  # a seed, without spin [J]',
+        f"thermo {stage.look_steps}",
+        "thermo_modify lost ignore flush yes",
+    ]
+
+
+def _end(stage: Stage) -> list[str]:
+    """Until nothing moves, or for a time; then the state is kept, and how it ended."""
+    look = stage.look_steps
+    longest, least = (math.ceil(round(t / stage.step_s) / look) * look for t in (stage.longest_s, stage.least_s))
+    done = [f"write_restart {stage.name}.end", f'print "still ${{still}}" file {stage.name}.done']
+    if stage.still is None:
+        return ["thermo_style custom step time v_kinetic", "variable still equal 0", f"run {longest} upto", *done]
+    lot = stage.world.seeds[0]
+    size = float(np.mean([(6 * s.volume_m3 / np.pi) ** (1 / 3) for s in lot.shapes]))
+    mass = float(np.mean([s.mass_kg for s in lot.shapes]))
+    quiet = stage.still.kinetic * mass * GRAVITY_M_S2 * size
+    window = round(stage.still.window_s / stage.step_s / look) * look
+    moved = [
+        "compute moved middle displace/atom",
+        "compute way middle reduce max c_moved[4]",
+        "thermo_style custom step time v_kinetic c_way",
+    ]
+    again = " ".join(f'"{text}"' for text in ("uncompute way", "uncompute moved", "jump SELF anew"))
+    return [
+        "thermo_style custom step time v_kinetic",
+        f'if "$(step) < {least}" then "run {least} upto"' if least else "",
+        "# All lie still: over a window no seed has gone farther than a share of its diameter, and the kinetic energy is low.",
+        "variable still equal 0",
+        "label anew",
+        *moved,
+        "variable since equal $(step)",
+        "label look",
+        f'if "$(step) >= {longest}" then "jump SELF done"',
+        f"run {look}",
+        f'if "$(v_kinetic) > {quiet:.8g} || $(c_way) > {stage.still.displacement * size:.8g}" then {again}',
+        f'if "$(step-v_since) < {window}" then "jump SELF look"',
+        "variable still equal 1",
+        "label done",
+        *done,
+    ]

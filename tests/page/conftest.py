@@ -1,0 +1,46 @@
+"""The page served from a folder, in a process of its own."""
+
+import re
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address of the page on `folder`, once it answers."""
+    server = subprocess.Popen(
+        [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    try:
+        assert server.stdout is not None
+        said = ""
+        while not (address := re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", said)):
+            line = server.stdout.readline()
+            assert line, said
+            said += line
+        for _ in range(200):
+            try:
+                urllib.request.urlopen(address[0].split("?")[0], timeout=5)
+            except urllib.error.HTTPError:  # it answers, and refuses: it has no key
+                break
+            except OSError:
+                time.sleep(0.1)
+        yield address[0]
+    finally:
+        server.terminate()
+        server.wait(10)
+
+
+@pytest.fixture(scope="module")
+def serve():
+    """`served`, for tests to call."""
+    return served

@@ -1,0 +1,89 @@
+"""The same world through both engines: a ball let fall, two balls, a block that slides, a ball on an incline; to one in 1,000.
+
+Impacts at 0.5 % of the Rayleigh time: at 1 % LAMMPS's restitution is 1.2e-3 low, ours exact (`sim.engine.quadrature`).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import ball
+
+from sim.engine.step import init, run
+from sim.engine.walls import Plane, Rectangle
+from sim.engine.world import Placed, World
+from sim.lammps.program import program
+from sim.lammps.run import Lammps
+from sim.lammps.stage import Stage
+from sim.laws import LAWS
+from sim.material import Contact, Material
+from sim.rigs.bench import no_watch
+from sim.seed import Seed
+
+needs_lammps = pytest.mark.skipif(program() is None, reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
+SOFT = Material("seed", 1250.0, 3e6, 0.4)
+WALL = Material("wall", 7850.0, 8e10, 0.28)
+R = 3e-3
+ON_WALL = Contact(("seed", "wall"), 0.54, 0.34, 0.01, "sds")
+ON_SEED = Contact(("seed", "seed"), 0.65, 0.55, 0.08, "sds")
+SDS = LAWS["rolling_sds"].use(spring=1000.0, dashpot=0.1)
+GRID = 0.005 * np.array([[x, y, 0.0] for x in (-1, 0, 1) for y in (-1, 0, 1)])
+BLOCK = Seed.from_spheres(GRID, [R] * 9)
+
+
+def both(tmp_path, placed: Placed, walls, until_s: float, *, gravity=(0.0, 0.0, -9.81), share=0.005):
+    """(ours, LAMMPS's) rows at the end: place, velocity, spin of every seed."""
+    world = World(
+        (placed,), tuple(walls), (ON_WALL, ON_SEED) if walls else (ON_SEED,), (SDS,), gravity, share_damping=False,
+        cap_damped=True, rayleigh_fraction=share, most_overlap=0.2,
+    )  # fmt: skip
+    stage = Stage("scene", world, None, until_s / 10, until_s / 10, until_s)
+    last = Lammps(tmp_path / "lammps").run(stage, "scene", no_watch).rows[-1]
+    world = replace(world, time_step_s=stage.step_s)
+    state = run(world, init(world, np.random.default_rng(1)), steps=10 * stage.frame_steps)
+    ours = np.concatenate([state.positions, state.velocities, state.spins], axis=1)
+    return ours, last[:, [0, 1, 2, 7, 8, 9, 10, 11, 12]]
+
+
+def falling(speed):
+    return Placed((ball(R, 1250.0),), SOFT, np.array([[0.0, 0, 1.001 * R]]), velocities=np.array([[0.0, 0, -speed]]))
+
+
+@needs_lammps
+def test_a_ball_rebounds_alike(tmp_path):
+    ours, theirs = both(tmp_path, falling(1.0), [Plane("floor", WALL)], 4e-3, gravity=(0.0, 0.0, 0.0))
+    assert ours[0, 5] == pytest.approx(0.54, rel=5e-3)
+    assert theirs[0, 5] == pytest.approx(ours[0, 5], rel=1e-3)
+
+
+@needs_lammps
+def test_two_balls_part_alike(tmp_path):
+    places, speeds = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]), np.array([[0.5, 0, 0], [-0.5, 0, 0]])
+    placed = Placed((ball(R, 1250.0),), SOFT, places, velocities=speeds)
+    ours, theirs = both(tmp_path, placed, [], 4e-3, gravity=(0.0, 0.0, 0.0))
+    assert ours[1, 3] / 0.5 == pytest.approx(0.65, rel=5e-3)
+    assert theirs[:, 3] == pytest.approx(ours[:, 3], rel=1e-3)
+
+
+@needs_lammps
+def test_a_block_slides_alike(tmp_path):
+    """μ g t of its speed is gone, and it comes to lie at v²/(2 μ g)."""
+    placed = Placed((BLOCK,), SOFT, np.array([[0.0, 0, R - 1e-6]]), velocities=np.array([[0.3, 0, 0]]))
+    ours, theirs = both(tmp_path, placed, [Rectangle("floor", WALL, (-1, -1, 0), (2, 0, 0), (0, 2, 0))], 0.12, share=0.05)
+    assert ours[0, 0] == pytest.approx(0.3**2 / (2 * 0.34 * 9.81), rel=0.01)
+    assert theirs[0, 0] == pytest.approx(ours[0, 0], rel=1e-3)
+
+
+@needs_lammps
+@pytest.mark.parametrize("slope", [0.005, 0.05])
+def test_a_ball_on_an_incline_stays_or_rolls_alike(tmp_path, slope):
+    """Below atan μ_r it stays, above it rolls with (5/7) g (sin − μ_r cos)."""
+    weight = 9.81 * np.array([np.sin(np.arctan(slope)), 0.0, -np.cos(np.arctan(slope))])
+    placed = Placed((ball(R, 1250.0),), SOFT, np.array([[0.0, 0, R - 1e-6]]))
+    ours, theirs = both(tmp_path, placed, [Plane("floor", WALL)], 0.1, gravity=tuple(weight), share=0.05)
+    rolled = 0.5 * 5 / 7 * 9.81 * (slope - 0.01) * np.cos(np.arctan(slope)) * 0.1**2
+    if slope < 0.01:
+        assert abs(ours[0, 0]) < 1e-5 and abs(theirs[0, 0]) < 1e-5
+    else:
+        assert ours[0, 0] == pytest.approx(rolled, rel=0.01)
+        assert theirs[0, 0] == pytest.approx(ours[0, 0], rel=1e-3)

@@ -1,0 +1,43 @@
+"""The documentation: its links lead somewhere, its pages are in the site, and what is generated is current."""
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DOCS = sorted((ROOT / "docs").glob("*.md"))
+
+
+@pytest.mark.parametrize("page", [*DOCS, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda p: p.name)
+def test_every_link_to_a_file_leads_to_one(page):
+    text = page.read_text(encoding="utf8")
+    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text):
+        assert (page.parent / target).exists(), target
+    for named in re.findall(r"`?\b(docs/[\w-]+\.md)\b", text):
+        assert (ROOT / named).exists(), named
+
+
+def test_every_page_stands_in_the_site_s_menu():
+    menu = re.findall(r"[\w-]+\.md", (ROOT / "mkdocs.yml").read_text(encoding="utf8"))
+    assert sorted(menu) == [page.name for page in DOCS]
+
+
+def test_the_reference_of_keys_is_current():
+    sys.path.insert(0, str(ROOT / "scripts"))
+    import keys_reference
+
+    assert (ROOT / "docs" / "keys.md").read_text(encoding="utf8") == keys_reference.reference(), "run scripts/keys_reference.py"
+
+
+def test_the_same_version_stands_everywhere():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]["version"]
+    assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf8")
+    assert re.findall(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf8"), re.M)[0] == version
+
+
+def test_readme_is_short():
+    """A first page that is read to its end: 120 lines at most."""
+    assert len((ROOT / "README.md").read_text(encoding="utf8").splitlines()) <= 120

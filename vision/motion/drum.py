@@ -1,0 +1,170 @@
+"""A film of a rotating drum → the dynamic angle of repose: the inclination of the surface down which the seeds flow.
+
+Seeds are what flickers: over a stretch of the film the grey of a pixel that seeds pass varies, that of the empty drum does not.
+The upper edge of what flickers is the mean surface of that stretch; a least-squares line goes through the middle of it.
+"""
+
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+from scipy import ndimage
+from scipy.stats import t as student
+
+from vision.evidence.frames import FrameSource, open_frames
+from vision.measurement import GOOD, MeasurementError, Observation, Quantity
+from vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas, Colour
+from vision.pile.image import binarise
+from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
+from vision.recording import Recording
+
+WINDOW = (0.25, 0.75)  # of the surface from wall to wall, along the horizontal: between these the line is fitted
+LONGEST_PX = 800
+STRETCHES, LEAST_FRAMES = (4, 10), 6  # of a film; of a stretch
+SEPARABLE = 0.7  # Otsu's η of the flicker; noise alone gives 0.64
+LEAST_FLICKER = 0.1  # levels of 255: less is the same as none
+CLEAR = 4.0  # times the empty drum's flicker
+LEVEL_SD_DEG = 1.0  # of a camera whose plumb line nobody states
+STEADY_P, STEADY_DEG = 0.003, 2.0  # the halves of a steady film differ as much by this chance; and avalanches alone by some degrees
+BENT_DEG = 15.0  # by which the surface's slope differs within the window: one line is the wrong model
+
+
+def observe_drum(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
+    """flowing_angle [deg] of frames or a video. MeasurementError where nothing flows, or the film is too short."""
+    if recording.evidence not in ("frames", "video"):
+        raise MeasurementError(f"{recording.path}: a drum is measured on frames or a video, not on {recording.evidence}")
+    source = open_frames(recording)
+    stretches, first = _flicker(source, progress)
+    surfaces = _surfaces(recording, stretches)
+    lines = [_line(surface) for surface in surfaces]
+    found = [line for line in lines if line is not None]
+    if len(found) < STRETCHES[0]:
+        none = f"{len(lines) - len(found)} of {len(lines)} stretches"
+        raise MeasurementError(f"{recording.path}: no surface from wall to wall was found in {none} of the film")
+    level, level_sd, notes = _horizontal(recording)
+    angles = np.array([line.angle_deg - level for line in found])
+    sd = float(student.ppf(0.975, len(angles) - 1) / 1.96 * angles.std(ddof=1) / np.sqrt(len(angles)))
+    value = Quantity("flowing_angle", abs(float(angles.mean())), float(np.hypot(sd, level_sd)), "deg", GOOD, "", level_sd)
+    for doubt in _doubts(angles, found):
+        value = value.doubt(doubt)
+    picture = _overlay(first, _mean(surfaces), found, value)
+    share = f"{100 * (WINDOW[1] - WINDOW[0]):.0f} %"
+    notes += [f"line through the middle {share} of the surface; {len(found)} stretches of the film", *source.notes]
+    return Observation(recording.id, "drum", (value,), tuple(notes), {"drum": picture})
+
+
+def _flicker(source: FrameSource, progress: Callable[[float], None] | None) -> tuple[np.ndarray, np.ndarray]:
+    """Standard deviation of the grey in each stretch of the film, (stretches, h, w) in a small picture; and the first frame."""
+    count = source.count
+    stretches = min(STRETCHES[1], count // LEAST_FRAMES)
+    if stretches < STRETCHES[0]:
+        raise MeasurementError(f"{source.path}: {count} frames; a drum needs {STRETCHES[0] * LEAST_FRAMES} at least")
+    sums = squares = first = None
+    taken = np.zeros(stretches)
+    for number, frame in enumerate(source.iterate()):
+        grey = _small(frame.pixels)
+        if sums is None or squares is None or first is None:
+            first = frame.pixels
+            sums, squares = np.zeros((stretches, *grey.shape), np.float32), np.zeros((stretches, *grey.shape), np.float32)
+        if grey.shape != sums.shape[1:]:
+            raise MeasurementError(f"{source.path}: frame {frame.index} is of another size than the first")
+        k = min(number * stretches // count, stretches - 1)
+        sums[k] += grey
+        squares[k] += grey**2
+        taken[k] += 1
+        if progress:
+            progress(min(number / count, 1.0))
+    if first is None or sums is None or squares is None or (taken < LEAST_FRAMES - 1).any():
+        raise MeasurementError(f"{source.path}: {int(taken.sum())} of {count} frames could be read")
+    each = taken[:, None, None]
+    return np.sqrt(np.maximum(squares / each - (sums / each) ** 2, 0.0)), first
+
+
+def _small(pixels: np.ndarray) -> np.ndarray:
+    """Grey, 0 to 255, of at most LONGEST_PX, softened by a pixel."""
+    factor = max(1.0, max(pixels.shape[:2]) / LONGEST_PX)
+    size = (round(pixels.shape[1] / factor), round(pixels.shape[0] / factor))
+    image = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA) if factor > 1 else pixels
+    image = image.astype(np.float32) * (255.0 / np.iinfo(pixels.dtype).max if np.issubdtype(pixels.dtype, np.integer) else 1.0)
+    return cv2.GaussianBlur(image if image.ndim == 2 else image.mean(axis=2), (0, 0), 1.0)
+
+
+def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
+    """Row of the upper edge of what flickers in each column, NaN beside it, (stretches, w) in the small picture."""
+    whole = np.sqrt((flicker**2).mean(axis=0))
+    level, separable = binarise(np.log(np.maximum(whole, LEAST_FLICKER)))  # in ratios: the surface flickers more than the seeds below it
+    threshold = float(np.exp(level))
+    if separable < SEPARABLE or whole.max() < CLEAR * np.median(whole[whole <= threshold]):
+        raise MeasurementError(f"{recording.path}: nothing is seen to flow; the camera must stand still and look along the drum's axis")
+    grain = max(3, round(0.012 * max(whole.shape))) | 1
+    core = _largest(whole > threshold, grain)
+    surfaces = []
+    for each in flicker:
+        mask = _largest((each > threshold) & ndimage.binary_dilation(core, iterations=2 * grain), grain)
+        rows = np.where(mask.any(axis=0), mask.argmax(axis=0).astype(float), np.nan)
+        surfaces.append(rows)
+    return np.array(surfaces)
+
+
+def _largest(mask: np.ndarray, grain: int) -> np.ndarray:
+    """The largest connected piece, its gaps of the size of a grain closed and what hangs on it by a thread cut off."""
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (grain, grain))
+    closed = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, kernel)
+    opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, kernel)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
+    if count < 2:
+        return np.zeros(mask.shape, bool)
+    return labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
+
+
+def _mean(surfaces: np.ndarray) -> np.ndarray:
+    seen = np.isfinite(surfaces)
+    return np.where(seen.any(axis=0), np.where(seen, surfaces, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1), np.nan)
+
+
+def _line(surface: np.ndarray) -> Line | None:
+    there = np.flatnonzero(np.isfinite(surface))
+    if len(there) < 40:
+        return None
+    first, wide = there[0], there[-1] - there[0]
+    inside = there[(there >= first + WINDOW[0] * wide) & (there <= first + WINDOW[1] * wide)]
+    return fit_line(inside, surface[inside], floor=EDGE_FLOOR_PX)
+
+
+def _horizontal(recording: Recording) -> tuple[float, float, list[str]]:
+    """Direction of the horizontal in the picture [deg], its sd, and what to say of it."""
+    if recording.camera.plumb_deg is not None:
+        return recording.camera.plumb_deg, recording.camera.plumb_sd, []
+    return 0.0, LEVEL_SD_DEG, [f"[camera] plumb_deg is missing: the camera is level to ± {LEVEL_SD_DEG:g}°"]
+
+
+def _doubts(angles: np.ndarray, lines: list[Line]):
+    half = len(angles) // 2
+    early, late = angles[:half], angles[half:]
+    apart = abs(early.mean() - late.mean()) / np.hypot(early.std(ddof=1) / np.sqrt(len(early)), late.std(ddof=1) / np.sqrt(len(late)))
+    if apart > student.ppf(1 - STEADY_P / 2, len(angles) - 2) and abs(early.mean() - late.mean()) > STEADY_DEG:
+        yield f"the angle goes on changing ({abs(early.mean()):.1f}°, then {abs(late.mean()):.1f}°): no steady flow yet"
+    bend = np.mean([np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low)) for line in lines])
+    if bend > BENT_DEG:
+        yield f"the surface is bent (its slope differs by {bend:.0f}° within the window): one line is the wrong model"
+
+
+def _overlay(first: np.ndarray, surface: np.ndarray, lines: list[Line], value: Quantity) -> np.ndarray:
+    """Mean surface green, each stretch's line thin, their mean red."""
+    canvas = Canvas(first)
+    factor = max(1.0, max(first.shape[:2]) / LONGEST_PX)
+    canvas.curve(np.arange(len(surface)) * factor, surface * factor, GREEN, 1.5)
+    for line in lines:
+        _draw(canvas, factor, line.x_low, float(line.at(line.x_low)), line.x_high, float(line.at(line.x_high)), YELLOW, 0.5)
+    slope, x = np.mean([line.slope for line in lines]), np.array([lines[0].x_low, lines[0].x_high])
+    middle = np.mean([line.at(x.mean()) for line in lines])
+    y = middle + slope * (x - x.mean())
+    _draw(canvas, factor, x[0], y[0], x[1], y[1], RED, 2.5)
+    said = [(f"{value.name} {value.value:.2f} ± {value.sd:.2f}°  {value.quality}", WHITE if value.quality == GOOD else YELLOW)]
+    canvas.legend([*said, (value.reason, YELLOW)] if value.reason else said)
+    return canvas.pixels
+
+
+def _draw(canvas: Canvas, factor: float, x1: float, y1: float, x2: float, y2: float, colour: Colour, width: float) -> None:
+    """A line given in the small picture."""
+    canvas.line(factor * x1, factor * y1, factor * x2, factor * y2, colour, width)

@@ -1,1 +1,0 @@
-"""A photo of spread seeds → length and width of each."""
