@@ -68,6 +68,27 @@ def import_(
 
 
 @app.command()
+def shape(
+    photos: Annotated[list[Path], typer.Argument(help="Photos, or folders of photos, of seeds spread beside millimetre paper.")],
+    out: Annotated[Path, typer.Option(help="Folder for the lot: seeds.csv, outlines.csv, lot.toml, pictures.")],
+    side: Annotated[list[Path], typer.Option(help="Photos of the seeds on their side: they show the thickness.")] = [],  # noqa: B006
+    mm_per_px: Annotated[float | None, typer.Option(help="Scale in the plane of the paper; else read from millimetre paper.")] = None,
+    mm_per_px_sd: Annotated[float | None, typer.Option(help="How well that is known (standard deviation); else 1 %.")] = None,
+    distance_mm: Annotated[float | None, typer.Option(help="Lens to paper: seeds lie above it and look larger for it.")] = None,
+    scanner: Annotated[bool, typer.Option(help="Scanned from above: no perspective.")] = False,
+    overwrite: Annotated[bool, typer.Option(help="Replace a lot that this command wrote.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Measure the shapes of a lot of seeds: sizes and outlines, one by one, for simulations that use them ([seed] lot).
+
+    Exit code 0: measured; 1: no whole seed was found; 2: the command was misused.
+    """
+    from vision.shape.command import shape_command
+
+    raise typer.Exit(shape_command(photos, out, side, mm_per_px, mm_per_px_sd, distance_mm, scanner, overwrite, quiet))
+
+
+@app.command()
 def simulate(
     rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or drum (rotating).")],
     out: Annotated[Path, typer.Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],

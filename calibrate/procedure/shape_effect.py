@@ -84,7 +84,7 @@ def pile_question(description: dict, values: dict[str, float], runs: int) -> Que
 
 def verdict(table: pd.DataFrame) -> list[str]:
     """A sentence a rig and kind of seed: how much the reading, and the parameter, would differ."""
-    said = []
+    said: list[str] = []
     if "difference" not in table:
         return said
     for row in table[table["difference"].notna()].itertuples():

@@ -49,7 +49,7 @@ def measured_lot(
 
 
 @lru_cache(maxsize=8)
-def _made(folder, digest, only, thickness_mm, thickness_sd_mm, mass_g, density_kg_m3, spheres) -> Lot:  # noqa: ARG001
+def _made(folder, digest, only, thickness_mm, thickness_sd_mm, mass_g, density_kg_m3, spheres) -> Lot:
     seeds = read_lot(Path(folder)).seeds
     thick = _thicknesses(folder, seeds, thickness_mm, thickness_sd_mm)
     if only is not None:

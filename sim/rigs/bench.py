@@ -27,10 +27,11 @@ Watch = Callable[[str, float], None]  # (stage, share of it that is done)
 class Bench:
     """One pair of materials on a bench.
 
-    sizes: how the sizes of ellipsoids scatter (`sim.seed.sizes.Sizes`), one (length, width, thickness) [m] for every seed, or a lot
-    measured seed by seed (`sim.seed.lot.Lot`). spheres, arrangement, mass_of: of ellipsoids, as in `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is
-    softened to, None for the real one. inertia_factor: I/(m r²) as the seed rolls across its length, r its mean half width, where
-    it is not that of a solid one (a shell: 2/3); the other moments go with it. air_density_kg_m3: 0 leaves the air out. laws: plug-
+    sizes: how the sizes of ellipsoids scatter (`sim.seed.sizes.Sizes`), one (length, width, thickness) [m] for every seed, or a
+    lot measured seed by seed (`sim.seed.lot.Lot`). spheres, arrangement, mass_of: of ellipsoids, as in `Seed.from_dimensions`;
+    density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is softened to, None for the real one. inertia_factor:
+    I/(m r²) as the seed rolls across its length, r its mean half width, where it is not that of a solid one (a shell: 2/3); the
+    other moments go with it. air_density_kg_m3: 0 leaves the air out. laws: plug-
     ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping, cap_damped: as in `World`.
     """
 

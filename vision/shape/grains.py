@@ -44,6 +44,7 @@ class Grain:
     quality: str
     reason: str
     edge: np.ndarray
+    hidden: float = 0.0  # share of its edge that neighbours cover, where an ellipse stands for it
 
 
 @dataclass(frozen=True)
@@ -86,14 +87,15 @@ class Grains:
         for name in ("length", "width"):
             values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])
             spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
-            common = float(values.mean()) * self._common_sd() if unit == "mm" else 0.0
+            common = float(values.mean()) * self.common_sd() if unit == "mm" else 0.0
             mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common)) if len(values) > 1 else float("nan")
             rows.append(
                 (name, unit, len(values), float(values.mean()), spread, float(values.min()), float(values.max()), mean_sd)
             )
         return pd.DataFrame(rows, columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"])
 
-    def _common_sd(self) -> float:
+    def common_sd(self) -> float:
+        """Relative sd of the scale, which all seeds share."""
         shares = [_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured] if isinstance(self.scale, Scale) else [0.0]
         return float(np.mean(shares)) if isinstance(self.scale, Scale) else self._stated_sd
 
@@ -206,7 +208,7 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
     quality = DOUBTFUL if doubts else GOOD
     return Grain(
         *middle, length, sds[0], width, sds[1], float(in_mm[0]), sds_mm[0], float(in_mm[1]), sds_mm[1],
-        angle, area, float(area_mm2), quality, "; ".join(doubts), edge.points,
+        angle, area, float(area_mm2), quality, "; ".join(doubts), edge.points, edge.hidden,
     )  # fmt: skip
 
 

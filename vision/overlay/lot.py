@@ -1,0 +1,56 @@
+"""Pictures of a lot: all outlines laid over each other, and how its sizes are distributed."""
+
+import cv2
+import numpy as np
+
+from vision.overlay.canvas import FONT, plain
+from vision.shape.fourier import outline
+from vision.shape.lot import SIZES, Lot
+
+SIDE, MARGIN, BINS = 900, 60, 15
+PAPER, INK, LINE, BOLD, BAR = 255, (60, 60, 60), (190, 170, 140), (160, 60, 30), (200, 160, 110)
+
+
+def draw_outlines(lot: Lot) -> np.ndarray:
+    """Every outline about its centroid, its length across the picture; the mean outline bold; a bar of 1 mm. uint8 RGB."""
+    reach = max(np.abs(s.outline_mm(90)).max() for s in lot.seeds)
+    scale = (SIDE / 2 - MARGIN) / reach
+    image = np.full((SIDE, SIDE, 3), PAPER, np.uint8)
+
+    def draw(points: np.ndarray, colour: tuple[int, int, int], width: int) -> None:
+        at = np.rint(16 * (SIDE / 2 + points * [scale, -scale])).astype(np.int32)
+        cv2.polylines(image, [at], True, colour, width, cv2.LINE_AA, 4)
+
+    for seed in lot.seeds:
+        draw(seed.outline_mm(180), LINE, 1)
+    draw(outline(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3)
+    cv2.line(image, (MARGIN, SIDE - 25), (MARGIN + round(scale), SIDE - 25), INK, 3)
+    _text(image, f"1 mm; {len(lot.seeds)} seeds, their mean bold", MARGIN, SIDE - 35)
+    return image
+
+
+def draw_sizes(lot: Lot) -> np.ndarray:
+    """A histogram a size that was measured, side by side. uint8 RGB."""
+    sizes = lot.sizes_mm()
+    panels = [_histogram(sizes[np.isfinite(sizes[:, k]), k], name) for k, name in enumerate(SIZES) if np.isfinite(sizes[:, k]).any()]
+    return np.hstack(panels)
+
+
+def _histogram(values: np.ndarray, name: str) -> np.ndarray:
+    high, wide = 420, 520
+    image = np.full((high, wide, 3), PAPER, np.uint8)
+    counts, edges = np.histogram(values, BINS)
+    step, unit = (wide - 2 * MARGIN) / BINS, (high - 2 * MARGIN) / counts.max()
+    for k, count in enumerate(counts):
+        x = MARGIN + k * step
+        cv2.rectangle(image, (round(x), round(high - MARGIN - count * unit)), (round(x + step) - 1, high - MARGIN), BAR, -1)
+    cv2.line(image, (MARGIN, high - MARGIN), (wide - MARGIN, high - MARGIN), INK, 1, cv2.LINE_AA)
+    for at, value in ((MARGIN, edges[0]), (wide - MARGIN, edges[-1])):
+        _text(image, f"{value:.2f}", at - 18, high - MARGIN + 20)
+    sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
+    _text(image, f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}", MARGIN, 30)
+    return image
+
+
+def _text(image: np.ndarray, text: str, x: float, y: float) -> None:
+    cv2.putText(image, plain(text), (round(x), round(y)), FONT, 0.55, INK, 1, cv2.LINE_AA)

@@ -1,0 +1,214 @@
+"""Photos of a spread lot → every seed's kind, sizes, outline: what is whole is measured, what is not is told apart and listed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+
+from vision.evidence.photo import read_photo
+from vision.measurement import FAILED, GOOD, MeasurementError
+from vision.paper.scale import Scale
+from vision.shape.caliper import solidity
+from vision.shape.fourier import laid_along, terms
+from vision.shape.grains import Grain, Grains, observe_seeds
+from vision.shape.lot import BROKEN, CUT, HUSK, OTHER, OUTLINE_COLUMNS, SEED_COLUMNS, TOUCHING, WHOLE
+
+BROKEN_SHARE = 0.6  # of the median area: less is part of a seed
+DENTED = 0.94  # area over its convex hull's, below which a lone outline has lost a piece
+HUSK_SHARE = 0.55  # of the median contrast to the ground: a husk lets the ground through
+HIDDEN = 0.03  # share of an edge that a neighbour covers: an ellipse stands for it, and the seed's own shape is not seen
+SAME_PLACE, ALIKE_SHARE = 0.75, 0.8  # of a length: a seed turned on its side where it lay; so many must, to be the same seeds
+NEAREST_M, FARTHEST_M = 0.25, 1.5  # of a camera whose distance nobody states
+DISTANCE_SD = 0.05  # of a stated one
+THICKNESS_SHARE, THICKNESS_SD = 0.8, 0.25  # of a width, where seeds lie on their broad side; relative
+
+
+@dataclass(frozen=True)
+class View:
+    """How the photos were taken. mm_per_px: None where graph paper in the picture tells it. distance_mm: of the camera's lens from the
+    paper, None: unknown; math.inf: a scanner, which has no perspective."""
+
+    mm_per_px: float | None
+    mm_per_px_sd: float | None
+    distance_mm: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Rows of seeds.csv and outlines.csv; by photo its picture and mm_per_px; where the scale is from; relative sds that all sizes
+    share; notes."""
+
+    seeds: pd.DataFrame
+    outlines: pd.DataFrame
+    pictures: dict[str, np.ndarray]
+    mm_per_px: dict[str, float]
+    scale: str
+    common: dict[str, float]
+    notes: tuple[str, ...]
+
+
+def measure_spread(photos: list[Path], view: View, say: Callable[[str], None]) -> Spread:
+    """Every photo's seeds. MeasurementError, naming it, for a photo that shows none or has no scale."""
+    rows: list[dict] = []
+    lines: list[dict] = []
+    pictures: dict[str, np.ndarray] = {}
+    sizes: dict[str, float] = {}
+    scales: list[str] = []
+    common: list[float] = []
+    notes: list[str] = []
+    for photo in photos:
+        say(photo.name)
+        grains, picture = observe_seeds(photo, view.mm_per_px, view.mm_per_px_sd)
+        if grains.scale is None:
+            why = "lay millimetre paper beside the seeds, or state --mm-per-px"
+            raise MeasurementError(f"{photo}: its scale is unknown: {why}")
+        if isinstance(grains.scale, Scale) and grains.scale.quality != GOOD:
+            raise MeasurementError(f"{photo}: the scale of its graph paper is in doubt ({grains.scale.reason}); state --mm-per-px")
+        image = read_photo(photo)
+        bright, middle = _contrasts(image, grains), (np.array(image.shape[1::-1]) - 1) / 2
+        kinds = _kinds(grains.grains, bright)
+        for number, (grain, kind) in enumerate(zip(grains.grains, kinds), 1):
+            row, outline = _seed(photo.name, number, grain, kind, grains, larger(grain, middle, view))
+            rows.append(row)
+            lines += outline
+        pictures[photo.name] = picture
+        scales.append(_scale_words(grains.scale))
+        common.append(grains.common_sd())
+        sizes[photo.name] = float(np.nanmedian([g.length_mm / g.length_px for g in grains.measured]))
+        notes += [f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note]
+    seeds = pd.DataFrame(rows, columns=list(SEED_COLUMNS))
+    higher = _height_share(seeds, view)
+    shared = float(np.hypot(np.mean(common), higher[1]))
+    if view.distance_mm is None:
+        why = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
+        notes.append(f"the camera's distance is not stated: seeds lie above the paper and {why}; state --distance-mm")
+    return Spread(
+        seeds, pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)), pictures, sizes, "; ".join(dict.fromkeys(scales)),
+        {"length": shared, "width": shared, "thickness": shared}, tuple(notes),
+    )  # fmt: skip
+
+
+def with_thickness(spread: Spread, side: Spread) -> tuple[Spread, tuple[float, float, int] | None]:
+    """The same with the thickness that photos of seeds turned on their side show: the width of their outline there.
+
+    Seeds that lie where they lay before get their own; else the lot's mean, sd and number come back beside it.
+    """
+    seeds, whole = spread.seeds.copy(), side.seeds[side.seeds["kind"] == WHOLE]
+    if len(whole) < 2:
+        raise MeasurementError("the photos of the seeds on their side show fewer than two whole seeds")
+    found = _same_places(seeds[seeds["kind"] == WHOLE], whole, spread.mm_per_px)
+    if found:
+        for index, other in found.items():
+            thin = min(side.seeds.loc[other, "width_mm"], seeds.loc[index, "width_mm"])
+            seeds.loc[index, ["thickness_mm", "thickness_sd_mm"]] = thin, side.seeds.loc[other, "width_sd_mm"]
+        return replace(spread, seeds=seeds), None
+    values = whole["width_mm"].to_numpy(float)
+    return spread, (float(values.mean()), float(values.std(ddof=1)), len(values))
+
+
+def _same_places(here: pd.DataFrame, turned: pd.DataFrame, mm_per_px: dict[str, float]) -> dict[int, int]:
+    """Rows of seeds and of the same seeds on their side, photo by photo in their order; empty where they do not lie alike."""
+    photos, others = list(here["photo"].unique()), list(turned["photo"].unique())
+    if len(photos) != len(others):
+        return {}
+    found: dict[int, int] = {}
+    for index, row in here.iterrows():
+        beside = turned[turned["photo"] == others[photos.index(row["photo"])]]
+        away = mm_per_px[row["photo"]] * np.hypot(beside["x_px"] - row["x_px"], beside["y_px"] - row["y_px"])
+        if len(away) and away.min() < SAME_PLACE * row["length_mm"]:
+            found[int(index)] = int(away.idxmin())
+    alike = len(found) >= ALIKE_SHARE * len(here) and len(set(found.values())) == len(found)
+    return found if alike else {}
+
+
+def _seed(photo: str, number: int, grain: Grain, kind: str, grains: Grains, above: tuple[float, float]) -> tuple[dict, list[dict]]:
+    """A row of seeds.csv, and of a whole seed its lines of outlines.csv; sizes at the seed's widest section's height."""
+    row: dict = {name: np.nan for name in SEED_COLUMNS}
+    row |= {"photo": photo, "seed": number, "kind": kind, "x_px": round(grain.x_px, 2), "y_px": round(grain.y_px, 2)}
+    row["reason"] = grain.reason
+    if not np.isfinite(grain.length_mm):
+        return row, []
+    for name, more in zip(("length", "width"), above):
+        row |= {f"{name}{end}_mm": round(float(getattr(grain, f"{name}{end}_mm")) / (1 + more), 5) for end in ("", "_sd")}
+    share = 1.0 / (1.0 + sum(above) / 2)
+    row["area_mm2"] = round(grain.area_mm2 * share**2, 4)
+    if kind != WHOLE:
+        return row, []
+    scale = grains.scale
+    points = np.stack(scale.to_mm(*grain.edge.T), -1) if isinstance(scale, Scale) else grain.edge * float(scale or 1.0)
+    found = terms(laid_along(share * points))
+    return row, [dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6)))) for h, of in enumerate(found, 1)]
+
+
+def larger(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
+    """By which share a seed's length and width look larger for its height. Its thickness t, not seen from above, is taken as 0.8 widths.
+
+    Its widest section lies t/2 above the paper: t/2D. Seen at an angle θ off the camera's axis, its top adds ½ (t/s)² tan²θ to a
+    size s that points away from the picture's middle.
+    """
+    if view.distance_mm is None or not np.isfinite(grain.width_mm):
+        return 0.0, 0.0
+    thick = THICKNESS_SHARE * grain.width_mm
+    away = np.array([grain.x_px, grain.y_px]) - middle
+    tangent = float(np.hypot(*away)) * grain.length_mm / grain.length_px / view.distance_mm
+    across = np.radians(grain.angle_deg) - np.arctan2(away[1], away[0])
+    parts = ((grain.length_mm, np.cos(across)), (grain.width_mm, np.sin(across)))
+    along, wide = (thick / 2 / view.distance_mm + 0.5 * (thick / size * tangent * float(part)) ** 2 for size, part in parts)
+    return along, wide
+
+
+def _height_share(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
+    """By which share sizes look larger for their height, and its sd; of an unknown distance nothing is corrected, both are in the sd."""
+    height = THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"])) if seeds["width_mm"].notna().any() else 0.0
+    if view.distance_mm is not None:
+        return height / view.distance_mm, float(height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD))
+    low, high = 1e-3 / FARTHEST_M, 1e-3 / NEAREST_M  # 1/mm, log-uniform
+    square = (high**2 - low**2) / 2 / np.log(high / low)
+    return 0.0, float(height * np.sqrt(square))
+
+
+def _kinds(grains: tuple[Grain, ...], contrast: np.ndarray) -> list[str]:
+    lone = [k for k, g in enumerate(grains) if g.quality != FAILED]
+    area = float(np.median([grains[k].area_px for k in lone])) if lone else 1.0
+    usual = float(np.median(contrast[lone])) if lone else 1.0
+    return [_kind(g, contrast[k] / max(usual, 1e-9), g.area_px / max(area, 1e-9)) for k, g in enumerate(grains)]
+
+
+def _kind(grain: Grain, contrast: float, area: float) -> str:
+    if "border" in grain.reason:
+        return CUT
+    if grain.quality == FAILED:
+        return BROKEN if "too small" in grain.reason and area > 0.1 else OTHER
+    if contrast < HUSK_SHARE:
+        return HUSK
+    if grain.hidden > HIDDEN:
+        return TOUCHING
+    if area < BROKEN_SHARE or solidity(grain.edge.astype(np.float32)) < DENTED:
+        return BROKEN
+    return WHOLE
+
+
+def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
+    """How far each thing's mean colour is from the ground's just around it [levels]."""
+    colour = image.astype(np.float32)
+    colour = colour[..., None] if colour.ndim == 2 else colour
+    every = np.zeros(image.shape[:2], np.uint8)
+    masks = [np.rint(g.edge).astype(np.int32) for g in grains.grains]
+    cv2.fillPoly(every, masks, 1)
+    ground = cv2.dilate(every, np.ones((25, 25), np.uint8)) - cv2.dilate(every, np.ones((7, 7), np.uint8)) > 0
+    behind = np.median(colour[ground], axis=0) if ground.any() else np.zeros(colour.shape[2])
+    found = []
+    for polygon in masks:
+        low, high = np.maximum(polygon.min(0), 0), polygon.max(0) + 1
+        inside = cv2.fillPoly(np.zeros((high - low)[::-1], np.uint8), [polygon - low.astype(np.int32)], 1)
+        patch = colour[low[1] : high[1], low[0] : high[0]]
+        within = inside[: patch.shape[0], : patch.shape[1]] > 0
+        found.append(float(np.linalg.norm(np.median(patch[within], axis=0) - behind)) if within.any() else 0.0)
+    return np.array(found)
+
+
+def _scale_words(scale: Scale | float) -> str:
+    return "graph paper in the picture" if isinstance(scale, Scale) else f"stated: {scale:g} mm per px"
