@@ -139,6 +139,7 @@ class Video(FrameSource):
             expected = stream.frames or round(duration * (self._own_fps or 0))
         super().__init__(path=file, count=expected, fps=fps or self._own_fps)
         self._stated_fps = fps
+        self._plain: bool | None = None  # grey or colour, the same in every pass: told from the first frame that is decoded
 
     def iterate(self) -> Iterator[Frame]:
         yield from self._decode(every=1)
@@ -169,7 +170,7 @@ class Video(FrameSource):
     def _decode(self, every: int, skip: str | None = None, first: int = 0, stop: int | None = None) -> Iterator[Frame]:
         import av
 
-        index, start, last, plain, size = 0, None, -np.inf, None, None
+        index, start, last, size = 0, None, -np.inf, None
         with _opened(self.path) as container:
             stream = container.streams.video[0]
             stream.thread_type = "AUTO"
@@ -192,8 +193,8 @@ class Video(FrameSource):
                 elif (frame.width, frame.height) != (size := size or (frame.width, frame.height)):
                     self.note(f"frame {index} skipped: its size {frame.width} × {frame.height} is not that of the others")
                 elif index >= first and (index - first) % every == 0:
-                    plain = _colourless(frame) if plain is None else plain
-                    yield Frame(index, time, _upright(_pixels(frame, plain), frame.rotation))
+                    self._plain = _colourless(frame) if self._plain is None else self._plain
+                    yield Frame(index, time, _upright(_pixels(frame, self._plain), frame.rotation))
                 last = max(last, time)
                 index += 1
                 if index == stop:

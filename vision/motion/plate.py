@@ -173,6 +173,12 @@ def _rocking_px(recording: Recording) -> float:
     return (max(axes) - min(axes)) / 2 / 2 / np.sqrt(2) / recording.camera.mm_per_px
 
 
+def _neighbourly(left: np.ndarray) -> float:
+    """By how much errors that neighbouring places share enlarge the variance of a fit: (1 + ρ)/(1 − ρ), ρ that of one place to the next."""
+    rho = float(np.clip((left[1:] @ left[:-1]) / max(float(left @ left), 1e-12), 0.0, 0.95))
+    return (1 + rho) / (1 - rho)
+
+
 def _knee(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, float, float] | None:
     """Two straight legs that meet: place, height there, both slopes, sd of the place, rms of what lies off them; None when one line
     does as well."""
@@ -206,5 +212,5 @@ def _knee(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, flo
         return None
     slope = np.where(u < at, -slope1, -slope2)
     jacobian = np.column_stack([columns, slope])
-    cov = np.linalg.pinv(jacobian.T @ jacobian) * max(noise, 0.02) ** 2
+    cov = np.linalg.pinv(jacobian.T @ jacobian) * max(noise, 0.02) ** 2 * _neighbourly(y - columns @ [height, slope1, slope2])
     return at, float(height), float(slope1), float(slope2), float(np.sqrt(cov[3, 3])), float(noise)

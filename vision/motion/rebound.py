@@ -283,7 +283,7 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
             quantity = quantity.doubt("the track ends before the rebound's highest place, which is extrapolated")
         if not 0.02 < e < 1:
             quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
-    if quantity.name not in ("rebound_height", "rebound_speed", "restitution") and len(first) < 5:
+    if len(first) < 5:  # they say where the impact was, from which the rebound counts as well
         quantity = quantity.doubt(f"only {len(first)} frames before the first impact")
     if quantity.value and quantity.sd > 0.1 * abs(quantity.value):
         quantity = quantity.doubt("known no better than 10 %")

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from vision.motion.depth import drift_share, per_distance
+from vision.motion.depth import drift_share, drifts, per_distance
+from vision.motion.flight import Gravity, fit_flights
 
 
 def test_no_drift_costs_nothing():
@@ -23,3 +24,20 @@ def test_an_unknown_distance_is_no_far_one():
     distance = np.geomspace(300, 20_000, 200_001)
     assert per_distance(None) == pytest.approx(math.sqrt(np.mean(distance**-2.0)), rel=1e-3)
     assert per_distance(2000.0) == 1 / 2000
+
+
+def test_a_drift_towards_the_camera_is_seen_as_height_away_from_its_axis():
+    """A pinhole shows (h − c) D/(D + z): 40 mm/s away at 500 mm, an axis 30 mm above the plate, against the exact picture."""
+    t = np.arange(0.0, 0.6, 1 / 240)
+    fall, e, g, high = 0.2, 0.6, 9806.65, 9806.65 * 0.2**2 / 2
+    late = t - fall
+    h = np.where(t < fall, high - g * t**2 / 2, e * g * fall * late - g * late**2 / 2)
+    h = np.where(late > 2 * e * fall, 0.0, h)
+    keep = late < 2 * e * fall
+    t, h, late = t[keep], h[keep], late[keep]
+    across = np.where(late > 0, 40.0 * late, 0.0)
+    flights = fit_flights(t, np.arange(len(t)), h, across, np.full(len(t), 0.02), Gravity(g, 0.003))
+    before, after = drifts(flights, t, h, across, 30.0, 500.0)
+    exact = (h - 30.0) * (500.0 / (500.0 + 40.0 * np.clip(late, 0, None)) - 1)
+    assert np.abs(before).max() < 0.02
+    assert after == pytest.approx(exact, abs=0.03 * np.abs(exact).max())
