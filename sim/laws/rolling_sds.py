@@ -6,11 +6,11 @@ from sim.laws.law import Law, Parameter
 
 
 def rolling_sds(mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, inertia, mu_r, spring, dashpot):
-    """Spring moment M' = M − k R*² Δθ; torque M' − γ R*² dθ/dt, cut to μ_r F_n R*; there M' holds it less the dashpot's part.
+    """M = M_before − k R*² Δθ, torque M − γ R*² dθ/dt, cut to μ_r F_n R*; at the cap M is left holding it less the dashpot's part.
 
-    Arguments as in `rolling_type_c` (stiffness and inertia unused); spring k [N/m] and dashpot γ [N s/m] act on the rolling
-    distance R* θ. μ_r is in the R* convention: between two equal balls twice EDEM's number brakes alike, on a wall the same.
-    Valid while the time step resolves the spring: dt < √(I_r / (k R*²)).
+    Arguments as in `rolling_type_c` (stiffness [N/m] and inertia [kg m²] unused); spring k [N/m] and dashpot γ [N s/m] act on
+    the rolling distance R* θ. mu_r [-] is in the R* convention: between two equal balls twice EDEM's number brakes alike, on a
+    wall the same. Valid while the time step resolves the spring: dt < √(I_r / k R*²).
 
     Source: LAMMPS manual, pair_style granular, rolling sds; Luding (2008), Granular Matter 10, 235–246.
 
