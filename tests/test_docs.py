@@ -20,6 +20,12 @@ def test_every_link_to_a_file_leads_to_one(page):
         assert (ROOT / named).exists(), named
 
 
+@pytest.mark.parametrize("page", DOCS, ids=lambda p: p.name)
+def test_every_file_of_the_code_that_is_named_is_there(page):
+    for named in re.findall(r"`((?:vision|sim|calibrate|page|prove|benchmarks|samples|tests|scripts)/[\\w./-]+\\.py)`", page.read_text(encoding="utf8")):
+        assert (ROOT / named).is_file(), named
+
+
 def test_every_page_stands_in_the_site_s_menu():
     menu = re.findall(r"[\w-]+\.md", (ROOT / "mkdocs.yml").read_text(encoding="utf8"))
     assert sorted(menu) == [page.name for page in DOCS]
