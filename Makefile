@@ -8,8 +8,9 @@ DEMO_OUT := demo-out
 
 demo: $(VENV)/installed
 	@sh scripts/system-packages.sh
-	@echo "1. Measuring: a bench of soybeans, and one of every kind of recording"
+	@echo "1. Measuring: a bench of soybeans, one of every kind of recording, and the shapes of a lot"
 	@$(BIN)/benchtwin measure samples/soybean-bench samples/drawn-bench samples/soybean-paper samples/heard-drop samples/gates-roll samples/imported-drop --out $(DEMO_OUT)/measured --overwrite
+	@$(BIN)/benchtwin shape samples/seed-lot/spread.jpg --scanner --out $(DEMO_OUT)/lot --overwrite
 	@echo "2. A drop simulated, filmed and measured (half a minute)"
 	@$(BIN)/benchtwin simulate drop --out $(DEMO_OUT)/twin-drop
 	@echo "3. A published calibration, recomputed from its printed simulations"

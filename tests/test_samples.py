@@ -302,3 +302,19 @@ def test_the_rolls_past_gates_are_what_their_script_draws(tmp_path):
     draw(tmp_path / "bench")
     drawn = {p.relative_to(tmp_path / "bench"): p.read_text() for p in (tmp_path / "bench").rglob("*") if p.is_file()}
     assert drawn == {p.relative_to(SAMPLES / "gates-roll"): p.read_text() for p in (SAMPLES / "gates-roll").rglob("*") if p.is_file()}
+
+
+def test_the_drawn_lot_is_measured_right_with_the_scale_of_its_paper(tmp_path):
+    """Mean length and width within 0.3 % of the truth, every seed found; the photo is what its script draws."""
+    from seed_lot import make
+
+    stored = SAMPLES / "seed-lot"
+    truth = make(tmp_path / "drawn")
+    np.testing.assert_allclose(truth, pd.read_csv(stored / "truth.csv"), atol=2e-3)
+    result = CliRunner().invoke(app, ["shape", str(stored / "spread.jpg"), "--out", str(tmp_path / "lot"), "--scanner"])
+    assert result.exit_code == 0, result.output
+    seeds = pd.read_csv(tmp_path / "lot" / "seeds.csv")
+    whole = seeds[seeds.kind == "whole"]
+    assert len(whole) == len(truth) == 50
+    for name in ("length_mm", "width_mm"):
+        assert whole[name].mean() == pytest.approx(truth[name].mean(), rel=3e-3)
