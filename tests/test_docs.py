@@ -22,8 +22,10 @@ def test_every_link_to_a_file_leads_to_one(page):
 
 @pytest.mark.parametrize("page", DOCS, ids=lambda p: p.name)
 def test_every_file_of_the_code_that_is_named_is_there(page):
-    for named in re.findall(r"`((?:vision|sim|calibrate|page|prove|benchmarks|samples|tests|scripts)/[\\w./-]+\\.py)`", page.read_text(encoding="utf8")):
-        assert (ROOT / named).is_file(), named
+    text = page.read_text(encoding="utf8")
+    named = re.findall(r"`((?:vision|sim|calibrate|page|prove|benchmarks|samples|tests|scripts)/[\w./-]+\.py)`", text)
+    there = [name for name in named if not re.search(r"[A-Z]{3}", name)]  # NAME, RIG, ENGINE stand for any
+    assert [name for name in there if not (ROOT / name).is_file()] == []
 
 
 def test_every_page_stands_in_the_site_s_menu():
