@@ -89,6 +89,27 @@ def shape(
 
 
 @app.command()
+def clump(
+    source: Annotated[Path, typer.Argument(metavar="FILE", help="Mesh of one seed (STL, PLY, OBJ), or voxels (.npy).")],
+    out: Annotated[Path, typer.Option(help="Folder for the clump: a table, a picture, files for other DEM codes.")],
+    spheres: Annotated[int | None, typer.Option(min=1, help="So many balls; else the fewest that --tolerance needs.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="Rms surface error as a share of the mean radius; else 0.03.")] = None,
+    unit: Annotated[str | None, typer.Option(help="Of the mesh's coordinates: mm, cm, m or inch.")] = None,
+    voxel_mm: Annotated[float | None, typer.Option(help="Side of a voxel.")] = None,
+    density_kg_m3: Annotated[float, typer.Option(help="Of the seed, for its mass and inertia.")] = 1000.0,
+    overwrite: Annotated[bool, typer.Option(help="Replace a clump that is there.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Fill a seed's true shape with overlapping balls, for LAMMPS, LIGGGHTS, YADE and EDEM; mass and inertia are the shape's.
+
+    Exit code 0: written; 2: the command was misused, or the file is no closed shape.
+    """
+    from sim.seed.clump_command import clump_command
+
+    raise typer.Exit(clump_command(source, out, spheres, tolerance, unit, voxel_mm, density_kg_m3, overwrite, quiet))
+
+
+@app.command()
 def simulate(
     rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or drum (rotating).")],
     out: Annotated[Path, typer.Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from calibrate.twin.lot import lot_digest
+from calibrate.twin.lot import file_digest, lot_digest
 from calibrate.twin.parameters import Parameters
 from calibrate.twin.run import MODEL, RECORD, simulate
 from calibrate.twin.scene import rig_of
@@ -61,12 +61,11 @@ class Job:
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def _identity(self) -> dict:
-        """`input` with what a lot holds in the place of where it lies."""
+        """`input` with what a lot or a mesh holds in the place of where it lies."""
         told = self.input
         seed = told["description"].get("seed", {})
-        if "lot" not in seed:
-            return told
-        return told | {"description": told["description"] | {"seed": seed | {"lot": lot_digest(Path(seed["lot"]))}}}
+        digests = {name: of(Path(seed[name])) for name, of in (("lot", lot_digest), ("shape", file_digest)) if name in seed}
+        return told | {"description": told["description"] | {"seed": seed | digests}} if digests else told
 
     def recording(self, out: Path) -> Recording:
         """The recording to be like, without evidence."""

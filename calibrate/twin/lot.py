@@ -28,6 +28,35 @@ def lot_digest(folder: Path) -> str:
     return digest.hexdigest()
 
 
+def file_digest(file: Path) -> str:
+    """SHA-256 of a file's content, wherever it lies."""
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+
+
+@lru_cache(maxsize=8)
+def seed_of_mesh(
+    file: str, digest: str, unit: str | None, *, mass_g: float | None, density_kg_m3: float | None, spheres: int
+) -> Lot:
+    """One seed of the true shape in a mesh file, as a clump of `spheres` balls; digest: of its content, for the cache.
+
+    mass_g of the seed, or density_kg_m3; neither: soybean's density. MeasurementError for a mesh that cannot be used.
+    """
+    try:
+        shape = Shape.from_mesh_file(Path(file), unit)
+    except ValueError as error:
+        raise MeasurementError(str(error).replace("--unit", "[seed] shape_unit")) from error
+    return Lot((Seed.from_shape(shape, spheres, _density([shape], mass_g, density_kg_m3)),))
+
+
+def _density(shapes: list[Shape], mass_g: float | None, density_kg_m3: float | None) -> float:
+    """As stated, or from the seeds' mean mass over their mean volume; else soybean's [kg/m³]."""
+    if density_kg_m3 is not None:
+        return density_kg_m3
+    if mass_g is None:
+        return SOYBEAN_DENSITY
+    return 1e-3 * mass_g / float(np.mean([shape.volume_m3 for shape in shapes]))
+
+
 def measured_lot(
     folder: str,
     *,
@@ -61,9 +90,7 @@ def _made(folder, digest, only, thickness_mm, thickness_sd_mm, mass_g, density_k
         sizes = np.column_stack([[s.length_mm for s in seeds], [s.width_mm for s in seeds], thick])
         kept = representative(sizes, MOST_SHAPES)
     shapes = [Shape.from_outline(1e-3 * seeds[k].outline_mm(OUTLINE_POINTS), 1e-3 * thick[k]) for k in kept]
-    if density_kg_m3 is None and mass_g is not None:
-        density_kg_m3 = 1e-3 * mass_g / float(np.mean([shape.volume_m3 for shape in shapes]))
-    density = SOYBEAN_DENSITY if density_kg_m3 is None else density_kg_m3
+    density = _density(shapes, mass_g, density_kg_m3)
     return Lot(tuple(Seed.from_shape(shape, spheres, density_kg_m3=density) for shape in shapes))
 
 

@@ -1,8 +1,9 @@
 """The contact parameters of one bench, as the twin takes them."""
 
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 
-from calibrate.twin.lot import measured_lot
+from calibrate.twin.lot import file_digest, measured_lot, seed_of_mesh
 from sim.laws import LAWS
 from sim.material import Q235, SOYBEAN, Contact, Material
 from sim.rigs.bench import Bench
@@ -69,7 +70,7 @@ class Parameters:
 def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
     """The bench of a recording: parameters, and what [seed] and [air] state. What [seed] leaves open is the paper's soybean."""
     on_steel, on_seed = parameters.contacts()
-    of, drawn = material(seed), sizes(seed) if seed.lot is None else lot(seed, parameters.spheres)
+    of, drawn = material(seed), shapes(seed, parameters.spheres) or sizes(seed)
     if isinstance(drawn, Lot):
         of = replace(of, density_kg_m3=drawn.seeds[0].density_kg_m3)
     return Bench(
@@ -98,12 +99,21 @@ def round_as_stated(seed: Seed) -> bool:
     return None not in whole and None in scatter and max(whole) < ROUNDEST_AXIAL * min(whole)
 
 
-def lot(seed: Seed, spheres: int) -> Lot:
-    """The seeds that [seed] lot holds; MeasurementError for a seed or thickness that is not there."""
+def shapes(seed: Seed, spheres: int) -> Lot | None:
+    """The seeds of [seed] lot, or the one of [seed] shape; None where neither is stated.
+
+    Raises MeasurementError for a seed, a thickness or a closed mesh that is not there.
+    """
+    mass_g = None if seed.mass_g is None else seed.mass_g / (seed.count or 1)
+    if seed.shape is not None:
+        unit, digest = seed.shape_unit, file_digest(Path(seed.shape))
+        return seed_of_mesh(seed.shape, digest, unit, mass_g=mass_g, density_kg_m3=seed.density_kg_m3, spheres=spheres)
+    if seed.lot is None:
+        return None
     low, high = seed.thickness_range_mm or (0.0, 0.0)
     return measured_lot(
-        seed.lot or "", only=seed.lot_seed, thickness_mm=seed.thickness_mm, thickness_sd_mm=(high - low) / RANGE_OVER_SD_OF_100,
-        mass_g=None if seed.mass_g is None else seed.mass_g / (seed.count or 1), density_kg_m3=seed.density_kg_m3, spheres=spheres,
+        seed.lot, only=seed.lot_seed, thickness_mm=seed.thickness_mm, thickness_sd_mm=(high - low) / RANGE_OVER_SD_OF_100,
+        mass_g=mass_g, density_kg_m3=seed.density_kg_m3, spheres=spheres,
     )  # fmt: skip
 
 

@@ -69,6 +69,10 @@ class Seed(_Section):
     """Folder written by `benchtwin shape`: the seeds' measured sizes and outlines, which the simulation then uses."""
     lot_seed: str | None = None
     """Which seed of the lot was recorded, as photo:seed in its seeds.csv. Absent: any of them."""
+    shape: str | None = None
+    """Mesh file of the seed's true shape (STL, PLY, OBJ), which the simulation then fills with balls."""
+    shape_unit: Literal["mm", "cm", "m", "inch"] | None = None
+    """Unit of that mesh's coordinates."""
 
 
 class Camera(_Section):
@@ -297,18 +301,19 @@ def read_toml(path: Path) -> dict:
     except UnicodeDecodeError as error:
         raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
     validate(content, path)  # so that the error names this file, not the one it is merged into
-    return _lot_found(content, path)
+    return _shapes_found(content, path)
 
 
-def _lot_found(content: dict, path: Path) -> dict:
-    """The same with the path of a lot, which counts from the file's own folder, made absolute."""
-    seed = content.get("seed", {})
-    if "lot" not in seed:
-        return content
-    lot = (path.parent / seed["lot"]).resolve()
-    if not (lot / LOT_TABLE).is_file():
-        raise MeasurementError(f"{path}: [seed] lot = {seed['lot']!r}: {lot} is no folder that benchtwin shape wrote")
-    return content | {"seed": seed | {"lot": str(lot)}}
+def _shapes_found(content: dict, path: Path) -> dict:
+    """The same with the paths of a lot and of a mesh, which count from the file's own folder, made absolute."""
+    found = {name: (path.parent / file).resolve() for name, file in content.get("seed", {}).items() if name in ("lot", "shape")}
+    if "lot" in found and not (found["lot"] / LOT_TABLE).is_file():
+        raise MeasurementError(f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape wrote")
+    if "shape" in found and not found["shape"].is_file():
+        raise MeasurementError(f"{path}: [seed] shape: there is no file {found['shape']}")
+    if len(found) == 2:
+        raise MeasurementError(f"{path}: [seed] lot and shape: give one of them")
+    return content | {"seed": content["seed"] | {name: str(file) for name, file in found.items()}} if found else content
 
 
 def merge(base: dict, over: dict) -> dict:
