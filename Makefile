@@ -50,6 +50,7 @@ lint: $(VENV)/installed
 docs: $(VENV)/installed            # the documentation as a site: build/site/index.html
 	$(BIN)/pip install -qq --disable-pip-version-check -e '.[docs]'
 	$(BIN)/python scripts/keys_reference.py
+	$(BIN)/python scripts/seeds_reference.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "Open in a browser:  build/site/index.html"
 

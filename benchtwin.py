@@ -203,6 +203,23 @@ def diagnose(
 
 
 @app.command()
+def seeds(kind: Annotated[str, typer.Argument(metavar="[KIND]", help="soybean, maize …; none: all kinds.")] = "") -> None:
+    """List published sizes, densities and contact parameters of seeds and grains, each with its source.
+
+    Exit code 0: listed; 2: there is no such kind.
+    """
+    from vision.evidence.seed_kinds import kinds, known
+
+    try:
+        chosen = [known(kind)] if kind else list(kinds())
+    except ValueError as error:
+        print(f"benchtwin seeds: {error}", file=sys.stderr)
+        raise typer.Exit(2) from error
+    for name in chosen:
+        print(name, *(f"  {entry}" for entry in kinds()[name]), sep="\n")
+
+
+@app.command()
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left.")],
     to: Annotated[str, typer.Option(help="lammps, liggghts, yade, edem, or mercury.")],

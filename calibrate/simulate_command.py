@@ -8,6 +8,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from calibrate.twin import Parameters
 from calibrate.twin.job import RIG_NAMES, Job, assigned, described, jobs
+from calibrate.twin.parameters import said_of
 
 DONE, STOPPED, MISUSED = 0, 1, 2
 MOST_REPEATS = 10_000
@@ -19,6 +20,8 @@ def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, r
     try:
         todo = _jobs(rig, numbers, repeats, rng, settings, like, rendered)
         _run(todo, rig, out, threads, quiet)
+        for line in [] if quiet else said_of(todo[0].description.get("seed", {})):
+            print(line)
     except KeyboardInterrupt:
         print(f"\nbenchtwin simulate: stopped; the same command goes on where it stopped ({out})", file=sys.stderr)
         return STOPPED

@@ -40,6 +40,13 @@ def test_the_reference_of_keys_is_current():
     assert (ROOT / "docs" / "keys.md").read_text(encoding="utf8") == keys_reference.reference(), "run scripts/keys_reference.py"
 
 
+def test_the_tables_of_published_seeds_are_current():
+    sys.path.insert(0, str(ROOT / "scripts"))
+    import seeds_reference
+
+    assert seeds_reference.OUT.read_text(encoding="utf8") == seeds_reference.page(), "run scripts/seeds_reference.py"
+
+
 def test_the_same_version_stands_everywhere():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]["version"]
     assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf8")

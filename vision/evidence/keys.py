@@ -4,12 +4,13 @@ import difflib
 import reprlib
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from vision.evidence.conditions import complaints
+from vision.evidence.seed_kinds import kinds
 from vision.measurement import MeasurementError
 
 MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
@@ -35,6 +36,11 @@ _Extent = Annotated[int, Field(ge=8, le=65_536)]
 _Share = Annotated[float, Field(ge=0, le=100)]
 _FourNumbers = Annotated[tuple[_Finite, _Finite, _Finite, _Finite], _List]
 
+if TYPE_CHECKING:
+    _Kind = str
+else:
+    _Kind = Literal[tuple(kinds())]
+
 
 class _Section(BaseModel):
     """A table of keys; the text under each says what it means, and what stating it is good for."""
@@ -45,6 +51,8 @@ class _Section(BaseModel):
 class Seed(_Section):
     """The seed: measure and weigh some of the lot."""
 
+    kind: _Kind | None = None
+    """What it is, "maize": `benchtwin seeds` lists the kinds. A simulation then takes absent sizes and density as published."""
     length_mm: _SeedSize | None = None
     """Longest axis."""
     width_mm: _SeedSize | None = None

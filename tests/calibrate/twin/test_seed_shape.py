@@ -1,4 +1,4 @@
-"""[seed] shape: the twin's seed from a mesh file."""
+"""[seed] shape and kind: the twin's seed from a mesh file, or as published."""
 
 import pytest
 import trimesh
@@ -47,3 +47,10 @@ def test_bad_keys_are_named(tmp_path):
         read_toml(file)
     with pytest.raises(MeasurementError, match=r"in no unit; say which with \[seed\] shape_unit"):
         bench(Parameters(), "drop", Seed(shape=str(tmp_path / "bean.stl")), Air())
+
+
+def test_the_twin_is_made_of_the_kind():
+    of = bench(Parameters(), "drop", Seed(kind="wheat"), Air())
+    assert of.mean_dimensions_m == pytest.approx([7.08e-3, 3.27e-3, 2.98e-3])
+    assert of.seed.density_kg_m3 == 1220
+    assert bench(Parameters(), "drop", Seed(), Air()).seed.density_kg_m3 != 1220  # the control: without a kind another seed

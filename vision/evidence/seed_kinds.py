@@ -1,0 +1,72 @@
+"""Published properties of seeds and grains by kind (`[seed] kind`), each with its source; nothing without one."""
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+FILE = Path(__file__).with_suffix(".toml")
+SIZES, DENSITY = ("length_mm", "width_mm", "thickness_mm"), "density_kg_m3"
+
+
+@dataclass(frozen=True)
+class Published:
+    """One published range. quantity: key of [seed], or restitution, static_friction, rolling_friction; on: the other surface,
+    "itself" for seed on seed, empty for the seed's own properties; moisture: as the source states it, or how it was found."""
+
+    quantity: str
+    low: float
+    high: float
+    source: str
+    on: str = ""
+    moisture: str = ""
+
+    def __str__(self) -> str:
+        value = f"{self.low:g}" if self.low == self.high else f"{self.low:g} to {self.high:g}"
+        of = f"{self.quantity} on {self.on}" if self.on else self.quantity
+        return f"{of}: {value} ({f'{self.moisture}; ' if self.moisture else ''}{self.source})"
+
+
+@cache
+def kinds() -> dict[str, tuple[Published, ...]]:
+    """Every kind with its published ranges, as the package's table holds them."""
+    table = tomllib.loads(FILE.read_text(encoding="utf8"))
+    return {
+        kind: tuple(Published(**{**row, "source": table["sources"][row["source"]]}) for row in rows)
+        for kind, rows in table["kinds"].items()
+    }
+
+
+def known(kind: str) -> str:
+    """The kind as it was given; ValueError with the list for one that is not in the table."""
+    if kind not in kinds():
+        raise ValueError(f"kind = {kind!r}: must be one of {', '.join(kinds())} (benchtwin seeds shows them)")
+    return kind
+
+
+def completed(section: dict) -> tuple[dict, list[str]]:
+    """A [seed] table with what its kind tells of absent sizes and density, and a sentence for each value that was taken.
+
+    Sizes are taken together, and only where no size, lot or shape is stated; the density only where neither it nor the mass is.
+    A value is the middle of the first published range: of means over varieties and moisture, not of single seeds.
+    """
+    kind = section.get("kind")
+    if kind is None:
+        return section, []
+    first: dict[str, Published] = {}
+    for entry in kinds()[known(kind)]:
+        if not entry.on:
+            first.setdefault(entry.quantity, entry)
+    wanted: tuple[str, ...] = ()
+    if all(name in first for name in SIZES) and not any(section.get(name) for name in (*SIZES, "lot", "shape")):
+        wanted += SIZES
+    if DENSITY in first and not any(section.get(name) for name in (DENSITY, "mass_g")):
+        wanted += (DENSITY,)
+    found = {name: float(f"{(first[name].low + first[name].high) / 2:.4g}") for name in wanted}
+    said = [f"[seed] {name} = {value:g}: not stated, taken as published for {kind}, {first[name]}" for name, value in found.items()]
+    return {**section, **found}, said
+
+
+def told(kind: str) -> list[str]:
+    """A line a published contact parameter of the kind: to compare a calibration with."""
+    return [f"published for {kind}: {entry}" for entry in kinds()[known(kind)] if entry.on]
