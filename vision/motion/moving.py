@@ -11,6 +11,7 @@ from vision.evidence.tables import read_impacts, read_track
 from vision.foreign.fall import free_falls, unit_doubt
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
 from vision.motion.body import body_doubt, stated_area_px
+from vision.motion.camera_moved import camera_moved
 from vision.motion.few_slides import measure_a_slide
 from vision.motion.follow import Followed, follow
 from vision.motion.heard import observe_heard, sound_of, with_sound
@@ -26,7 +27,6 @@ from vision.overlay.track import on_picture
 from vision.recording import Recording, with_camera
 
 MOVING_RIGS = ("drop", "slide", "roll")
-
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
@@ -122,7 +122,8 @@ def _observe_frames(recording: Recording, progress) -> Observation:
     if recording.rig == "slide":
         return replace(_slide_in_frames(recording, followed, plate, notes), places=places)
     measure = _drop_in_frames if recording.rig == "drop" else _roll_in_frames
-    return replace(_doubted(measure(recording, followed, notes), body_doubt(followed, recording)), places=places)
+    found = _doubted(measure(recording, followed, notes), body_doubt(followed, recording))
+    return replace(_doubted(found, camera_moved(source)), places=places)
 
 
 def _corrected(track: Track, recording: Recording) -> Track:

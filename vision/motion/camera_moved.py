@@ -1,0 +1,51 @@
+"""Whether the camera was moved while it filmed: then all that is still in the picture shifts together."""
+
+import itertools
+
+import cv2
+import numpy as np
+
+from vision.evidence.frames import FrameSource
+from vision.motion.scene import grey
+
+LOOKED_AT = 9  # frames, spread over the film
+ROWS, COLUMNS = 4, 5  # tiles of the picture, each of which says how far it shifted
+LARGEST_SIDE = 1280  # px of the picture that is compared
+TEXTURED = 3.0  # least standard deviation of a tile, grey levels of 255: a plain wall says nothing
+LEAST_TILES, AGREEING, ALIKE_PX = 4, 0.6, 0.4  # share of the textured tiles that must shift alike
+LEAST_SHIFT_PX = 0.7
+
+
+def camera_moved(source: FrameSource) -> str:
+    """When and how far the camera was moved, in words, as a reason for doubt; "" where it stayed."""
+    frames = source.picked(LOOKED_AT)
+    grey_frames = [grey(f.pixels) for f in frames if f.pixels.shape == frames[0].pixels.shape]
+    for k in range(len(grey_frames) - 1):
+        shift = common_shift(grey_frames[k], grey_frames[k + 1])
+        wider = [(k - 1, k + 1), (k, k + 2)]  # a thing that passes close to the lens shifts one pair of frames only
+        lasts = any(a >= 0 and b < len(grey_frames) and common_shift(grey_frames[a], grey_frames[b]) for a, b in wider)
+        if shift is not None and lasts:
+            when = f"between frames {frames[k].index} and {frames[k + 1].index}"
+            return f"the camera moved {when}: the whole picture shifts by {np.hypot(*shift):.1f} px; cut the film there"
+    return ""
+
+
+def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] | None:
+    """By how much (x, y) [px] most textured tiles of two grey pictures (h, w) shift alike; None where they do not, or hardly."""
+    factor = max(1.0, max(before.shape) / LARGEST_SIDE)
+    size = (round(before.shape[1] / factor), round(before.shape[0] / factor))
+    one, other = (cv2.resize(p, size, interpolation=cv2.INTER_AREA) for p in (before, after))
+    bright = 255.0 / max(float(one.max()), 1.0)
+    shifts = []
+    for top, left in itertools.product(np.linspace(0, size[1], ROWS + 1)[:-1], np.linspace(0, size[0], COLUMNS + 1)[:-1]):
+        window = np.s_[int(top) : int(top + size[1] / ROWS), int(left) : int(left + size[0] / COLUMNS)]
+        a, b = (np.ascontiguousarray(p[window]) for p in (one, other))
+        if min(a.shape) >= 16 and bright * min(float(a.std()), float(b.std())) > TEXTURED:
+            shifts.append(cv2.phaseCorrelate(a, b, cv2.createHanningWindow(a.shape[::-1], cv2.CV_32F))[0])
+    if len(shifts) < LEAST_TILES:
+        return None
+    found = factor * np.array(shifts)
+    middle = np.median(found, axis=0)
+    agreeing = (np.linalg.norm(found - middle, axis=1) < ALIKE_PX * factor).mean()
+    moved = agreeing >= AGREEING and float(np.hypot(*middle)) > LEAST_SHIFT_PX * factor
+    return (float(middle[0]), float(middle[1])) if moved else None
