@@ -50,3 +50,39 @@ def test_no_folder_on_the_path_bears_a_packages_name():
     folders = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["tool"]["pytest"]["ini_options"]["pythonpath"]
     assert "benchmarks" in folders
     assert not [path for folder in folders for path in (ROOT / folder).iterdir() if path.stem in OURS]
+
+
+def module_imports(names: set[str], file: Path) -> set[str]:
+    """Our modules, out of `names`, that `file` imports when it is loaded: not those that a function imports when it runs."""
+    found = set()
+    for node in ast.parse(file.read_text(encoding="utf8")).body:
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            whole = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= whole & names or {node.module}
+        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            found |= {n.module for n in node.body if isinstance(n, ast.ImportFrom) and n.module}
+    return found & names
+
+
+def circles(imports: dict[str, set[str]]) -> list[str]:
+    """Modules that import themselves by way of others."""
+
+    def reached(name: str) -> set[str]:
+        seen: set[str] = set()
+        ahead = list(imports[name])
+        while ahead:
+            if (other := ahead.pop()) not in seen:
+                seen.add(other)
+                ahead += imports[other]
+        return seen
+
+    return sorted(name for name in imports if name in reached(name))
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    files = [file for package in OURS - {"benchtwin"} for file in (ROOT / package).rglob("*.py")]
+    names = {".".join(f.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): f for f in files}
+    assert circles({name: module_imports(set(names), file) - {name} for name, file in names.items()}) == []
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c"]  # the control

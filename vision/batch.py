@@ -108,7 +108,7 @@ def _with_stated(options: PileOptions, recording: Recording) -> PileOptions:
 
 def observe_seeds_photo(recording: Recording) -> Observation:
     """A photo of spread seeds: mean length and width (sd of the mean, the scale's included), and a row a seed."""
-    from vision.shape.grains import observe_seeds
+    from vision.shape.photo import observe_seeds
 
     if recording.evidence != "photos":
         raise MeasurementError(f"{recording.path}: seeds are measured on photos, not on {recording.evidence}")

@@ -6,10 +6,7 @@ the other: R_1 and R_2 act on one sphere each, R* = R_1 R_2 / (R_1 + R_2) on bot
 """
 
 import math
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from calibrate.export.result import Solid
+from dataclasses import dataclass
 
 GIVEN = {"edem": "own", "type_a": "effective", "type_c": "effective"}  # a result's convention → its length
 ARM = {
@@ -19,6 +16,25 @@ ARM = {
     ("effective", True): 1.0,
     ("mean", False): 1.0,  # (R_1 + R_2)/2 (YADE); at a wall it depends on what radius the wall is given
 }
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A material as calibrated: density [kg/m3], shear modulus G [Pa], Poisson's ratio ν [-]."""
+
+    name: str
+    density_kg_m3: float
+    shear_modulus_pa: float
+    poisson_ratio: float
+
+    @property
+    def young_modulus_pa(self) -> float:
+        """E = 2 G (1 + ν) [Pa].
+
+        >>> round(Solid("soybean", 1250.0, 3.23e8, 0.4).young_modulus_pa / 1e8, 3)
+        9.044
+        """
+        return 2.0 * self.shear_modulus_pa * (1.0 + self.poisson_ratio)
 
 
 def rolling_friction(mu_r: float, convention: str, length: str, *, on_wall: bool) -> float:
@@ -33,7 +49,7 @@ def rolling_friction(mu_r: float, convention: str, length: str, *, on_wall: bool
     return mu_r * ARM[GIVEN[convention], on_wall] / ARM[length, on_wall]
 
 
-def effective_moduli(one: "Solid", other: "Solid") -> tuple[float, float]:
+def effective_moduli(one: Solid, other: Solid) -> tuple[float, float]:
     """E* and G* [Pa] of a contact: 1/E* = Σ (1 − ν²)/E, 1/G* = Σ (2 − ν)/G; one, other: `Solid`.
 
     Source: Johnson (1985), Contact Mechanics, sections 4.2 and 7.2.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from calibrate.export.conventions import GIVEN
+from calibrate.export.conventions import GIVEN, Solid
 
 
 @dataclass(frozen=True)
@@ -26,25 +26,6 @@ class Pair:
     restitution: Number
     static_friction: Number
     rolling_friction: Number
-
-
-@dataclass(frozen=True)
-class Solid:
-    """A material as calibrated: density [kg/m3], shear modulus G [Pa], Poisson's ratio ν [-]."""
-
-    name: str
-    density_kg_m3: float
-    shear_modulus_pa: float
-    poisson_ratio: float
-
-    @property
-    def young_modulus_pa(self) -> float:
-        """E = 2 G (1 + ν) [Pa].
-
-        >>> round(Solid("soybean", 1250.0, 3.23e8, 0.4).young_modulus_pa / 1e8, 3)
-        9.044
-        """
-        return 2.0 * self.shear_modulus_pa * (1.0 + self.poisson_ratio)
 
 
 @dataclass(frozen=True)

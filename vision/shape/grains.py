@@ -1,15 +1,13 @@
 """A photo of spread seeds → length and width of every seed, as a caliper would measure them, and their distribution."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pandas as pd
 
-from vision.evidence.photo import read_photo
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
-from vision.paper.scale import Scale, read_scale
+from vision.paper.scale import Scale
 from vision.shape.caliper import centroid, ellipse_share, feret, solidity
 from vision.shape.outline import Edge, find_edge
 from vision.shape.silhouettes import Piece, Relief, body, relieve, split, trimmed
@@ -100,29 +98,6 @@ class Grains:
         return float(np.mean(shares)) if isinstance(self.scale, Scale) else self._stated_sd
 
     _stated_sd: float = UNKNOWN_SCALE_SD
-
-
-def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:
-    """Measure the seeds of a photo; the scale is `mm_per_px` when stated, else read from graph paper in the picture.
-
-    Without either the answers are in px, which is said in the notes. Returns the grains and an overlay (uint8 RGB).
-    Raises MeasurementError, naming the file, when the picture cannot be read or shows no seeds.
-    """
-    from vision.overlay.grains import draw_grains
-
-    image = read_photo(path)
-    try:
-        try:
-            paper, trouble = read_scale(image), ""
-        except MeasurementError as error:
-            paper, trouble = None, str(error)
-        scale = paper if mm_per_px is None else mm_per_px
-        grains = measure_seeds(image, scale, mm_per_px_sd=mm_per_px_sd, paper=paper)
-    except MeasurementError as error:
-        raise MeasurementError(f"{path}: {error}") from error
-    if scale is None:
-        grains = replace(grains, notes=(*grains.notes, f"sizes are in px: no mm_per_px was given and {trouble}"))
-    return grains, draw_grains(image, grains, paper)
 
 
 def measure_seeds(

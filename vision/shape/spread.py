@@ -13,8 +13,9 @@ from vision.measurement import FAILED, GOOD, MeasurementError
 from vision.paper.scale import Scale
 from vision.shape.caliper import solidity
 from vision.shape.fourier import laid_along, terms
-from vision.shape.grains import Grain, Grains, observe_seeds
+from vision.shape.grains import Grain, Grains
 from vision.shape.lot import BROKEN, CUT, HUSK, OTHER, OUTLINE_COLUMNS, SEED_COLUMNS, TOUCHING, WHOLE
+from vision.shape.photo import observe_seeds
 
 BROKEN_SHARE = 0.6  # of the median area: less is part of a seed
 DENTED = 0.94  # area over its convex hull's, below which a lone outline has lost a piece

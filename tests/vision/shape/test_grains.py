@@ -12,7 +12,8 @@ from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.overlay.grains import COLOURS, draw_grains
 from vision.paper.scale import read_scale
 from vision.shape.caliper import feret
-from vision.shape.grains import Grains, measure_seeds, observe_seeds
+from vision.shape.grains import Grains, measure_seeds
+from vision.shape.photo import observe_seeds
 from vision.synthetic.paper import Paper, draw_paper, paper_mm
 from vision.synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
 
