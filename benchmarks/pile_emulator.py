@@ -1,4 +1,4 @@
-"""Surfaces of simulated heaps against what the diagnosis of piles holds for usual (calibrate/diagnose/rigs/pile/usual.py).
+"""Surfaces of simulated heaps against what the diagnosis of piles holds for usual (calibrate/diagnose/rigs/pile/heap_priors.py).
 
     python benchmarks/pile_emulator.py [RUNS]      to add, default all; 0: what is there
 
@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import uniform_filter1d
 
-from calibrate.diagnose.rigs.pile import usual
+from calibrate.diagnose.rigs.pile import heap_priors
 from calibrate.diagnose.rigs.pile.flanks import photo_of
 from calibrate.twin import Parameters
 from calibrate.twin.job import Job
@@ -85,7 +85,7 @@ def departures(kept: dict) -> pd.DataFrame:
     rows = []
     for flank in photo_of(seen(kept)).flanks:
         high = flank.height / SEED_MM
-        rest = (flank.v - usual.straight(flank.u) - usual.mean(flank.u, high)) / usual.spread(flank.u, high)
+        rest = (flank.v - heap_priors.straight(flank.u) - heap_priors.mean(flank.u, high)) / heap_priors.spread(flank.u, high)
         tenth = np.floor(10 * flank.u).astype(int)
         row = {"what": kept["what"], "angle_deg": flank.angle_deg, "seeds_high": high}
         rows.append(row | {f"{k / 10:.1f}": float(rest[tenth == k].mean()) for k in range(12) if (tenth == k).any()})

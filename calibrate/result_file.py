@@ -11,7 +11,7 @@ from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.steel import SteelFit
 from calibrate.twin import Parameters
 from calibrate.twin.pair import Pair
-from calibrate.twin.told import materials_and_shape
+from calibrate.twin.result_sections import materials_and_shape
 from calibrate.twin.versions import versions
 
 SCHEMA = 1

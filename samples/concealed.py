@@ -42,7 +42,7 @@ def make(out: Path) -> None:
 def make_drop(folder: Path) -> None:
     """Drops whose recordings state no air."""
     from calibrate.twin import Parameters
-    from calibrate.twin.along import like
+    from calibrate.twin.paths import like
     from calibrate.twin.run import run
 
     begin(folder, HEADER.format(fps=1000.0) + "\n[air]\ndensity_kg_m3 = 0.0\n")
@@ -66,14 +66,14 @@ def make_drop(folder: Path) -> None:
 def make_roll(folder: Path) -> None:
     """Rolls both ways over a plate that is called level."""
     from calibrate.twin import Parameters
-    from calibrate.twin.along import gone, like
+    from calibrate.twin.paths import like, run_path
 
     begin(folder, HEADER.format(fps=200.0))
     rng = np.random.default_rng(2028)
     for k, sizes in enumerate(NEARLY_ROUND):
         way = {"incline_deg": 15.0, "incline_length_mm": 20.0, "direction": ("+x", "-x")[k % 2]}
         told = {"seed": _seed(sizes), "roll": way | {"slope_deg": -0.25, "axis_sd_deg": 1.0}, "camera": {"fps": 200.0}}
-        path = gone(like("roll", told), Parameters(rolling_friction=0.03), k)
+        path = run_path(like("roll", told), Parameters(rolling_friction=0.03), k)
         still = np.zeros(20)  # filmed from a moment before the release
         x = np.concatenate([still, path.way - path.way[0]])
         t = np.arange(len(x)) / 200.0

@@ -15,7 +15,7 @@ from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.words import MANY, effect_of, followed
 
 HARDLY = 0.95  # of what the old twin was off by
-AGAIN = {"drop": "drops_again", "slide": "slides_again", "roll": "rolls_again", "pile": "piles_again"}  # in rigs/<rig>/again.py
+AGAIN = {"drop": "drops_again", "slide": "slides_again", "roll": "rolls_again", "pile": "piles_again"}  # in rigs/<rig>/resimulation.py
 FOLLOWING = ("drop", "slide")  # rigs whose recordings are run each with a parameter of its own
 
 
@@ -142,7 +142,7 @@ def _again(rig: str, effects: tuple[str, ...], finding: Finding, found, folder: 
     if why := [f"{e}: {reason}" for e in effects if (reason := why_not(rig, e))]:
         return replace(nothing, notes=tuple(f"the twin was not run again: {line}" for line in why))
     try:
-        run = getattr(importlib.import_module(f"calibrate.diagnose.rigs.{rig}.again"), AGAIN[rig])
+        run = getattr(importlib.import_module(f"calibrate.diagnose.rigs.{rig}.resimulation"), AGAIN[rig])
         return run(finding, found.recordings[rig], folder, pictures, say)
     except (ValueError, RuntimeError) as error:  # a rig that does not fit, the engine's watches, no renderer
         return replace(nothing, notes=(f"the twin could not be run again: {error}",))

@@ -9,6 +9,7 @@ import numpy as np
 from calibrate.twin.run import observe
 from vision.batch import find_all
 from vision.evidence.tables import READING_COLUMNS, read_readings
+from vision.evidence.tables import read_numbers as read_numbers
 from vision.measurement import FAILED, MeasurementError
 from vision.recording import Recording
 from vision.recording import among_results as among_results

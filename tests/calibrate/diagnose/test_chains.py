@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from benchtwin import app
 from calibrate.twin import Parameters
-from calibrate.twin.along import like
+from calibrate.twin.paths import like
 from calibrate.twin.restitution import viscoelastic
 from calibrate.twin.run import run
 

@@ -13,10 +13,10 @@ from calibrate.diagnose.effects import drop, pile, roll, slide
 from calibrate.diagnose.engine.conditions import Contact, conditions_of
 from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.rerun import AGAIN, beside_mean, settings, why_not
-from calibrate.diagnose.rigs.drop.again import flights_of, laws_of
-from calibrate.diagnose.rigs.drop.strikes import NUMBERS_OF_FALL
-from calibrate.diagnose.rigs.roll.again import laws_of as rolling_laws
-from calibrate.twin.flown import drag_factor, fly, strike
+from calibrate.diagnose.rigs.drop.impact_resimulation import NUMBERS_OF_FALL
+from calibrate.diagnose.rigs.drop.resimulation import flights_of, laws_of
+from calibrate.diagnose.rigs.roll.resimulation import laws_of as rolling_laws
+from calibrate.twin.flights import drag_factor, fly, strike
 from calibrate.twin.parameters import Parameters
 from sim.laws import LAWS
 
@@ -150,7 +150,7 @@ def test_the_full_chain_from_a_hidden_law_to_the_mended_twin(tmp_path):
 
     from benchtwin import app
     from calibrate.twin import Parameters, simulate
-    from calibrate.twin.along import like
+    from calibrate.twin.paths import like
 
     bench = tmp_path / "bench"
     bench.mkdir()

@@ -14,7 +14,7 @@ from calibrate.diagnose.rigs.roll.noise_of_run import estimate_noise
 from calibrate.diagnose.rigs.roll.path import fit_path
 from calibrate.diagnose.rigs.roll.session import assemble, drag_beside
 from calibrate.twin import Parameters
-from calibrate.twin.along import gone, like
+from calibrate.twin.paths import like, run_path
 from calibrate.twin.roll_tracks import SeenRoll, read_rolls, roll_of
 from vision.evidence.keys import Camera, Roll, Seed
 from vision.motion.track import make_track
@@ -164,7 +164,7 @@ def test_simulated_rolls_are_clean(tmp_path):
     for k in range(6):
         about = Roll(incline_deg=15.0, incline_length_mm=40.0, direction=("+x", "-x")[k % 2])
         told = {"seed": NEARLY_ROUND, "roll": about.model_dump(exclude_none=True), "camera": {"fps": 200.0}}
-        path = gone(like("roll", told), Parameters(rolling_friction=0.03), k)
+        path = run_path(like("roll", told), Parameters(rolling_friction=0.03), k)
         x = np.concatenate([np.zeros(40), path.way]) * (1 - 2 * (k % 2)) + 0.04 * rng.normal(size=len(path.way) + 40)
         camera = Camera(fps=200.0, mm_per_px=0.25, mm_per_px_sd=0.0002)
         stated = Recording(f"roll-{k}", Path(), "roll", "", (), seed=Seed(**NEARLY_ROUND), camera=camera, roll=about)

@@ -20,7 +20,7 @@ from calibrate.diagnose.rigs.drop.impacts import Impacts, chosen, impacts_of, jo
 from calibrate.diagnose.rigs.drop.model import LAWS, STARTS, build
 from calibrate.diagnose.rigs.drop.noise_of_track import TrackNoise, estimate_noise
 from calibrate.diagnose.rigs.drop.problem import TURNS, problem_of
-from calibrate.diagnose.rigs.drop.retouch import retouched
+from calibrate.diagnose.rigs.drop.second_contacts import retouched
 from calibrate.diagnose.rigs.drop.session import assemble, block_of
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.rerun import Again, Compared
-from calibrate.twin.shown import Seed, beside, camera_for, followed, moments
+from calibrate.twin.drop_pictures import Seed, beside, camera_for, followed, moments
 
 MOMENTS = 11  # in one picture
 FRAMES = 160  # of a film, at most

@@ -35,7 +35,7 @@ from calibrate.diagnose.rigs.drop.model import (
 )
 from calibrate.diagnose.rigs.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from calibrate.diagnose.rigs.drop.nuisances import LOCK
-from calibrate.diagnose.rigs.drop.sides import pushed_sides, side_rows, touching, unseen_rows
+from calibrate.diagnose.rigs.drop.side_information import pushed_sides, side_rows, touching, unseen_rows
 
 STEP = 1e-3  # of a global's prior sd, for derivatives
 

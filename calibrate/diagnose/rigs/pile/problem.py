@@ -19,10 +19,10 @@ from calibrate.diagnose.engine.linear import Reduced, stacked
 from calibrate.diagnose.engine.problem import Problem
 from calibrate.diagnose.engine.series import Locals, Series
 from calibrate.diagnose.engine.series import problem_of as series_problem
-from calibrate.diagnose.rigs.pile import usual
+from calibrate.diagnose.rigs.pile import heap_priors
 from calibrate.diagnose.rigs.pile.flanks import Photo
+from calibrate.diagnose.rigs.pile.heap_priors import NATURAL, PARTS, PRIORS
 from calibrate.diagnose.rigs.pile.scatter import ANGLE_SD_DEG, WAVES, Scatter, cosines
-from calibrate.diagnose.rigs.pile.usual import NATURAL, PARTS, PRIORS
 
 PLATE_FLOOR_DEG = 0.05
 FREE = 0.5  # sd of a flank's own level and slope, over its height
@@ -84,8 +84,8 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
         "settling": [rows(p, creep=1.0) for p in photos],
     }
     out = {n: (PRIORS[n], columns) for n, columns in found.items()}
-    bumps = [rows(p, lambda u, p=p: usual.bumps(u, seeds_high(p))) for p in photos]
-    out |= {f"bump-{k}": (1.0, [b[:, k] for b in bumps]) for k in range(usual.COLUMNS)}
+    bumps = [rows(p, lambda u, p=p: heap_priors.bumps(u, seeds_high(p))) for p in photos]
+    out |= {f"bump-{k}": (1.0, [b[:, k] for b in bumps]) for k in range(heap_priors.COLUMNS)}
     for quantity, stated in differing(photos).items():
         crest, toe, angle = NATURAL[quantity]
         log = np.log(stated) - np.log(stated).mean()
@@ -97,7 +97,7 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
 
 def _model(photos: tuple[Photo, ...], scatter: Scatter, acted: dict[str, list[np.ndarray]]) -> Model:
     centre = float(np.mean([f.angle_deg for p in photos for f in p.flanks]))
-    base = [rows(p, lambda u, p=p: usual.straight(u) + usual.mean(u, seeds_high(p)), lambda side: centre) for p in photos]
+    base = [rows(p, lambda u, p=p: heap_priors.straight(u) + heap_priors.mean(u, seeds_high(p)), lambda side: centre) for p in photos]
     columns = [np.column_stack(own) for own in zip(*acted.values(), strict=True)]
     return Model(photos, scatter, centre, tuple(acted), tuple(base), tuple(columns), tuple(_own(p) for p in photos))
 

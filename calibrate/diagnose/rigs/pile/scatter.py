@@ -7,7 +7,7 @@ from scipy import stats
 
 from calibrate.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
 from calibrate.diagnose.rigs.pile.flanks import STEP, Flank, Photo
-from calibrate.diagnose.rigs.pile.usual import PACKING_SD, PARTS, straight
+from calibrate.diagnose.rigs.pile.heap_priors import PACKING_SD, PARTS, straight
 
 SIGMA_FLOOR = 0.003  # of the height: drawn surfaces are smoother than the family of shapes is true
 ANGLE_SD_DEG = 0.1  # of a flank's line

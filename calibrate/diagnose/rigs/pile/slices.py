@@ -9,9 +9,9 @@ import numpy as np
 
 from calibrate.diagnose.effects.pile import EFFECTS
 from calibrate.diagnose.rigs.pile.flanks import photo_of
-from calibrate.twin.along import like
-from calibrate.twin.heaps import outlined
+from calibrate.twin.heap_outline import outlined
 from calibrate.twin.parameters import Parameters
+from calibrate.twin.paths import like
 from calibrate.twin.piles import SeenPile
 from calibrate.twin.run import run
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.rerun import Again, Compared
-from calibrate.twin.along import Path1D, Ran, Recording, above, filmed, gone, shown
 from calibrate.twin.parameters import Parameters
+from calibrate.twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown
 
 MOST = 6  # recordings that are run again
 POINTS = 200  # at which ways are compared
@@ -31,7 +31,7 @@ def compared(again: Again, twins: list[Twin], folder: Path, pictures: bool, say:
     rows, ways = [], []
     for k, twin in enumerate(twins):
         say(f"{again.rig}: running the twin of {twin.name} again ({k + 1} of {len(twins)})")
-        ran = [gone(*made, k) for made in (twin.old, twin.new)]
+        ran = [run_path(*made, k) for made in (twin.old, twin.new)]
         before, after = (apart(twin, path) for path in ran)
         rows.append(Compared(twin.name, "way along the path", "mm", before, after, "track"))
         ways.append(ran)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import tomli_w
 
-from calibrate.twin.flown import motion_of
+from calibrate.twin.flights import motion_of
 from calibrate.twin.write import PNG
 from sim.picture import Camera, Look, film
 from vision.batch import observe

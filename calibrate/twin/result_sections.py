@@ -1,9 +1,12 @@
-"""What a result states of the materials and the seed, as the twin takes them."""
+"""The sections of result.json on materials and the seed's balls: written from a calibration, weighed again for an export."""
 
 from pathlib import Path
 
+import numpy as np
+
 from calibrate.twin.parameters import SOFT_PA, Parameters, bench
 from sim.material import Q235
+from sim.seed import Seed
 from vision.evidence.keys import validate
 
 
@@ -22,3 +25,14 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
 def _material(material) -> dict:
     keys = ("name", "density_kg_m3", "shear_modulus_pa", "poisson_ratio", "source")
     return {key: getattr(material, key) for key in keys}
+
+
+def weighed(spheres_m: list[list[float]], density_kg_m3: float) -> tuple[list[list[float]], float, list[float]]:
+    """Balls [x, y, z, r] [m] about their centre of mass along the principal axes, mass [kg], principal moments [kg m2].
+
+    Mass and moments are those of the balls' union (`sim.seed.Seed.from_spheres`); ValueError says what is wrong with the balls.
+    """
+    balls_m = np.array(spheres_m, dtype=float)
+    seed = Seed.from_spheres(balls_m[:, :3], balls_m[:, 3], density_kg_m3)
+    balls = [[*map(float, centre), float(radius)] for centre, radius in zip(seed.centres_m, seed.radii_m)]
+    return balls, float(seed.mass_kg), [float(moment) for moment in seed.inertia_kg_m2]

@@ -60,7 +60,7 @@ def like(rig: str, description: dict, **changes: Any) -> Recording:
     return Recording("twin", Path("twin"), rig, "", (), **{name: getattr(sections, name) for name in kept})
 
 
-def gone(recording: Recording, parameters: Parameters, number: int) -> Ran:
+def run_path(recording: Recording, parameters: Parameters, number: int) -> Ran:
     """The twin's run; the same number, the same seed and placing."""
     motion, _ = run(recording, parameters, rng=np.random.default_rng([5, number]))
     way = motion.series["travel_mm"]

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.diagnose.along import MOST, Twin, compared
 from calibrate.diagnose.finding import Finding
+from calibrate.diagnose.path_pictures import MOST, Twin, compared
 from calibrate.diagnose.rerun import Again, Compared, beside_mean, change_in_words, settings, values_by_recording
 from calibrate.diagnose.rigs.slide.diagnose import FRICTION
 from calibrate.diagnose.words import followed
-from calibrate.twin.along import Path1D, gone, like
 from calibrate.twin.parameters import Parameters
+from calibrate.twin.paths import Path1D, like, run_path
 
 BEGUN_MM = 1.0  # of travel: from here clocks are compared
 BEFORE_DEG = 1.5  # the twin's plate starts as much below the angle of onset
@@ -95,7 +95,7 @@ def let_go_deg(r, parameters: Parameters, number: int):
     if recording.camera.fps is None:
         rate = float(1 / np.median(np.diff(r.time_s)))
         recording = replace(recording, camera=recording.camera.model_copy(update={"fps": rate}))
-    path = gone(recording, parameters, number)
+    path = run_path(recording, parameters, number)
     return float(np.interp(path.reached(BEGUN_MM), path.time, path.motion.series["tilt_deg"])), recording
 
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.diagnose.air import air_of, drag_shape
-from calibrate.diagnose.along import MOST, Twin, compared
 from calibrate.diagnose.finding import Finding
+from calibrate.diagnose.path_pictures import MOST, Twin, compared
 from calibrate.diagnose.rerun import Again, change_in_words
 from calibrate.diagnose.rigs.roll.session import FEW_ROWS, stays
-from calibrate.twin.along import Path1D, Recording, gone, like
-from calibrate.twin.flown import drag_factor
+from calibrate.twin.flights import drag_factor
 from calibrate.twin.parameters import Parameters
+from calibrate.twin.paths import Path1D, Recording, like, run_path
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
 DRAG_M_S = 0.5  # at which a roll's drag is reported
@@ -84,7 +84,7 @@ def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
     start = float(np.mean(lengths * np.sin(beta) / (lengths * np.cos(beta) + np.maximum(ends - lengths, 1.0))))
 
     def miss(mu: float) -> float:
-        ran = [gone(*_made(r, mu, value), k) for k, (r, value) in enumerate(zip(chosen, values, strict=True))]
+        ran = [run_path(*_made(r, mu, value), k) for k, (r, value) in enumerate(zip(chosen, values, strict=True))]
         return float(np.mean([_end(path, own) for path, own in zip(paths, ran, strict=True)]) - ends.mean())
 
     low, high = start, 0.93 * start

@@ -11,7 +11,7 @@ from calibrate.diagnose.rerun import Again, Compared, beside_mean, settings, val
 from calibrate.diagnose.rigs.drop.diagnose import RESTITUTION
 from calibrate.diagnose.rigs.drop.impacts import Impacts, chosen, heard, impacts_of, joined, usable
 from calibrate.diagnose.rigs.drop.joint import Sitting, flown, parts_of
-from calibrate.twin.flown import strike
+from calibrate.twin.flights import strike
 from calibrate.twin.parameters import Parameters
 from calibrate.twin.restitution import viscoelastic, yielding
 

@@ -15,11 +15,11 @@ from calibrate.diagnose.effects.pile import EFFECTS
 from calibrate.diagnose.finding import Finding
 from calibrate.diagnose.rerun import Again, Compared
 from calibrate.diagnose.rigs.pile.flanks import photo_of
+from calibrate.diagnose.rigs.pile.heap_priors import PACKING_SD
 from calibrate.diagnose.rigs.pile.slices import AT, SOYBEAN_MM, Knobs, Shape, heap, setting, shape_of
-from calibrate.diagnose.rigs.pile.usual import PACKING_SD
+from calibrate.twin.drop_pictures import beside
 from calibrate.twin.piles import SeenPile, read_piles
 from calibrate.twin.run import simulate
-from calibrate.twin.shown import beside
 
 FRICTIONS = (0.55, 0.25)  # the soybean paper's, and less
 LEAST, MOST = 0.1, 1.0  # of friction

@@ -13,7 +13,7 @@ from calibrate.diagnose.rerun import Again, Compared, change_in_words, settings
 from calibrate.diagnose.rigs.drop.joint import Sitting, moved_to, sittings_of
 from calibrate.diagnose.rigs.drop.model import IN_FLIGHT, nearer, pictured, places, pushed, rate_of, velocities
 from calibrate.diagnose.rigs.drop.nuisances import DISTANCES_M
-from calibrate.twin.flown import drag_factor, fly
+from calibrate.twin.flights import drag_factor, fly
 
 TURNS = 3  # of Gauss–Newton for the starts
 TYPICAL = 0.75  # of the greatest speed: where drag bends a flight most
@@ -21,8 +21,8 @@ TYPICAL = 0.75  # of the greatest speed: where drag bends a flight most
 
 def drops_again(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Again:
     """Flight and picture by flights, impacts by impacts; both where both were named."""
+    from calibrate.diagnose.rigs.drop.impact_resimulation import strikes_again
     from calibrate.diagnose.rigs.drop.pictures import with_pictures
-    from calibrate.diagnose.rigs.drop.strikes import strikes_again
 
     names = finding.modelled
     in_flight = tuple(n for n in names if n in IN_FLIGHT)

@@ -8,8 +8,8 @@ import pytest
 from heaping import Heap, repeats
 
 from calibrate.diagnose.effects.pile import EFFECTS
-from calibrate.diagnose.rigs.pile.again import FRICTIONS, Kind, _compared, _fitted, piles_again
 from calibrate.diagnose.rigs.pile.diagnose import diagnose_pile
+from calibrate.diagnose.rigs.pile.resimulation import FRICTIONS, Kind, _compared, _fitted, piles_again
 from calibrate.diagnose.rigs.pile.slices import AT, Knobs, Shape, setting, shape_of
 from calibrate.twin.parameters import Parameters, bench
 from calibrate.twin.piles import read_piles
