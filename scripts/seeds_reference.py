@@ -3,6 +3,7 @@
     python scripts/seeds_reference.py
 """
 
+import argparse
 import tomllib
 from pathlib import Path
 
@@ -38,4 +39,5 @@ def page() -> str:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__).parse_args()
     OUT.write_text(page(), encoding="utf8")
