@@ -132,7 +132,7 @@ def simulate(
     What is not given has the value that the soybean paper calibrated. Run again, the command goes on where it was stopped.
     Exit code 0: done and measured; 1: stopped, or nothing could be measured; 2: the command was misused.
     """
-    from calibrate.simulate_command import simulate_command
+    from twin.simulate_command import simulate_command
     from vision.command import measure_command
 
     numbers = {
@@ -197,7 +197,7 @@ def diagnose(
 
     Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was misused.
     """
-    from calibrate.diagnose_command import Asked, diagnose_command
+    from diagnose.diagnose_command import Asked, diagnose_command
 
     raise typer.Exit(diagnose_command(Asked(bench, out, tuple(rig), rng, twin, quick, overwrite, quiet)))
 

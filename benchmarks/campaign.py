@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from calibrate.campaign import Measured, Measurement, claims, read_campaign, stream_campaign
-from calibrate.campaign.store import open_store
-from calibrate.campaign.work import simulate_and_measure
+from twin.campaign import Measured, Measurement, claims, read_campaign, stream_campaign
+from twin.campaign.store import open_store
+from twin.campaign.work import simulate_and_measure
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ def main() -> None:
     lookup(told.finished)
     side_by_side("nothing to do", [Nothing(n) for n in range(max(told.tiny, 20))], nothing, told.rounds)
     side_by_side("0.2 s asleep", [Nothing(n) for n in range(max(told.tiny // 10, 20))], asleep, told.rounds)
-    from calibrate.twin import Parameters
-    from calibrate.twin.job import Job
+    from twin import Parameters
+    from twin.job import Job
 
     any_way = {"drop": {"orientation": "any"}}
     drops = [Job("drop", Parameters(), any_way, rng=(1, n), rendered=False) for n in range(told.drops)]

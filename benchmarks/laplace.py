@@ -18,8 +18,8 @@ import pandas as pd
 from scipy import stats
 from scipy.special import logsumexp
 
-from calibrate.diagnose import bench, finding
-from calibrate.diagnose.engine.problem import Fit, ln_evidence
+from diagnose import bench, finding
+from diagnose.engine.problem import Fit, ln_evidence
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 ASKED = {"concealed-roll": "roll", "soybean-bench": "roll", "damp-slides": "slide", "concealed-drop": "drop"}

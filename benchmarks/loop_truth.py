@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
+from twin import Parameters
+from twin.job import Job
 
 OUT = Path("benchmark-runs/loop")
 STEEL = {"restitution": (0.45, 0.65), "static_friction": (0.30, 0.50), "rolling_friction": (0.01, 0.03)}

@@ -15,11 +15,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 import pandas as pd
 
-from calibrate.twin.lot import other_seeds
-from calibrate.twin.parameters import Parameters, bench
 from sim.rigs.bench import no_watch
 from sim.rigs.heap import fill, run_heap
 from sim.rigs.pile import Pile, vessel
+from twin.lot import other_seeds
+from twin.parameters import Parameters, bench
 from vision.evidence.keys import Air, Seed
 
 SLAB = Pile(box_m=(0.105, 0.018, 0.2), gate_m=(0.018, 0.2), plate_m=(0.2, 0.018), slab=True)

@@ -8,8 +8,8 @@ import argparse
 import numpy as np
 from rig_jobs import pile, truths
 
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
+from twin import Parameters
+from twin.job import Job
 
 REAL = 3.23e8
 MODULI = (1e6, 3e6, 1e7, 3e7, REAL)

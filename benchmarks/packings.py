@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
-from calibrate.twin.run import run
 from sim.rigs.profile import balls, centroid_angle, slope_angle
+from twin import Parameters
+from twin.job import Job
+from twin.run import run
 
 OUT = Path("benchmark-runs/packings")
 SETS = {

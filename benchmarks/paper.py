@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 from rig_jobs import SLAB, pile, truths
 
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
+from twin import Parameters
+from twin.job import Job
 
 OUT = Path(__file__).parent.parent / "samples" / "soybean-paper" / "twin"
 REPEATS = 10

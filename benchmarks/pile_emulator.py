@@ -1,4 +1,4 @@
-"""Surfaces of simulated heaps against what the diagnosis of piles holds for usual (calibrate/diagnose/rigs/pile/heap_priors.py).
+"""Surfaces of simulated heaps against what the diagnosis of piles holds for usual (diagnose/rigs/pile/heap_priors.py).
 
     python benchmarks/pile_emulator.py [RUNS]      to add, default all; 0: what is there
 
@@ -13,13 +13,13 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import uniform_filter1d
 
-from calibrate.diagnose.rigs.pile import heap_priors
-from calibrate.diagnose.rigs.pile.flanks import photo_of
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
-from calibrate.twin.piles import SeenPile
-from calibrate.twin.run import run
+from diagnose.rigs.pile import heap_priors
+from diagnose.rigs.pile.flanks import photo_of
 from sim.rigs.profile import outline
+from twin import Parameters
+from twin.job import Job
+from twin.piles import SeenPile
+from twin.run import run
 
 STORE = Path("benchmark-runs/heaps")
 SEED_MM = 8.7

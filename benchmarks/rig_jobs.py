@@ -7,9 +7,9 @@ import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
-from calibrate.twin.run import RECORD
+from twin import Parameters
+from twin.job import Job
+from twin.run import RECORD
 
 STORE = Path("benchmark-runs")
 WORKERS = int(os.environ.get("WORKERS", os.cpu_count() or 1))

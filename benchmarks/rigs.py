@@ -9,8 +9,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from calibrate.twin import Parameters, observe
-from calibrate.twin.job import Job
+from twin import Parameters, observe
+from twin.job import Job
 
 REDUCED = {"box_mm": [105, 30, 200], "gate_mm": [30, 200], "plate_mm": [200, 30], "fill_height_mm": 60, "slab": True}
 CASES = {

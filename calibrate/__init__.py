@@ -1,21 +1,14 @@
-"""Bench recordings and their simulated twin → contact parameters, and what is missing. The only package that knows both sides.
+"""Bench recordings and their simulated twin → contact parameters.
 
-    from calibrate import calibrate_tables, diagnose_bench, parameters
+    from calibrate import calibrate_tables, parameters
 
     print(parameters(calibrate_tables("samples/soybean-paper")))
-    for rig, finding in diagnose_bench("samples/concealed-roll").findings.items():
-        print(rig, finding.verdict, finding.names)
 """
 
 from importlib import import_module
 
-_WHERE = {
-    "calibrate_simulated": "procedure.simulated",
-    "calibrate_tables": "procedure",
-    "diagnose_bench": "diagnose.bench",
-    "parameters": "procedure",
-}
-__all__ = ["calibrate_simulated", "calibrate_tables", "diagnose_bench", "parameters"]
+_WHERE = {"calibrate_simulated": "procedure.simulated", "calibrate_tables": "procedure", "parameters": "procedure"}
+__all__ = ["calibrate_simulated", "calibrate_tables", "parameters"]
 
 
 def __getattr__(name: str):

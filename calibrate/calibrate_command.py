@@ -11,14 +11,14 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from calibrate.command import Misuse, check_folders, reported
 from calibrate.procedure import Calibration, calibrate_tables, parameters
 from calibrate.procedure.rigs import PARAMETERS, PILE_RESPONSE
 from calibrate.procedure.shape_effect import verdict
-from calibrate.report import write_report
-from calibrate.report.draw import name
-from calibrate.report.numbers import with_interval
 from calibrate.result_file import write_result
+from report import write_report
+from report.draw import name
+from report.numbers import with_interval
+from twin.command import Misuse, check_folders, reported
 
 DONE, STOPPED, MISUSED = 0, 1, 2
 RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")  # options of a calibration, for the record

@@ -9,10 +9,10 @@ import pandas as pd
 
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.steel import SteelFit
-from calibrate.twin import Parameters
-from calibrate.twin.pair import Pair
-from calibrate.twin.result_sections import materials_and_shape
-from calibrate.twin.versions import versions
+from twin import Parameters
+from twin.pair import Pair
+from twin.result_sections import materials_and_shape
+from twin.versions import versions
 
 SCHEMA = 1
 CURVE_POINTS = 101

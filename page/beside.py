@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.twin.pair import Pair, pair
 from page.folder import Folder
+from twin.pair import Pair, pair
 from vision.recording import Recording, find_recordings, read_recording
 
 MOST_STEPS = 800  # of the slider

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibrate.diagnose.words import missing
 from calibrate.export import cards, read_result
-from calibrate.report.draw import name as in_words
+from diagnose.words import missing
 from page.folder import Refused
 from page.looking import shorten
+from report.draw import name as in_words
 
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES, SHOWS_MORE = "it would settle what is missing", "nothing that matters is missing so far; it would show more"

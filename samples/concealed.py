@@ -41,9 +41,9 @@ def make(out: Path) -> None:
 
 def make_drop(folder: Path) -> None:
     """Drops whose recordings state no air."""
-    from calibrate.twin import Parameters
-    from calibrate.twin.paths import like
-    from calibrate.twin.run import run
+    from twin import Parameters
+    from twin.paths import like
+    from twin.run import run
 
     begin(folder, HEADER.format(fps=1000.0) + "\n[air]\ndensity_kg_m3 = 0.0\n")
     rng = np.random.default_rng(2027)
@@ -65,8 +65,8 @@ def make_drop(folder: Path) -> None:
 
 def make_roll(folder: Path) -> None:
     """Rolls both ways over a plate that is called level."""
-    from calibrate.twin import Parameters
-    from calibrate.twin.paths import like, run_path
+    from twin import Parameters
+    from twin.paths import like, run_path
 
     begin(folder, HEADER.format(fps=200.0))
     rng = np.random.default_rng(2028)

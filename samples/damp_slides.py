@@ -16,8 +16,8 @@ import pandas as pd
 import tomli_w
 from concealed import begin, conceal, noise
 
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
+from twin import Parameters
+from twin.job import Job
 
 AT_12_PCT, PER_PCT, FROM_RUN_TO_RUN = 0.36, -0.008, 0.003  # static friction, its change by moisture, sd about that
 FILMED_PCT = (11.9, 8.1, 15.2, 13.0, 9.3, 16.0, 10.4, 14.3, 8.8, 12.6)  # in no order, so that time is not moisture in disguise

@@ -16,8 +16,8 @@ import pandas as pd
 import tomli_w
 from concealed import begin, conceal, noise
 
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job
+from twin import Parameters
+from twin.job import Job
 
 TRUTH = {"restitution": 0.52, "static_friction": 0.36, "rolling_friction": 0.032}
 ON_SEED = {"seed_restitution": 0.58, "seed_static_friction": 0.50, "seed_rolling_friction": 0.045}

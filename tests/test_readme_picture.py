@@ -18,7 +18,7 @@ _spec.loader.exec_module(program)
 
 def tag(template: str, shade: int, said: str) -> str:
     """The template's <img>, filled with a picture of one shade."""
-    text = (ROOT / "calibrate" / "report" / template).read_text(encoding="utf8")
+    text = (ROOT / "report" / template).read_text(encoding="utf8")
     (found,) = re.findall(r'<img src="data:image/png[^>]*>', text)
     png = base64.b64encode(cv2.imencode(".png", np.full((100, 200, 3), shade, np.uint8))[1].tobytes()).decode()
     return re.sub(r"\{\{ title \}\}", said, re.sub(r"\{\{ (png|r\.picture) \}\}", png, found))

@@ -106,7 +106,7 @@ def simulate_commands():
 def test_the_simulate_commands_of_readme_and_samples_run(arguments, tmp_path, monkeypatch):
     """As written, but for pictures (--track) and size: piles of 20 mm whose gate has just begun to move."""
     monkeypatch.chdir(ROOT)
-    arguments = [a.replace("my-bench/slide-01/recording.toml", "samples/twin/slide.toml") for a in arguments]
+    arguments = [a.replace("my-bench/slide-01/recording.toml", "samples/rigs/slide.toml") for a in arguments]
     arguments[arguments.index("--out") + 1] = str(tmp_path / "out")
     quick = ["--set", "pile.fill_height_mm=20", "--set", "pile.photo_s=0.01", "--set", "shear_modulus_pa=1e6"]
     more = ["--track", *(quick if arguments[1] == "pile" else [])]
@@ -148,8 +148,8 @@ def test_the_diagnose_commands_of_readme_and_demo_run_and_find_what_is_concealed
 
 def test_the_readme_quotes_what_the_diagnosis_says():
     """The verdict of the concealed drops, to the digit."""
-    from calibrate.diagnose.bench import diagnose_bench
-    from calibrate.diagnose.words import lines
+    from diagnose.bench import diagnose_bench
+    from diagnose.words import lines
 
     said = lines(diagnose_bench(SAMPLES / "concealed-drop"))[0]
     assert said in COMMANDS

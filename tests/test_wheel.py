@@ -33,7 +33,7 @@ def run(installed, tmp_path, code):
 
 
 def test_it_holds_every_package_and_file_that_is_not_python(installed):
-    kept = ("vision", "sim", "calibrate", "prove", "page")
+    kept = ("vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page")
     files = {p.relative_to(ROOT) for name in kept for p in (ROOT / name).rglob("*") if p.is_file() and "__pycache__" not in p.parts}
     assert files == {f for f in files if (installed / f).is_file()}, {f for f in files if not (installed / f).is_file()}
     assert not (installed / "tests").exists() and not (installed / "samples").exists()

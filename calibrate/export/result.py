@@ -124,7 +124,7 @@ def _solid(content: Any, who: str, file: str) -> Solid:
 
 
 def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
-    from calibrate.twin.result_sections import weighed
+    from twin.result_sections import weighed
 
     length, width, thickness = (
         _number(content, f"seed_shape.{key}", file, "a length in mm") for key in ("length_mm", "width_mm", "thickness_mm")

@@ -9,7 +9,7 @@ from scipy import stats
 
 from calibrate.procedure.rigs import STEEL
 from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading
-from calibrate.twin.bench_folder import WEIGHED, Seen, hashes, read_bench
+from twin.bench_folder import WEIGHED, Seen, hashes, read_bench
 
 OWN_OF_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg", *WEIGHED}  # not what makes a rig another rig
 LOT = ("length_mm", "width_mm", "thickness_mm")

@@ -7,9 +7,9 @@ from pathlib import Path
 from calibrate.procedure.bench import OWN_OF_RECORDING
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.effort import Effort, pile_description
-from calibrate.twin import Parameters
-from calibrate.twin.job import Job, described
-from calibrate.twin.pair import Pair, Recording, pair, recordings
+from twin import Parameters
+from twin.job import Job, described
+from twin.pair import Pair, Recording, pair, recordings
 
 WIDTH_PX = 1600
 

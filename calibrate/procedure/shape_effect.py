@@ -8,7 +8,7 @@ import pandas as pd
 from calibrate.procedure.rigs import PILE_RESPONSE
 from calibrate.procedure.simulator import Run, Simulator, seed_numbers
 from calibrate.procedure.steel import SteelFit
-from calibrate.twin.lot import other_seeds
+from twin.lot import other_seeds
 
 LEAST = 2  # runs of either kind, below which a difference has no error
 

@@ -20,7 +20,7 @@ from calibrate.procedure.simulator import SimulationFailed, Simulator
 from calibrate.procedure.steel import SteelFit
 from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_steel
 from calibrate.statistics.box import Box
-from calibrate.twin.parameters import said_of
+from twin.parameters import said_of
 
 NOT_FOUND = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}  # the paper's, for a rig that says nothing
 

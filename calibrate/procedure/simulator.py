@@ -49,10 +49,10 @@ def campaign(
     Without a scheduler, local workers are started with the first run that the store has not, and stay for all that follow: they
     load their compiled kernels once.
     """
-    from calibrate.campaign import read_campaign, run_campaign
-    from calibrate.campaign.cluster import connected
-    from calibrate.twin import Parameters
-    from calibrate.twin.job import Job
+    from twin import Parameters
+    from twin.campaign import read_campaign, run_campaign
+    from twin.campaign.cluster import connected
+    from twin.job import Job
 
     with ExitStack() as stack:
         address = scheduler

@@ -10,7 +10,7 @@ import pandas as pd
 from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS, SEED_LIMITS, Rig
 from calibrate.statistics.box import Box
 from calibrate.statistics.inversion import OutsideRange
-from calibrate.twin.bench_folder import read_numbers
+from twin.bench_folder import read_numbers
 
 LETTERS = ("A", "B", "C")  # the factors of design.csv, in the order of the columns of levels.csv
 READING = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from calibrate.twin.bench_folder import hashes
 from page import runs
 from page.folder import Folder, Refused
+from twin.bench_folder import hashes
 from vision.recording import find_recordings
 
 SLEEPER = """

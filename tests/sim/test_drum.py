@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from calibrate.twin.parameters import Parameters, bench
 from sim.rigs.drum import Drum, _level, flowing_angle, run_drum
+from twin.parameters import Parameters, bench
 from vision.evidence.keys import Air, Seed
 
 

@@ -42,7 +42,7 @@ class StandIn:
         self.runs += runs
         rows = []
         for run in runs:
-            told = {"status": "failed", "reason": "ValueError: it blew up", "rerun": "python -m calibrate.campaign X"}
+            told = {"status": "failed", "reason": "ValueError: it blew up", "rerun": "python -m twin.campaign X"}
             done = {"status": "done", "reason": "", "rerun": ""}
             rows.append(told if run.rig in self.fails else done | response(run, self.packing_sd, self.own_sd))
         return pd.DataFrame(rows)

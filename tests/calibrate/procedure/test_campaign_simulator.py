@@ -14,6 +14,6 @@ def test_runs_come_back_in_order_and_from_the_store_without_workers(tmp_path, mo
         table = simulate(runs)
     assert table["status"].tolist() == ["done", "done"]
     np.testing.assert_allclose(table["rebound_height_mm"], [49.0, 16.0], rtol=0.25)
-    monkeypatch.setattr("calibrate.campaign.cluster.connected", None)  # nothing may be started
+    monkeypatch.setattr("twin.campaign.cluster.connected", None)  # nothing may be started
     with campaign(tmp_path / "runs", workers=1) as simulate:
         assert simulate(runs)["rebound_height_mm"].tolist() == table["rebound_height_mm"].tolist()

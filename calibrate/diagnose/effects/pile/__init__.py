@@ -1,6 +1,0 @@
-"""Effects of the pile, by name."""
-
-from calibrate.diagnose.effects.effect import discovered
-from calibrate.diagnose.effects.pile.shapes import HeapEffect
-
-EFFECTS: dict[str, HeapEffect] = {n: e for n, e in discovered(__name__, __path__).items() if isinstance(e, HeapEffect)}

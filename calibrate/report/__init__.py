@@ -1,5 +1,0 @@
-"""report.html: one self-contained file, readable on a phone, on paper, and without a network."""
-
-from calibrate.report.page import render, write_report
-
-__all__ = ["render", "write_report"]

@@ -1,0 +1,123 @@
+"""A bench folder, diagnosed: its recordings by rig, each rig's finding, and why where there is none."""
+
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from diagnose.finding import Finding
+from twin.tracks import Listed, listed
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """read(folder) → the rig's recordings as its diagnosis takes them, each with `recording` and `trouble`, "" where there is
+    none; diagnose(recordings, rng) → Finding, ValueError where nothing can be said."""
+
+    read: Callable[[Path], list]
+    diagnose: Callable[[list, np.random.Generator], Finding]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """findings by rig; recordings: what was used, by rig; refused: rigs without a finding, and why; trouble: recordings that
+    could not be used, (name, rig, why); notes: what a reader must know; took_s; seed of the random numbers; twins: what the
+    twin shows when it is run again, by rig (`rerun.Again`)."""
+
+    folder: Path
+    findings: dict[str, Finding]
+    recordings: dict[str, list]
+    refused: dict[str, str]
+    trouble: tuple[tuple[str, str, str], ...]
+    notes: tuple[str, ...] = ()
+    took_s: float = 0.0
+    seed: int = 1
+    twins: dict[str, Any] = field(default_factory=dict)
+
+    def to_json(self) -> dict:
+        """diagnosis.json: the rigs' entries, and beside them what could not be used."""
+        rigs = {}
+        for rig, finding in self.findings.items():
+            rigs[rig] = finding.to_json() | ({"twin": self.twins[rig].to_json()} if rig in self.twins else {})
+        trouble = [dict(zip(("recording", "rig", "why"), entry, strict=True)) for entry in self.trouble]
+        return {
+            "schema": 1, "rigs": rigs, "refused": self.refused, "trouble": trouble, "notes": list(self.notes),
+            "random_seed": self.seed,
+        }  # fmt: skip
+
+
+def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), say: Say = lambda text: None) -> Diagnosis:
+    """Every rig of a bench folder, or those named in `only`. FileNotFoundError without a folder."""
+    begun = time.monotonic()
+    entries = listed(folder)
+    trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
+    findings, used, refused = {}, {}, {}
+    rigs = [rig for rig in (*RIGS, *{e.rig: 0 for e in entries if e.rig and e.rig not in RIGS}) if not only or rig in only]
+    for number, rig in enumerate(rigs):
+        here = [e for e in entries if e.rig == rig and not e.trouble]
+        if not here:
+            continue
+        rng = np.random.default_rng([seed, number])
+        found, used[rig], wrong = _diagnosed(folder, rig, here, rng, say)
+        trouble += wrong
+        if isinstance(found, Finding):
+            findings[rig] = found
+        else:
+            refused[rig] = found
+    took = time.monotonic() - begun
+    notes = tuple(f"{n}: one recording only: nothing could be held out" for n, f in findings.items() if len(f.recordings) == 1)
+    return Diagnosis(Path(folder), findings, used, refused, tuple(dict.fromkeys(trouble)), notes, took, seed)
+
+
+def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say):
+    """Finding, or why there is none; the recordings that were used; those that could not be, as (name, rig, why)."""
+    if rig not in RIGS:
+        return f"a {rig} cannot be diagnosed yet", [], []
+    say(f"{rig}: reading {_count(len(entries), 'recording')}")
+    try:
+        of = RIGS[rig]()
+        seen = of.read(folder)
+        known = {e.recording for e in entries}  # files that nobody can read are every reader's trouble
+        wrong = [(s.recording, rig, s.trouble) for s in seen if s.trouble and s.recording in known]
+        usable = [s for s in seen if not s.trouble]
+        if not usable:
+            return "none of its recordings can be used", [], wrong
+        say(f"{rig}: diagnosing {_count(len(usable), 'recording')}")
+        with np.errstate(all="ignore"):  # a step too far on the way to a fit is taken back, and no news
+            return of.diagnose(usable, rng), usable, wrong
+    except ValueError as error:
+        return str(error), [], []
+    except Exception as error:  # a fault of ours in one rig must not cost the others
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(place.filename).name}:{place.lineno}"
+        return f"a fault of benchtwin, please report it: {error!r} in {where}", [], []
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def _rig(rig: str, module: str, reads: str) -> Callable[[], Rig]:
+    """A function that imports what a rig needs when a folder holds such recordings."""
+
+    def made() -> Rig:
+        diagnose = getattr(import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")
+        return Rig(getattr(import_module(f"twin.{module}"), reads), diagnose)
+
+    return made
+
+
+# One line a rig: module of twin and the function in it that reads its recordings.
+RIGS: dict[str, Callable[[], Rig]] = {
+    "drop": _rig("drop", "tracks", "read_drops"),
+    "slide": _rig("slide", "slides", "read_slides"),
+    "roll": _rig("roll", "roll_tracks", "read_rolls"),
+    "pile": _rig("pile", "piles", "read_piles"),
+}

@@ -1,0 +1,123 @@
+"""`benchtwin diagnose` as a person meets it: what was typed, the progress, the answer, the exit code."""
+
+import json
+import shutil
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from twin.command import Misuse, check_folders, reported
+
+DONE, FAILED, MISUSED = 0, 1, 2
+OURS = {"diagnosis.json", "report.html", "twin"}  # what a diagnosis leaves in its folder
+RIG_NAMES = ("drop", "slide", "roll", "pile")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was typed. rigs: only these; twin: run the twin again with what was found; quick: by its tracks, without pictures."""
+
+    bench: Path
+    out: Path
+    rigs: tuple[str, ...] = ()
+    rng: int = 1
+    twin: bool = True
+    quick: bool = False
+    overwrite: bool = False
+    quiet: bool = False
+
+
+def diagnose_command(asked: Asked) -> int:
+    """Diagnose a bench folder; returns the exit code."""
+    try:
+        _check(asked)
+        with _progress(asked.quiet) as say:
+            from diagnose.bench import diagnose_bench
+
+            found = diagnose_bench(asked.bench, seed=asked.rng, only=asked.rigs, say=say)
+            found = _modelled(asked, found, say) if asked.twin else found
+        asked.out.mkdir(parents=True, exist_ok=True)
+        _clear(asked)
+        _write(asked.out / "diagnosis.json", json.dumps(found.to_json(), indent=1, allow_nan=False))
+        drawn = _reported(found, asked.out)
+    except KeyboardInterrupt:
+        return _say(f"stopped; no diagnosis was written to {asked.out}", FAILED)
+    except (FileNotFoundError, FileExistsError, Misuse) as error:
+        return _say(error, MISUSED)
+    except OSError as error:
+        return _say(f"{error.filename or asked.out}: {error.strerror or error}", FAILED)
+    _show(found, asked, drawn)
+    return DONE if found.findings and drawn else FAILED
+
+
+def _check(asked: Asked) -> None:
+    """FileNotFoundError without a bench folder; FileExistsError where `out` holds something that must not be replaced."""
+    bench, out = asked.bench, asked.out
+    if wrong := [rig for rig in asked.rigs if rig not in RIG_NAMES]:
+        raise Misuse(f"--rig {wrong[0]}: no such rig; there are {', '.join(RIG_NAMES)}")
+    if asked.rng < 0:
+        raise Misuse(f"--rng {asked.rng}: a whole number from 0 up")
+    there = check_folders(bench, out, OURS, "diagnosis")
+    if "diagnosis.json" in there and not asked.overwrite:
+        raise FileExistsError(f"{out}: holds a diagnosis already; choose another --out, or say --overwrite")
+
+
+def _clear(asked: Asked) -> None:
+    """An older diagnosis goes only now that a new one is at hand."""
+    for name in ("diagnosis.json", "report.html"):
+        (asked.out / name).unlink(missing_ok=True)
+
+
+def _write(file: Path, text: str) -> None:
+    part = file.with_name(f".{file.name}.part")
+    part.write_text(text, encoding="utf8")
+    part.replace(file)
+
+
+def _modelled(asked: Asked, found, say):
+    """The twin again, with what was found; what cannot be run again is said, and costs nothing else."""
+    from diagnose.rerun import run_again
+
+    shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
+    return run_again(found, asked.out / "twin", pictures=not asked.quick, say=say)
+
+
+def _reported(found, out: Path) -> bool:
+    """Write the report; a fault of ours in drawing it must not cost the verdict, and is told in one line."""
+    from report.diagnosis import write_report
+
+    return reported(lambda: write_report(found, out), f"the verdict is in {out / 'diagnosis.json'}", "diagnose")
+
+
+def _show(found, asked: Asked, drawn: bool) -> None:
+    """The verdicts in the terminal, and where to look; troubles are errors where nothing else was found."""
+    from diagnose.words import lines
+
+    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    if asked.quiet and found.findings:
+        return
+    if not found.findings:
+        for line in (*lines(found), f"nothing could be diagnosed in {asked.bench}"):
+            _say(line, FAILED)
+        return
+    for line in (*lines(found), f"report: {asked.out / ('report.html' if drawn else 'diagnosis.json')}"):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _say(error, code: int) -> int:
+    print(f"benchtwin diagnose: {error}", file=sys.stderr)
+    return code
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator:
+    """A function that is told of every stage."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
+        task = progress.add_task("", total=None)
+        yield lambda text: progress.update(task, description=text)

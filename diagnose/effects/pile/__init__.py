@@ -1,0 +1,6 @@
+"""Effects of the pile, by name."""
+
+from diagnose.effects.effect import discovered
+from diagnose.effects.pile.shapes import HeapEffect
+
+EFFECTS: dict[str, HeapEffect] = {n: e for n, e in discovered(__name__, __path__).items() if isinstance(e, HeapEffect)}

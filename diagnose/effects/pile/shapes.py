@@ -1,0 +1,94 @@
+"""Where along a flank something shows, and what a law of heaps says.
+
+u: share of the flank's way, 0 at the crest, 1 where its line meets the plate; changes of the surface in shares of its height.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from diagnose.effects.effect import Effect
+
+CREST_WIDTH, TOE_WIDTH = 0.2, 0.15
+BENDS, BEND_WIDTH, BEND_SD = (0.0, 0.1, 0.2, 0.3, 0.4), 0.08, 0.04  # how far a crest may depart from `crest`: nobody knows a law that well
+
+
+def crest(u: np.ndarray) -> np.ndarray:
+    """1 at the crest, gone a third of the way down: exp(−½ (u/0.2)²)."""
+    return np.exp(-0.5 * (u / CREST_WIDTH) ** 2)
+
+
+def toe(u: np.ndarray) -> np.ndarray:
+    """1 at the toe, gone a third of the way up, and running out beyond: exp(−|u − 1|/0.15)."""
+    return np.exp(-np.abs(u - 1) / TOE_WIDTH)
+
+
+def middle(u: np.ndarray) -> np.ndarray:
+    """A bow between crest and toe: 1 half way, 0 and level with the line at both ends: sin²(π u)."""
+    return np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0, 1)) ** 2, 0.0)
+
+
+@dataclass(frozen=True)
+class Law:
+    """What one unit of a parameter does to a photo (rigs.pile.flanks.Photo), times `weight`.
+
+    surface(u) → (n,) added to the surface; angle_deg: added to every flank's angle; turn_deg, plate_deg: by how much flanks and
+    plate turn clockwise, the flanks' by what the photo's angles count from (Photo.reference); turn_after_deg: where it happened
+    after the heap was poured; creep_deg: how much flatter a heap becomes from its first to its last photo. weight(photos) → (R,):
+    how strongly it acts in each, 1 on average. known_deg(photos): sd of it on a good bench. twin(seed, pile, stated pile, strength)
+    → (seed, pile, laws) of the DEM's heap, as [seed] and [pile] of a recording; strengths: at which heaps are run to learn what
+    it does.
+    """
+
+    surface: Callable[[np.ndarray], np.ndarray] | None = None
+    angle_deg: float = 0.0
+    turn_deg: dict[str, float] = field(default_factory=dict)
+    turn_after_deg: dict[str, float] = field(default_factory=dict)
+    plate_deg: float = 0.0
+    creep_deg: float = 0.0
+    weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))
+    known_deg: Callable[[tuple], float] | None = None
+    twin: Callable[[dict, dict, dict, float], tuple[dict, dict, dict]] | None = None
+    strengths: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class HeapEffect(Effect):
+    """An effect of heaps, which its law describes in place of hooks."""
+
+    law: Law = field(default_factory=Law)
+
+
+def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
+    """Weights in proportion to powers of stated quantities, each left out where a photo does not state it; 1 on average."""
+
+    def weight(photos: tuple) -> np.ndarray:
+        raised = np.ones(len(photos))
+        for quantity, power in powers.items():
+            values = np.array([getattr(p, quantity) for p in photos], dtype=float)
+            if np.isfinite(values).all():
+                raised = raised * values**power
+        return raised / raised.mean()
+
+    return weight
+
+
+def further(effect: str, source: str, **of: tuple[str, str, str, float, Law]) -> tuple[HeapEffect, ...]:
+    """Further parameters of an effect, each (sector, unit, meaning, prior sd, law)."""
+    return tuple(
+        HeapEffect(f"{effect}.{name}", sector, unit, meaning, sd, -np.inf, np.inf, source, group=effect, law=law)
+        for name, (sector, unit, meaning, sd, law) in of.items()
+    )
+
+
+def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[HeapEffect, ...]:
+    """The crest's own shape at BENDS of the way."""
+
+    def bump(at: float) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
+
+    said = "crest's own shape at {:.0%} of the way"
+    return further(effect, source, **{
+        f"bend-{at:g}": ("crest", "1", said.format(at), BEND_SD, Law(surface=bump(at), weight=weight)) for at in BENDS
+    })  # fmt: skip

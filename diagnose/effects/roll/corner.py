@@ -1,0 +1,85 @@
+"""What happens where the incline ends: speed is lost at once, or the seed slips and reaches the level faster than its spin.
+
+A corner takes speed from every seed: the foot on the level is a new point of touch, and only the angular momentum about it is kept. Of
+a seed that rolls round a sharp corner of β it takes (1 − cos β)/(1 + I/(m r²)), 0.024 of a ball's speed at 15°; rolling friction μ under
+the blow adds μ sin β/(1 + I/(m r²)), and a rounded corner takes nothing: this range belongs to the baseline, loss beyond it is
+`corner-loss`, whose parameter is all that is lost.
+
+While slip lasts friction takes speed and gives spin; with slip speed u, angular momentum about the point of touch leaves a rolling seed
+slower by u (1 − 1/c), c = 1 + I/(m r²) (u/3.5 of a ball), and it ends after u (1 − 1/c)/(μ g). On the incline a seed that gains slip in
+proportion to speed, u = s v, turns by (1 − s) v/r only, and so speeds up by c/(1 + (c − 1)(1 − s)) of rolling, without the rolling
+friction, which acts on its spin.
+"""
+
+import math
+
+import numpy as np
+from scipy.special import ndtr
+
+from diagnose.air import G_M_S2
+from diagnose.effects.effect import Effect
+
+SURELY_M_S = 0.01  # slip speed from which a seed slips all the way down
+GRIP = 0.15  # friction that ends the slip on the level
+GRIP_SPREAD = 1.5  # ln: 0.03 to 0.7; what slips longer has next to no friction, shorter is a loss in the corner
+
+
+def most(incline: float, inertia: float, rolling: float) -> float:
+    """Share of the speed that a corner of `incline` [rad] takes at most by itself; inertia: 1 + I/(m r²); rolling: friction."""
+    return (1 - math.cos(incline)) / inertia + rolling * math.sin(incline) / inertia
+
+
+def usual(most: float, rank: float) -> float:
+    """Share of the speed that a corner takes, anything from nil to `most` as likely; rank: standard normal."""
+    return most * float(ndtr(rank))
+
+
+def lost_in_all(e) -> tuple[float, float]:
+    """Share of the speed that the corner takes in all, mean over the runs, and its sd, in an explanation."""
+    at, model, names = e.fit.by_name, e.fit.problem.model, ("corner-loss", "corner")
+    own = [float(np.mean([model.usual_loss(r, at["corner"] + d) for r in range(len(model.runs))])) for d in (-0.01, 0.0, 0.01)]
+    slope = np.array([1.0, (own[2] - own[0]) / 0.02])
+    rows = [e.fit.names.index(n) for n in names]
+    return at["corner-loss"] + own[1], float(np.sqrt(e.power * (slope @ e.fit.covariance[np.ix_(rows, rows)] @ slope)))
+
+
+def slipping(way: dict, value: float, context) -> dict:
+    """The way with slip of `value` [m/s] where the incline ends."""
+    speed, inertia, more = max(context.speed, 1e-3), context.seed.inertia, context.at
+    slip = min(max(value / speed, -0.5), 1.0)
+    full = inertia / (1 + (inertia - 1) * (1 - slip)) / (1 - context.resisted * (1 - math.exp(-max(value, 0.0) / SURELY_M_S)))
+    grip = GRIP * math.exp(GRIP_SPREAD * math.tanh(more.get("initial-slip.grip", 0.0) / GRIP_SPREAD))
+    return way | {
+        "gain": 1 + (0.5 + more.get("initial-slip.incline", 0.0)) * (full - 1), "slip_loss": value * (1 - 1 / inertia),
+        "slip_time": max(value, 0.0) * (1 - 1 / inertia) / (grip * G_M_S2),
+    }  # fmt: skip
+
+
+def passed(runs, seed) -> bool:
+    """Whether any of the seeds passes the corner."""
+    return any(not run.stays for run in runs)
+
+
+EFFECTS = (
+    Effect(
+        name="corner-loss", sector="onset", unit="1", meaning="lost fraction of speed", prior_sd=0.1, low=0.0, high=1.0,
+        source="angular momentum about the new point of touch: (1 − cos β)/(1 + I/(m r²)), 0.024 for a ball at 15°",
+        needs=passed, says=("the corner takes speed", "of the speed"), untwinned="nothing in the twin stands for it", summary=lost_in_all,
+        separating="the same roll over a rounded corner, or on a gentler incline: the loss grows as the square of the angle",
+        act=lambda way, value, context: way | {"keep": way["keep"] - value},
+    ),
+    Effect(
+        name="initial-slip", sector="onset", unit="m/s", meaning="slip speed where the incline ends", prior_sd=0.07, low=0.0,
+        high=3.0, source="Coulomb friction on a rolling ball; u = 5u0/7 at the end of slip", act=slipping, needs=passed,
+        says=("the seed slips where the incline ends", "m/s"), untwinned="nothing in the twin stands for it",
+        separating="the same roll filmed so that the seed's turning is seen: a seed that slips turns too slowly",
+    ),
+    Effect(
+        name="initial-slip.grip", sector="onset", unit="1", meaning="ln of the friction that ends the slip over 0.15", prior_sd=0.7,
+        low=-3.0, high=3.0, source="seeds slide on plates with friction of 0.04 to 0.6", group="initial-slip", sized=False,
+    ),
+    Effect(
+        name="initial-slip.incline", sector="onset", unit="1", meaning="share of the slip from the incline, less 1/2", prior_sd=0.5,
+        low=-1.0, high=1.0, source="a corner may make a seed slip too", group="initial-slip", sized=False,
+    ),
+)  # fmt: skip

@@ -1,0 +1,183 @@
+"""Contact parameters that follow what the recordings state: conditions, the order of recordings, sessions.
+
+A parameter p of recording r is p + β z_r, z the condition with mean nil and sd 1 over the recordings that state it (nil in the
+others), or for words one β a level. As each recording has rows of its own, the column of β is z_r times that of p, so that every
+rig gets these effects by rule.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from diagnose.effects.effect import Effect
+from diagnose.engine.descent import Cheap
+from diagnose.engine.linear import Reduced
+from diagnose.engine.problem import Problem
+
+DISGUISE = 0.98  # correlation of two conditions from which they are not told apart
+MOST_LEVELS = 6
+
+
+@dataclass(frozen=True)
+class Contact:
+    """name as reported ("static_friction"), its global in the problem, prior_sd by which it may follow something (in the global's
+    unit, a sd of the condition), scale: from the global's unit to the reported one; sector; words: in a sentence."""
+
+    name: str
+    column: str
+    prior_sd: float
+    scale: float
+    sector: str
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """name; z (R, k): standardised numbers (k = 1), or levels as contrasts; spread: sd of the numbers, nan for words; levels: of
+    words; unlisted: it says when, not why (order, session)."""
+
+    name: str
+    z: np.ndarray
+    spread: float
+    levels: tuple[str, ...] = ()
+    unlisted: bool = False
+
+
+def conditions_of(descriptions: list[dict], sessions: list[str]) -> tuple[tuple[Condition, ...], tuple[str, ...]]:
+    """Everything that differs between these recordings, and notes on what cannot be used or told apart."""
+    stated = [d.get("conditions", {}) for d in descriptions]
+    found, notes = [], []
+    for key in dict.fromkeys(k for s in stated for k in s):
+        values = [s.get(key) for s in stated]
+        made = _of_words(key, values) if any(isinstance(v, str) for v in values) else _of_numbers(key, values)
+        if made is None:
+            notes.append(f"[conditions] {key} is the same in all recordings that state it: nothing can follow it")
+        else:
+            found.append(made)
+            missing = sum(v is None for v in values)
+            if missing:
+                notes.append(f"[conditions] {key} is not stated in {missing} of {len(values)} recordings; it is used where it is")
+    order = _of_numbers("order", list(range(len(descriptions))))
+    more = [replace(order, unlisted=True)] if order and len(descriptions) > 3 else []
+    if len(set(sessions)) > 1 and (session := _of_words("session", list(sessions))) is not None:
+        more.append(replace(session, unlisted=True))
+    kept = []
+    for extra in more:
+        twin = next((c for c in found if _alike(c, extra)), None)
+        if twin is None:
+            kept.append(extra)
+        else:
+            notes.append(f"[conditions] {twin.name} goes with the {extra.name} of the recordings: the two cannot be told apart")
+    for k, one in enumerate(found):
+        for other in found[k + 1 :]:
+            if _alike(one, other):
+                notes.append(f"[conditions] {one.name} and {other.name} go together: the two cannot be told apart")
+    return (*found, *kept), tuple(notes)
+
+
+def _of_numbers(name: str, values: list) -> Condition | None:
+    numbers = np.array([np.nan if v is None else float(v) for v in values])
+    seen = np.isfinite(numbers)
+    if seen.sum() < 3 or np.ptp(numbers[seen]) <= 0:
+        return None
+    spread = float(numbers[seen].std())
+    z = np.where(seen, (numbers - numbers[seen].mean()) / spread, 0.0)
+    return Condition(name, z[:, None], spread)
+
+
+def _of_words(name: str, values: list) -> Condition | None:
+    words = [None if v is None else str(v) for v in values]
+    levels = tuple(dict.fromkeys(w for w in words if w is not None))
+    if not 2 <= len(levels) <= MOST_LEVELS:
+        return None
+    member = np.array([[w == level for level in levels] for w in words], dtype=float)
+    seen = member.sum(1) > 0
+    return Condition(name, member - np.where(seen[:, None], member[seen].mean(0), 0.0), float("nan"), levels)
+
+
+def _alike(one: Condition, other: Condition) -> bool:
+    """Whether all that one says the other says too."""
+    basis = np.linalg.qr(np.hstack([np.ones((len(one.z), 1)), other.z]))[0]
+    about = one.z - one.z.mean(0)
+    left = about - basis @ (basis.T @ about)
+    return float((left**2).sum()) < (1 - DISGUISE**2) * float((about**2).sum())
+
+
+def effect_name(contact: Contact, condition: Condition) -> str:
+    return f"{contact.name}-follows-{condition.name}"
+
+
+def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condition, ...]) -> Problem:
+    """The problem with one effect a condition; `problem.reduce` gets their columns, which are linear: β is nil where a prediction
+    is made, and counts in the reduced space alone."""
+    if not conditions or contact.column not in problem.names:
+        return problem
+    effects, names, factors = dict(problem.effects), list(problem.names), []
+    for c in conditions:
+        for effect in _effects(contact, c):
+            effects[effect.name] = effect
+            names.append(effect.name)
+        factors.append(c.z)
+    z, base = np.hstack(factors), len(problem.names)
+    column = problem.names.index(contact.column)
+
+    def widened(made: tuple[Reduced, ...], there: bool) -> tuple[Reduced, ...]:
+        out = []
+        for r, one in enumerate(made):
+            more = one.a[:, [column]] * z[r]
+            cost = None if there else one.cost  # χ² at that very point knows nothing of β
+            out.append(replace(one, a=np.hstack([one.a[:, :base], more, one.a[:, base:]]), cost=cost))
+        return tuple(out)
+
+    def reduce(starts: np.ndarray, values: np.ndarray, extra=None):
+        made, change = problem.reduce(starts, values[:base], extra)
+
+        def changed(moved: np.ndarray) -> np.ndarray:
+            shift = np.tile(moved[:base], (len(made), 1))
+            shift[:, column] += z @ (values + moved)[base:]
+            return change(shift)
+
+        return widened(made, bool(values[base:].any())), changed
+
+    return replace(
+        problem, effects=effects, names=tuple(names), reduce=reduce, cheap=_wider(problem, base, widened),
+        elsewhere=tuple((starts, np.append(values, np.zeros(z.shape[1]))) for starts, values in problem.elsewhere),
+    )  # fmt: skip
+
+
+def _wider(problem: Problem, base: int, widened: Callable) -> Cheap | None:
+    """What spares `reduce` where nothing follows a condition."""
+    if problem.cheap is None:
+        return None
+    inner = problem.cheap
+
+    def lean(starts, values, wanted):
+        made, change = inner.lean(starts, values[:base], wanted[:base])
+        return widened(made, False), lambda moved: change(moved[:base])
+
+    return Cheap(lambda starts, values: inner.cost(starts, values[:base]), lean)
+
+
+def _effects(contact: Contact, c: Condition) -> list[Effect]:
+    name = effect_name(contact, c)
+    unit = f"1/{c.name.rsplit('_', 1)[-1]}" if "_" in c.name else f"1/{c.name}"
+
+    def shown(value: float) -> float:
+        return value * contact.scale / c.spread
+
+    about: dict[str, Any] = {
+        "sector": contact.sector, "prior_sd": contact.prior_sd, "low": -np.inf, "high": np.inf, "follows": c.name,
+        "unlisted": c.unlisted, "source": "by rule: whatever the recordings state may matter",
+    }  # fmt: skip
+    if not c.levels:
+        return [Effect(name, unit=unit, meaning=f"slope of {contact.words} on {c.name}", reported=shown, **about)]
+    words = f"{contact.words} beside the mean of all levels, {c.name} = "
+    return [
+        Effect(
+            name if k == 0 else f"{name}.{level}", unit="1", meaning=f"{words}{level}", group="" if k == 0 else name,
+            reported=lambda value: value * contact.scale, level=level, **about,
+        )
+        for k, level in enumerate(c.levels)
+    ]  # fmt: skip

@@ -1,0 +1,96 @@
+"""Slides and rolls run again: the twin's way along its path beside the recorded one, from where the motion begins."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from diagnose.rerun import Again, Compared
+from twin.parameters import Parameters
+from twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown
+
+MOST = 6  # recordings that are run again
+POINTS = 200  # at which ways are compared
+
+
+@dataclass(frozen=True, eq=False)
+class Twin:
+    """One recording with what its twins are made of: seen; from_mm: where both clocks start; old, new: (recording to be like,
+    parameters), parameters found so that the twin begins, or ends, as was recorded."""
+
+    name: str
+    seen: Path1D
+    from_mm: float
+    old: tuple[Recording, Parameters]
+    new: tuple[Recording, Parameters]
+
+
+def compared(again: Again, twins: list[Twin], folder: Path, pictures: bool, say: Callable[[str], None]) -> Again:
+    """`again` with every recording beside both twins, a picture, and with `pictures` one of them filmed."""
+    rows, ways = [], []
+    for k, twin in enumerate(twins):
+        say(f"{again.rig}: running the twin of {twin.name} again ({k + 1} of {len(twins)})")
+        ran = [run_path(*made, k) for made in (twin.old, twin.new)]
+        before, after = (apart(twin, path) for path in ran)
+        rows.append(Compared(twin.name, "way along the path", "mm", before, after, "track"))
+        ways.append(ran)
+    best = max(range(len(twins)), key=lambda k: rows[k].before - rows[k].after)
+    caption = (
+        f"{twins[best].name} at the same moments: as recorded (drawn from its track), the old twin, the new twin with "
+        f"{' and '.join(again.effects)}, and what differs, brightened"
+    )
+    again = replace(again, compared=tuple(rows), figure=_figure(twins[best], *ways[best]))
+    try:
+        again = replace(again, picture=_picture(twins[best], *ways[best]), caption=caption)
+        if pictures:
+            again = replace(again, compared=(*again.compared, _followed(twins[best], best, again.rig, folder, say)))
+    except (RuntimeError, ValueError) as error:  # no renderer, or a film that cannot be followed
+        again = replace(again, notes=(*again.notes, f"no pictures of the twin: {error}"))
+    return again
+
+
+def apart(twin: Twin, path: Path1D) -> float:
+    """Root mean square [mm] between recorded and twin's way, both clocks started at `from_mm`; over all that was recorded."""
+    begin, own = twin.seen.reached(twin.from_mm), path.reached(twin.from_mm)
+    if not np.isfinite(own):
+        return float(np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean()))  # it never got that far
+    time = np.linspace(0.0, twin.seen.time[-1] - begin, POINTS)
+    return float(np.sqrt(((twin.seen.at(begin + time) - path.at(own + time)) ** 2).mean()))
+
+
+def _followed(twin: Twin, number: int, rig: str, folder: Path, say) -> Compared:
+    import shutil
+
+    off: dict[str, float] = {}
+    for which, made in (("old", twin.old), ("new", twin.new)):
+        out = folder / f"{twin.name.replace('/', '-')}-{which}"
+        shutil.rmtree(out, ignore_errors=True)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        off[which] = apart(twin, filmed(*made, number, out, lambda text: say(f"{rig}: {text}")))
+    return Compared(twin.name, "way along the path", "mm", off["old"], off["new"], "pictures")
+
+
+def _figure(twin: Twin, old: Path1D, new: Path1D) -> dict:
+    begin = twin.seen.reached(twin.from_mm)
+    time = np.linspace(0.0, twin.seen.time[-1] - begin, 60)
+    points = {"recorded": (time, twin.seen.at(begin + time))}
+    for name, path in (("old twin", old), ("new twin", new)):
+        if np.isfinite(own := path.reached(twin.from_mm)):
+            points[name] = (time, path.at(own + time))
+    return {"x": f"time since {twin.from_mm:.3g} mm (s), {twin.name}", "y": "way along the path (mm)", "points": points}
+
+
+def _picture(twin: Twin, old: Ran, new: Ran) -> bytes:
+    """Moments: for a roll several, for a slide, whose plate moves, one."""
+    slide = twin.old[0].rig == "slide"
+    begin, span = twin.seen.reached(twin.from_mm), twin.seen.time[-1] - twin.seen.reached(twin.from_mm)
+    moments = [0.8 * span] if slide else [k * span / 7 for k in range(8)]
+    recorded = [int(np.argmin(np.abs(new.way - way))) for way in twin.seen.at(begin + np.array(moments))]
+    frames = [[int(np.argmin(np.abs(path.time - path.reached(twin.from_mm) - t))) for t in moments] for path in (old, new)]
+    drawn = [shown(twin.new[0], new.motion, recorded)]
+    drawn += [shown(made[0], path.motion, which) for made, path, which in zip((twin.old, twin.new), (old, new), frames)]
+    gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
+    bright = 255 / max(60, *(int(gap.max()) for gap in gaps))
+    last = [np.minimum(bright * gap, 255).astype(np.uint8) for gap in gaps]
+    return above([*drawn, *last], ["recording", "old twin", "new twin", "recording - old", "recording - new"])

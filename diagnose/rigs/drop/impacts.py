@@ -1,0 +1,190 @@
+"""Impacts of drops: speeds before and after each contact, from fitted flights or from the times of impacts alone."""
+
+import math
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from diagnose.air import G_M_S2, Air
+from diagnose.engine.problem import Fit
+from diagnose.rigs.drop.model import STARTS, Model, predict, pushed, velocities
+from diagnose.rigs.drop.noise_of_track import TrackNoise
+from diagnose.rigs.drop.reduction import whitened
+from diagnose.rigs.drop.session import Session
+
+SLOWEST_M_S = 0.15  # slower contacts are hops of a seed that rolls or rocks already
+CONTACT_FRAMES, CONTACT_PLACE_M = 0.02, 5e-5  # how well flights say when they meet: of a frame; place over change of speed
+UNKNOWN_LONG = 0.3  # elongation of a seed that nobody described
+ONE_SIZE_LONG = 0.05  # of one that is described by a single size
+HEIGHT_SD_M = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Seeds:
+    """Of each recording (R,): radius of the stated volume [m], elongation (a − c)/(a + c), reach a − c of the half axes [m],
+    gyration² I/m in the picture plane [m²]; NaN radius where no size is stated. tilt [deg] of the plate that they fall on, as
+    stated, falling towards +x."""
+
+    radius: np.ndarray
+    elongation: np.ndarray
+    reach: np.ndarray
+    gyration: np.ndarray
+    tilt: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """n impacts of R recordings.
+
+    recording (n,), number (n,): 1 for the first after release; before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise],
+    NaN where not seen; flights (n, 2): which flight is before, after; flight_sd (F, 3): sd of v_x, v_z, ω of a flight; time_sd
+    [s] (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted; steep (n,): −cos 2α of the
+    silhouette's long axis at the contact, −1 lying, 1 on end, NaN where its angle is not seen.
+    """
+
+    names: tuple[str, ...]
+    recording: np.ndarray
+    number: np.ndarray
+    before: np.ndarray
+    after: np.ndarray
+    flights: np.ndarray
+    flight_sd: np.ndarray
+    time_sd: np.ndarray
+    plumb_sd: float
+    seeds: Seeds
+    steep: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.recording)
+
+    @property
+    def spin_seen(self) -> np.ndarray:
+        return np.isfinite(self.before[:, 2]) & np.isfinite(self.after[:, 2])
+
+
+def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
+    """From fitted flights, too slow ones among them."""
+    model, used = fit.problem.model, [t for t in tracks if not t.trouble]
+    s = model.session
+    speed = speeds_at_contacts(model, fit.starts, fit.by_name)
+    count = len(s.joint)
+    recording = s.recording[s.joint[:, 0]] if count else np.zeros(0, dtype=int)
+    number = [1 + int(np.argmin(np.abs(used[r].contacts_s - t))) for r, t in zip(recording, s.joint_time, strict=True)]
+    spin = np.where(np.isfinite(s.spin) & s.spin_seen, s.spin, np.nan)
+    gain = np.abs(speed[count:, 1] - speed[:count, 1])
+    return Impacts(
+        names=s.names, recording=recording, number=np.array(number, dtype=int), flights=s.joint,
+        before=np.column_stack([speed[:count], spin[s.joint[:, 0]]]), after=np.column_stack([speed[count:], spin[s.joint[:, 1]]]),
+        flight_sd=np.column_stack([_flight_sds(fit, noise), s.spin_sd]),
+        time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
+        plumb_sd=math.radians(fit.sd("plumb")), seeds=seeds_of([t.description for t in used]), steep=_steep(s),
+    )  # fmt: skip
+
+
+def speeds_at_contacts(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
+    """(2 J, 2) [m/s]: before all contacts, then after them."""
+    return velocities(model.contacts, starts, pushed(model, starts, values))
+
+
+def struck(impacts: Impacts, speeds: np.ndarray) -> Impacts:
+    """The same impacts (none left out) at other speeds (2 J, 2)."""
+    count = len(impacts)
+    before, after = impacts.before.copy(), impacts.after.copy()
+    before[:, :2], after[:, :2] = speeds[:count], speeds[count:]
+    return replace(impacts, before=before, after=after)
+
+
+def _steep(s: Session) -> np.ndarray:
+    """(J,) from the last row before each contact and the first after it."""
+    if not s.spin_seen:
+        return np.full(len(s.joint), np.nan)
+    ends = np.array([s.stop[s.joint[:, 0]] - 1, s.first[s.joint[:, 1]]])
+    return np.where(s.spin[s.joint].any(axis=1), -np.cos(2 * s.angle[ends]).mean(axis=0), np.nan)
+
+
+def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
+    """(F, 2): sd of v_x and v_z in the middle of each flight, from its own rows."""
+    model, starts = fit.problem.model, fit.starts
+    seen = predict(model, starts, fit.by_name)[0]
+    step = 1e-6
+    columns = [(predict(model, starts + step * unit, fit.by_name)[0] - seen) / step for unit in np.eye(STARTS)[:4]]
+    jacobian = np.stack([*columns, np.zeros_like(seen)], axis=-1)
+    own = [white[:, :4] for white in whitened(model, noise, jacobian)]
+    return np.array([np.sqrt(np.diag(np.linalg.inv(w.T @ w))[2:]) for w in own])
+
+
+def seeds_of(descriptions: list[dict]) -> Seeds:
+    """From the stated sizes of each recording."""
+    rows = []
+    for about in descriptions:
+        seed, tilt = about.get("seed", {}), about.get("drop", {}).get("tilt_deg") or 0.0
+        half = np.array([seed[k] / 2000 for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)])
+        if not len(half):
+            rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, tilt))
+            continue
+        radius = float(np.prod(half)) ** (1 / len(half))
+        long = (half.max() - half.min()) / (half.max() + half.min()) if len(half) > 1 else ONE_SIZE_LONG
+        reach = float(half.max() - half.min()) if len(half) > 1 else 2 * ONE_SIZE_LONG * radius
+        rows.append((radius, long, reach, seed.get("inertia_factor", 0.4) * float((half**2).mean()), tilt))
+    return Seeds(*np.array(rows).reshape(-1, 5).T)
+
+
+def usable(impacts: Impacts) -> np.ndarray:
+    """Which are not too slow, and the seed rose after them."""
+    return np.flatnonzero((impacts.before[:, 1] < -SLOWEST_M_S) & (impacts.after[:, 1] > 0))
+
+
+def chosen(impacts: Impacts, rows: np.ndarray) -> Impacts:
+    """Some of the impacts."""
+    cut = {key: getattr(impacts, key)[rows] for key in ("recording", "number", "before", "after", "flights", "time_sd", "steep")}
+    return replace(impacts, **cut)
+
+
+def heard(
+    names: tuple[str, ...], times: list[np.ndarray], time_sds: list[np.ndarray], descriptions: list[dict], air: list[Air]
+) -> Impacts:
+    """From the times [s] of successive impacts of each recording with their sds, and the stated heights where there are any.
+
+    A hop of duration T leaves and lands at g T/2, but for the air: (1 + κ/4) on leaving and (1 − κ/4) on landing, κ drag over
+    weight at that speed (first order in κ).
+    """
+    rows, flights = [], []
+    sds: list[float] = []
+    for r, (heard_at, heard_sd, about) in enumerate(zip(times, time_sds, descriptions, strict=True)):
+        hop = np.diff(np.asarray(heard_at, dtype=float))
+        speed = G_M_S2 * hop / 2
+        share = air[r].share * (speed / 2) ** 2
+        up, down = speed * (1 + share / 4), speed * (1 - share / 4)
+        height = about.get("drop", {}).get("height_mm")
+        fall = math.sqrt(2 * G_M_S2 * height / 1000) if height else np.nan
+        fall *= 1 - air[r].share * (fall / 2) ** 2 / 4
+        first = len(sds)
+        sds += [G_M_S2 * HEIGHT_SD_M / fall if height else 1.0, *(G_M_S2 / 2 * np.hypot(heard_sd[:-1], heard_sd[1:]))]
+        for k in range(len(hop)):
+            arrival = fall if k == 0 else down[k - 1]
+            if np.isfinite(arrival):
+                rows.append((r, k + 1, arrival, up[k]))
+                flights.append((first + k, first + k + 1))
+    found = np.array(rows).reshape(-1, 4)
+    unseen = np.full(len(found), np.nan)
+    table = Impacts(
+        names, found[:, 0].astype(int), found[:, 1].astype(int), np.column_stack([unseen, -found[:, 2], unseen]),
+        np.column_stack([unseen, found[:, 3], unseen]), np.array(flights, dtype=int).reshape(-1, 2),
+        np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]), np.zeros(len(found)), 0.0, seeds_of(descriptions),
+        np.full(len(found), np.nan),
+    )  # fmt: skip
+    return chosen(table, usable(table))
+
+
+def joined(parts: list[Impacts]) -> Impacts:
+    """Impacts of several sessions as one table: what happens in impacts knows nothing of cameras."""
+    recordings = np.cumsum([0, *(len(p.names) for p in parts)])[:-1]
+    flights = np.cumsum([0, *(len(p.flight_sd) for p in parts)])[:-1]
+    arrays = ("number", "before", "after", "flight_sd", "time_sd", "steep")
+    return Impacts(
+        names=sum((p.names for p in parts), ()), **{key: np.concatenate([getattr(p, key) for p in parts]) for key in arrays},
+        recording=np.concatenate([p.recording + n for p, n in zip(parts, recordings, strict=True)]),
+        flights=np.concatenate([p.flights + n for p, n in zip(parts, flights, strict=True)]),
+        plumb_sd=max(p.plumb_sd for p in parts),
+        seeds=Seeds(*(np.concatenate([getattr(p.seeds, k.name) for p in parts]) for k in fields(Seeds))),
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"""Noise of a session's tracks: what is left beside a curve in each flight that is more flexible than any physics asked about."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from diagnose.air import G_M_S2
+from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
+from diagnose.rigs.drop.session import LEAST_ROWS, Session
+
+TELLING = 20  # flights that tell the noise's correlation
+DEGREE = 6  # of the curve; forces bend a flight in degrees 2 to 5
+EXACT_M = 1e-7  # a simulated track may be exact; nothing is gained from less than a tenth of a micrometre
+TRACKER_PX = 0.01  # uneven light and pixels shift a silhouette's centre by as much, smoothly with the place: no scatter shows it
+UNSEEN_M = 10.0  # a place that never changes at all was not looked at (heights only)
+SMOOTH = range(2, DEGREE + 1)  # what the curve has beyond a straight line
+
+
+@dataclass(frozen=True, eq=False)
+class TrackNoise:
+    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m] of each recording."""
+
+    axes: tuple[Noise, Noise]
+    sigma: np.ndarray
+
+    @property
+    def level_sd(self) -> float:
+        """sd of the logarithm of the noise power at low frequency, the less well known of both axes."""
+        return max(axis.log_level_sd for axis in self.axes)
+
+
+def smooth_columns(tau: np.ndarray, half: float) -> np.ndarray:
+    """Legendre polynomials of SMOOTH degrees (n, 5) at τ of one flight."""
+    return legendre.legvander(tau / half, DEGREE)[:, SMOOTH.start :]
+
+
+def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -> TrackNoise:
+    """ρ and white share by REML over the longest flights of the session, unless they are known; σ of each recording from its
+    innovations."""
+    axes, sigma = [], np.empty((len(session.names), 2))
+    least = max(EXACT_M, TRACKER_PX * session.view.pixel)
+    for axis in (0, 1):
+        stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
+        noise = known[axis] if known else estimate(sorted(stretches, key=lambda s: -len(s.data))[:TELLING])
+        power, freedom = np.zeros(len(session.names)), np.zeros(len(session.names))
+        for f, stretch in enumerate(stretches):
+            innovation, spare = _innovations(stretch, noise)
+            power[session.recording[f]] += (innovation**2).sum()
+            freedom[session.recording[f]] += spare
+        spread = np.sqrt(power / np.maximum(freedom, 1))
+        enough = freedom >= 10
+        pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
+        sigma[:, axis] = np.maximum(np.where(enough, spread, pooled), least)
+        if np.ptp(session.places[:, axis]) < EXACT_M:
+            sigma[:, axis] = UNSEEN_M
+        axes.append(noise)
+    return TrackNoise((axes[0], axes[1]), sigma)
+
+
+def _stretch(session: Session, flight: int, axis: int) -> Stretch:
+    rows = slice(session.first[flight], session.stop[flight])
+    tau, angle, phase = session.tau[rows], session.angle[rows], session.view.phase[rows, axis]
+    if len(tau) < LEAST_ROWS:  # gravity is known, and air bends so few rows alike
+        fallen = session.places[rows, axis] + axis * G_M_S2 * tau**2 / 2
+        return Stretch(legendre.legvander(tau / session.half[flight], 1), fallen - fallen.mean(), frame_lag(session.frame[rows]))
+    degree = min(DEGREE, max(2, len(tau) // 25))  # a short flight's curve must not take the noise for motion
+    columns = [legendre.legvander(tau / session.half[flight], degree)]
+    if len(tau) > 60:  # a wave of less than a turn is what the curve shows already
+        columns += [np.column_stack([np.cos(2 * angle), np.sin(2 * angle)])] if np.ptp(2 * angle) > 2 * np.pi else []
+        columns += [np.column_stack([np.cos(phase), np.sin(phase)])] if np.ptp(phase) > 4 * np.pi else []
+    left, size, _ = np.linalg.svd(np.hstack(columns), full_matrices=False)
+    data = session.places[rows, axis]
+    return Stretch(left[:, size > 1e-3 * size[0]], data - data.mean(), frame_lag(session.frame[rows]))
+
+
+def _innovations(stretch: Stretch, noise: Noise) -> tuple[np.ndarray, int]:
+    """Whitened residuals of one stretch in its own unit, and their degrees of freedom."""
+    both = np.column_stack([stretch.design, stretch.data])[:, None, :]
+    clean = whiten(both, stretch.lag[:, None], noise.rho, noise.white)[0][:, 0]
+    solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
+    return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - rank

@@ -1,0 +1,78 @@
+"""What every drop has, with priors: camera, lens, pixels, air; each 0 at the baseline's centre.
+
+A key that a recording states replaces the sd here (mm_per_px_sd, plumb_sd_deg, distance_mm); one that is absent is as unknown as
+this table says.
+"""
+
+import numpy as np
+
+from diagnose.air import SLOPE_SD
+from diagnose.effects.drop.hooks import View, keystone, scaled, turned, wobbled
+from diagnose.effects.effect import Effect
+from diagnose.engine.noise import LOCK_PX
+
+# name: sd, unit, why
+PRIORS = {
+    "scale": (5e-4, "1", "g at an unknown place on earth, a twin of the scale; and the stated (or 1 %) doubt of the scale"),
+    "plumb": (0.0, "deg", "the stated (or 0.5°) doubt of the plumb line"),
+    "keystone": (1e-3, "1/m", "change of the scale with height of a camera that looks straight on"),
+    "lens": (2e-4, "1", "distortion at the edge of the view of a good lens"),
+    "lens.x": (6e-5, "1", "the same about another middle: its axis lies within 0.3 of the view's reach; and where seeds fall"),
+    "lens.z": (6e-5, "1", "the same, upwards"),
+    "wobble": (0.01, "px", "of an outline's centre as it turns, which uneven light moves (problem.TRACKER_PX)"),
+    "wobble.other": (0.01, "px", "the same, the other phase"),
+    "air": (0.15, "1", "of a seed's drag beside a sphere's; 1 of a seed that nobody described"),
+    "air-slope": (SLOPE_SD, "1", "d ln C_d/d ln v beside a sphere's: Haider & Levenspiel (1989)"),
+}  # fmt: skip
+DISTANCES_M = (0.45, 1.2, 3.3, 9.0)  # of a camera whose distance is not stated: log-uniform .3 to 20 m, as alternatives
+DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
+LOCK = "pixel-lock"
+OFF_CENTRE = 0.3  # of the view's reach
+
+
+def lens(places: np.ndarray, view: View, value: float) -> np.ndarray:
+    """r → r (1 + `value` (r/reach)²), reach: from the middle to the top of what was seen."""
+    off = places - view.middle
+    return view.middle + off * (1 + value * (off**2).sum(1, keepdims=True) / view.reach**2)
+
+
+def _off_centre(axis: int):
+    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: to first order what `lens` does about another middle. Brown,
+    Photogrammetric Engineering 32 (1966) 444."""
+
+    def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
+        off = places - view.middle
+        bent = 2 * off[:, axis, None] * off
+        bent[:, axis] += (off**2).sum(1)
+        return places + value * bent / view.reach
+
+    return picture
+
+
+def _lock(axis: int, wave):
+    """A place is read too far towards pixel centres: `value` [px] times a sine or cosine of the place in pixels."""
+
+    def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
+        shift = np.zeros_like(places)
+        shift[:, axis] = value * view.pixel * wave(view.phase[:, axis])
+        return places + shift
+
+    return picture
+
+
+def _nuisance(name: str, picture=None, needs=None, sd: float | None = None) -> Effect:
+    size, unit, why = (sd, "px", "pixel lock") if sd else PRIORS[name]
+    return Effect(name, "nuisance", unit, why, size or 1.0, -np.inf, np.inf, why, picture=picture, needs=needs)
+
+
+def _turns(session) -> bool:
+    return session.spin_seen and bool(np.any(session.spin))
+
+
+_FOUND = (
+    _nuisance("scale", scaled), _nuisance("plumb", turned), _nuisance("keystone", keystone), _nuisance("lens", lens),
+    _nuisance("lens.x", _off_centre(0)), _nuisance("lens.z", _off_centre(1)), _nuisance("wobble", wobbled(0), _turns),
+    _nuisance("wobble.other", wobbled(1), _turns), _nuisance("air"), _nuisance("air-slope"),
+    *(_nuisance(f"{LOCK}.{'xz'[k]}.{w.__name__}", _lock(k, w), sd=LOCK_PX) for k in (0, 1) for w in (np.sin, np.cos)),
+)  # fmt: skip
+NUISANCES: dict[str, Effect] = {effect.name: effect for effect in _FOUND}

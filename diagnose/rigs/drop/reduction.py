@@ -1,0 +1,197 @@
+"""The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
+
+The locals are the flights' own starts (v_y² among them, of which only its usual size is known), each seed's own drag beside the
+lot's, each recording's pixel lock (places may be counted from anywhere, not from a pixel's edge), and, where spin pushes, how
+much each flight's spin is more than its silhouette's turning says; the smooth curves are Legendre polynomials of degrees 2 to 6
+in each flight.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from diagnose.air import SEED_DRAG
+from diagnose.engine.linear import Reduced
+from diagnose.engine.noise import frame_lag, whiten
+from diagnose.rigs.drop.flight import POINTS
+from diagnose.rigs.drop.model import (
+    LAWS,
+    NEARING,
+    SMALL_M,
+    SPIN,
+    STARTS,
+    Model,
+    growth,
+    joint_sds,
+    nearer,
+    picture_slopes,
+    places,
+    push_slopes,
+    pushed,
+    rate_of,
+    sides,
+    spins,
+)
+from diagnose.rigs.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
+from diagnose.rigs.drop.nuisances import LOCK
+from diagnose.rigs.drop.side_information import pushed_sides, side_rows, touching, unseen_rows
+
+STEP = 1e-3  # of a global's prior sd, for derivatives
+
+
+def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
+    """Linearised about `starts` and `values` (G,): Reduced of each recording, and a function (change of θ) → change of starts.
+
+    The last entry of each b is the residual that no parameter can change, so that χ² of different points compare.
+    pushes (K, F, POINTS, 2): accelerations at the flights' nodes, whose columns follow those of the globals.
+    """
+    pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
+    blocks = _blocks(model, noise, starts, values, pushes)
+    lower, change = _eliminate(model, starts, blocks, len(values) + len(pushes), spins(model))
+    at = np.concatenate([values, np.zeros(len(pushes))])
+    return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
+
+
+def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
+    """Triangle of each flight's whitened rows [locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
+    rows. There is no column of spin where none was seen."""
+    s, at = model.session, dict(zip(model.names, values, strict=True))
+    step = {n: STEP * LAWS[n].prior_sd for n in at}
+    push = pushed(model, starts, at)
+    driven = push_slopes(model, starts, at, push, step)
+    spun = [driven.pop(SPIN)] if SPIN in driven else []
+    seen, columns = row_slopes(model, starts, at, push, driven, step)
+    columns += list(_pushed_rows(model, np.array([*pushes, *spun]).reshape(-1, *push.shape)))
+    jacobian = np.stack([*columns, (s.places - seen).T], axis=-1)  # (2, n, locals + G + K (+ 1) + 1)
+    triangles = [np.linalg.qr(white, mode="r") for white in whitened(model, noise, jacobian.swapaxes(0, 1))]
+    side, side_columns = side_slopes(model, starts, at, push, driven, step)
+    sds = joint_sds(model, starts, push)
+    side_columns += [pushed_sides(model, sds, push) for push in pushes]
+    own = sum((touching(model, push) for push in spun), np.zeros(2 * len(s.joint)))
+    return triangles, side_rows(model, starts, at, sds, np.array(side_columns).T, side, own)
+
+
+def side_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, driven: dict, step: dict):
+    """Side conditions (J + R,), and how they change with each global; driven: how `push` does (push_slopes)."""
+    side = sides(model, starts, push, rate_of(at))
+    slopes = [np.zeros_like(side) for _ in at]
+    for k, n in enumerate(at):
+        if n in driven:
+            rate = rate_of(at | {n: at[n] + step[n]})
+            slopes[k] = (sides(model, starts, push + step[n] * driven[n], rate) - side) / step[n]
+    return side, slopes
+
+
+def row_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, driven: dict, step: dict):
+    """What the camera reads (n, 2), and how that changes (2, n) with the numbers of each flight's start and with each global."""
+    s, rows = model.session, model.rows
+    level = places(rows, starts, push)
+    true = nearer(level, s, starts, rows.flight, rows.tau)
+    seen, slopes = picture_slopes(true, s.view, at, step)
+    carried = dict(zip(driven, _pushed_rows(model, np.array(list(driven.values()))), strict=True))
+    grown = growth(s, starts, rows.flight, rows.tau)[:, 0]
+
+    def shown(moved: np.ndarray) -> np.ndarray:
+        return moved[0] * slopes["x"] + moved[1] * slopes["z"]
+
+    across, up = np.eye(2)[:, :, None]
+    moves = [across, up, rows.tau * across + carried[2], rows.tau * up + carried[3], carried[4]]
+    columns = [shown(grown * moved) for moved in moves]
+    for p in NEARING:
+        moved = starts + SMALL_M * (np.arange(STARTS) == p)
+        columns.append(shown((nearer(level, s, moved, rows.flight, rows.tau) - true).T) / SMALL_M)
+    return seen, columns + [slopes[n] if n in slopes else shown(grown * carried[n]) for n in at]
+
+
+def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
+    """Whitened rows (2 n_f, locals + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
+    s, extra = model.session, len(SMOOTH)
+    width = jacobian.shape[2]
+    size = s.stop - s.first
+    both = []
+    for axis in (0, 1):
+        rows, lag = np.zeros((size.max(), len(size), width + extra)), np.full((size.max(), len(size)), np.inf)
+        for f, n in enumerate(size):
+            here = slice(s.first[f], s.stop[f])
+            sigma = noise.sigma[s.recording[f], axis]
+            rows[:n, f, :width] = jacobian[here, axis] / sigma
+            rows[:n, f, width:] = smooth_columns(s.tau[here], s.half[f])  # in units of σ: their priors are flat anyway
+            lag[:n, f] = frame_lag(s.frame[here])
+        both.append(whiten(rows, lag, noise.axes[axis].rho, noise.axes[axis].white)[0])
+    for f, n in enumerate(size):
+        across, up = both[0][:n, f], both[1][:n, f]
+        nil = np.zeros((n, extra))
+        yield np.vstack([
+            np.hstack([across[:, : width - 1], across[:, width:], nil, across[:, width - 1 : width]]),
+            np.hstack([up[:, : width - 1], nil, up[:, width:], up[:, width - 1 : width]]),
+        ])  # fmt: skip
+
+
+def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
+    """(K, 2, n): where accelerations (K, F, POINTS, 2) move the rows."""
+    parts = [np.einsum("np,kpc->kcn", model.rows.shift[a:b], pushes[:, f], optimize=True) for f, a, b in model.rows.runs]
+    return np.concatenate(parts, axis=2)
+
+
+def _own_sds(model: Model, recording: int) -> dict[int, float]:
+    """Globals (their numbers) of which each recording has something of its own besides, and its sd."""
+    locks = {k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)}
+    return ({model.names.index("air"): SEED_DRAG} if model.session.air[recording].share > 0 else {}) | locks
+
+
+def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
+    """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts."""
+    session = model.session
+    triangles, sides = blocks
+    extra, each = 2 * len(SMOOTH), STARTS
+    reduced, back = [], []
+    for r in range(len(session.names)):
+        flights = np.flatnonzero(session.recording == r)
+        if not len(flights):
+            continue
+        spot = {int(f): i for i, f in enumerate(flights)}
+        owns = _own_sds(model, r)
+        spins = each * len(flights) + len(owns)  # the first column of the flights' own spins, in sds
+        local = spins + spun * len(flights)
+        total = local + count + extra * len(flights) + 1
+        rows = [np.eye(total)[spins:local], np.eye(len(owns), total, each * len(flights)) / np.array([*owns.values()])[:, None]]
+        for f in flights:
+            triangle, i = triangles[f], spot[int(f)]
+            block = np.zeros((len(triangle), total))
+            block[:, each * i : each * (i + 1)] = triangle[:, :each]
+            block[:, local : local + count] = triangle[:, each : each + count]
+            block[:, each * len(flights) : spins] = triangle[:, [each + k for k in owns]]
+            if spun:
+                block[:, spins + i] = triangle[:, each + count]
+            at = local + count + extra * i
+            block[:, at : at + extra] = triangle[:, each + count + spun : -1]
+            block[:, -1] = triangle[:, -1]
+            rows.append(block)
+        for at, entries, right in unseen_rows(model, starts, r):
+            row = np.zeros((1, total))
+            row[0, [each * spot[int(f)] + p for f, p in at]], row[0, -1] = entries, right
+            rows.append(row)
+        for _, entries, across, right in (side for side in sides if side[0] == r):
+            row = np.zeros((1, total))
+            for f, entry in entries.items():
+                row[0, each * spot[int(f)] : each * spot[int(f)] + 4] = entry[:4]
+                if spun:
+                    row[0, spins + spot[int(f)]] = entry[4]
+            row[0, local : local + count], row[0, -1] = across, right
+            rows.append(row)
+        triangle = np.asarray(np.linalg.qr(np.vstack(rows), mode="r"))  # one array, whatever numpy's types say
+        below, sizes = triangle[local:], np.abs(np.diag(triangle)[:local])
+        if not sizes.all():  # forces so great that a start moves nothing beside them: no place to be
+            below[:, -1], sizes = np.inf, np.ones(local)
+        bulk = float(np.log(sizes).sum())
+        reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1], bulk=bulk))
+        back.append((flights, triangle[:local, :local], triangle[:local, local : local + count], triangle[:local, -1]))
+
+    def change(theta: np.ndarray) -> np.ndarray:
+        out = np.zeros((len(session.middle), each))
+        for flights, own, across, right in back:
+            out[flights] = solve_triangular(own, right - across @ theta)[: each * len(flights)].reshape(-1, each)
+        return out
+
+    return reduced, change

@@ -1,0 +1,107 @@
+"""Seeds that touch twice: a long seed's other end strikes some milliseconds after the first, and only then it flies; and seeds
+that rock or roll to rest, whose hops are no flights.
+
+A sudden change of velocity within a flight is more than any curve of degree 6 that physics could bend it by; and nothing takes a
+tenth of its fall from one flight alone. Such a flight is left out whole: where it was touched once it may have been touched
+again. One that was touched just before its contact is left out from there. Asked of the whitened rows.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from diagnose.engine.noise import frame_lag, whiten
+from diagnose.rigs.drop.model import ROUND
+from diagnose.rigs.drop.noise_of_track import DEGREE, TrackNoise
+from diagnose.rigs.drop.session import Session
+
+AFTER_S = (0.0015, 0.002, 0.0025, 0.003, 0.005, 0.007, 0.009, 0.012, 0.016, 0.02)
+SUDDEN = 25.0  # fall of χ² with 2 degrees of freedom, 4e-6 by chance, for which a flight is left out
+SUDDEN_END = 15.0  # likewise, 6e-4, for which its last moments are: they are no loss
+LEAST_ROWS = 60  # of a flight that such a question can be put to
+SLOW_S, SLOW_DEGREE = 0.1, 4  # a hop so short is too slow for air: what bends it further is no force
+HELD_SHARE, HELD_SD = 0.1, 5.0  # of the usual fall, and in its sds: by what one flight's own may differ
+
+
+def retouched(tracks: tuple, session: Session, noise: TrackNoise) -> tuple[tuple, tuple[str, ...]]:
+    """Tracks without what was touched meanwhile, and notes; the same tracks where there was nothing."""
+    falls = np.array([_fall(session, noise, f) for f in range(len(session.middle))])
+    usual = _median(*falls.T)
+    held = np.abs(falls[:, 0] - usual) > np.maximum(HELD_SHARE * abs(usual), HELD_SD * falls[:, 1])
+    out, notes = list(tracks), []
+    for r, i in enumerate(i for i, t in enumerate(tracks) if not t.trouble):
+        flights = np.flatnonzero(session.recording == r).tolist()
+        whole, ends = [], []
+        for f in flights:
+            begin, end = session.middle[f] - session.half[f], session.middle[f] + session.half[f]
+            if f != flights[0] and (held[f] or _second_touch(session, noise, f)):
+                whole.append((begin, end))
+            elif f in session.joint[:, 0] and (early := _second_touch(session, noise, f, at_end=True)):
+                ends.append((end - early, end))
+        notes += [f"{tracks[i].recording}: {len(whole)} of its flights left out, touched meanwhile"] if whole else []
+        notes += [f"{tracks[i].recording}: the ends of {len(ends)} of its flights left out, touched already"] if ends else []
+        out[i] = _without(tracks[i], whole, ends)
+    return tuple(out) if notes else tracks, tuple(notes)
+
+
+def _without(track, whole: list[tuple[float, float]], ends: list[tuple[float, float]]):
+    """The track without the flights that have rows within `whole` (begin, end), and without the rows within `ends`."""
+    flight = track.flight.copy()
+    for begin, end in whole:
+        flight[np.isin(flight, np.unique(flight[_within(track, begin, end)]))] = -1
+    for begin, end in ends:
+        flight[_within(track, begin, end)] = -1
+    return replace(track, flight=flight)
+
+
+def _within(track, begin: float, end: float) -> np.ndarray:
+    return (track.time_s >= begin - 1e-9) & (track.time_s <= end + 1e-9)
+
+
+def _fall(session: Session, noise: TrackNoise, flight: int) -> tuple[float, float]:
+    """Acceleration downwards of one flight by itself and its sd [m/s²]."""
+    rows = slice(session.first[flight], session.stop[flight])
+    tau, half = session.tau[rows], session.half[flight]
+    data = session.places[rows, 1] / noise.sigma[session.recording[flight], 1]
+    both = np.column_stack([np.ones_like(tau), tau / half, -((tau / half) ** 2) / 2, data - data.mean()])[:, None, :]
+    clean = whiten(both, frame_lag(session.frame[rows])[:, None], noise.axes[1].rho, noise.axes[1].white)[0][:, 0]
+    values = np.linalg.lstsq(clean[:, :3], clean[:, 3], rcond=None)[0]
+    sd = np.sqrt(np.linalg.inv(clean[:, :3].T @ clean[:, :3])[2, 2])
+    size = noise.sigma[session.recording[flight], 1] / half**2
+    return float(values[2] * size), float(sd * size)
+
+
+def _median(values: np.ndarray, sds: np.ndarray) -> float:
+    """Weighted by 1/sd²: half the weight lies below."""
+    order = np.argsort(values)
+    weight = np.cumsum(1 / np.maximum(sds[order], 1e-12) ** 2)
+    return float(values[order][np.searchsorted(weight, weight[-1] / 2)])
+
+
+def _second_touch(session: Session, noise: TrackNoise, flight: int, *, at_end: bool = False) -> float:
+    """How long after a flight's first row, or before its last, its velocity changes suddenly [s]; 0 where it does not, and of
+    balls, which touch once."""
+    if session.elongation < ROUND:
+        return 0.0
+    rows = slice(session.first[flight], session.stop[flight])
+    tau, half = session.tau[rows], session.half[flight]
+    after = [a for a in AFTER_S if 3 * session.frame_s < a < 0.4 * 2 * half]
+    if len(tau) < LEAST_ROWS or not after:
+        return 0.0
+    late = tau[-1] - tau if at_end else tau - tau[0]
+    bends = np.column_stack([np.maximum(a - late, 0.0) for a in after]) / 1e-3
+    basis = legendre.legvander(tau / half, DEGREE if half > SLOW_S / 2 else SLOW_DEGREE)
+    angle, lag = session.angle[rows], frame_lag(session.frame[rows])[:, None]
+    if np.ptp(2 * angle) > 2 * np.pi:
+        basis = np.column_stack([basis, np.cos(2 * angle), np.sin(2 * angle)])
+    falls = np.zeros(len(after))
+    for axis in (0, 1):
+        data = session.places[rows, axis] / noise.sigma[session.recording[flight], axis]
+        both = np.column_stack([basis, bends, data - data.mean()])[:, None, :]
+        clean = whiten(both, lag, noise.axes[axis].rho, noise.axes[axis].white)[0][:, 0]
+        smooth, rest = clean[:, : basis.shape[1]], clean[:, basis.shape[1] :]
+        rest = rest - smooth @ np.linalg.lstsq(smooth, rest, rcond=None)[0]
+        columns, left = rest[:, :-1], rest[:, -1]
+        falls += (columns.T @ left) ** 2 / np.maximum((columns**2).sum(0), 1e-12)
+    return after[int(np.argmax(falls))] if falls.max() > (SUDDEN_END if at_end else SUDDEN) else 0.0

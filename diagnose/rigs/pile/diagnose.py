@@ -1,0 +1,121 @@
+"""Heaps, from photos to a finding: a plate tilted before or after its heap was poured, what nobody listed, and what is asked."""
+
+import numpy as np
+
+from diagnose.effects.pile import EFFECTS
+from diagnose.engine.conditions import Contact, conditions_of, with_conditions
+from diagnose.engine.linear import fall_of_chi2, projector, stacked
+from diagnose.engine.locate import Bin, Windows, opened
+from diagnose.engine.posterior import Alternative, Explanation
+from diagnose.engine.problem import Fit
+from diagnose.finding import Curve, Finding, Question, answer
+from diagnose.rigs.pile.flanks import Photo, photos_of
+from diagnose.rigs.pile.problem import differing, problem_of, rows, seeds_high
+from diagnose.rigs.pile.scatter import scatter_of
+
+ONE = "one photo: nothing can be held out, and nothing is named for certain"
+NO_SCALE = "no scale in {}: places are shares of the flank, and the toe is not compared with the size of a seed"
+SAME = "all photos show one kind of heap: friction, rolling, grain shape and walls all set its angle; no photo tells them apart"
+AGAIN = "the same heap again, and a heap with two flanks"
+REPOSE = Contact("repose_angle_deg", "repose", 5.0, 1.0, "middle", "the angle of repose")
+WIDTH = 0.2  # of a window, over the flank's way
+BREAKS = (0.35, 0.5, 0.65)  # of the flank's way, as where two kinds of grains lie over each other
+LEAST_FALL = 12.0  # of χ², for a law worth saying
+SIDES = {-1: "left flank", 1: "right flank"}
+
+
+def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of one bench's heaps (twin.piles.SeenPile); ValueError where no photo shows a flank."""
+    photos, refused = photos_of(recordings)
+    follows, said = conditions_of([{"conditions": p.conditions} for p in photos], [p.session for p in photos])
+    rising = [q for q, v in differing(photos).items() if (np.diff(v) >= 0).all() or (np.diff(v) <= 0).all()]
+    if rising:
+        follows = tuple(c for c in follows if c.name != "order")
+        said = (*said, f"{' and '.join(rising)} goes with the order of the recordings: the two cannot be told apart")
+    scatter = scatter_of(photos)
+    orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)  # no plumb: a later tilt shows nothing
+    alternatives = tuple(Alternative(with_conditions(problem_of(photos, scatter, after=a), REPOSE, follows)) for a in orders)
+    notes = (*refused, *_notes(photos), *said)
+    return answer(Question("pile", alternatives, windows_of, curves_of, {REPOSE.name: repose_deg}, law_of, advice, notes), rng)
+
+
+def repose_deg(e: Explanation) -> tuple[float, float]:
+    """The heaps' mean angle without what was found, and its sd."""
+    return e.fit.problem.model.centre_deg + e.fit.by_name["repose"], e.fit.sd("repose")
+
+
+def windows_of(fit: Fit) -> Windows:
+    """Hats of WIDTH of the flank's way, half over each other, and flanks that break at BREAKS; places in the photos' unit."""
+    photos = fit.problem.model.photos
+    flanks = [f for p in photos for f in p.flanks]
+    scaled = all(p.unit == "mm" for p in photos)
+    length = float(np.mean([f.length for f in flanks])) if scaled else 1.0
+    middles = np.arange(WIDTH / 2, max(f.u[-1] for f in flanks), WIDTH / 2)
+
+    def surface(u: np.ndarray) -> np.ndarray:
+        hats = np.maximum(1 - np.abs(u[:, None] - middles) / (WIDTH / 2), 0)
+        return np.column_stack([hats, *(np.interp(u, [0.0, at, 1.0], [0.0, 1.0, 0.0]) for at in BREAKS)])
+
+    kinds = [(m, "surface", "crest" if m < 1 / 3 else "middle" if m < 0.75 else "toe") for m in middles]
+    kinds += [(at, f"break at {at:.0%}", "middle") for at in BREAKS]  # each is a component of its own
+    bins = [
+        Bin("x_mm" if scaled else "x_share", float(length * (m - WIDTH / 2)), float(length * (m + WIDTH / 2)), push, sector)
+        for m, push, sector in kinds
+    ]
+    return Windows([rows(p, surface) for p in photos], tuple(bins))
+
+
+def law_of(fit: Fit) -> str | None:
+    """Where a flank breaks, or with what the angle drifts: whichever explains more."""
+    windows = windows_of(fit)
+    reduced, columns = opened(fit, windows)
+    a, b = stacked(reduced)
+    project = projector(a, fit.baseline_sd)
+    drifts = [n for n, e in fit.problem.effects.items() if e.unlisted and not e.group]
+    tried = [(b.push, columns[:, [k]]) for k, b in enumerate(windows.bins) if b.push.startswith("break")]
+    tried += [(n, a[:, [fit.names.index(c) for c in fit.problem.columns_of(n)]]) for n in drifts]
+    falls = [fall_of_chi2(column, project, b)[0] for _, column in tried]
+    where, column = tried[best := int(np.argmax(falls))]
+    if falls[best] < LEAST_FALL:
+        return None
+    value = float(column[:, 0] @ project(b)) / max(float(column[:, 0] @ project(column[:, 0])), 1e-300)
+    if where in drifts:
+        follows = fit.problem.effects[where].follows
+        return f"the angle of repose {'rises' if value > 0 else 'falls'} with the {follows} of the heaps"
+    return f"flanks {where} of their way: {abs(value):.1%} of the height off a straight line, steeper {'below' if value > 0 else 'above'}"
+
+
+def advice(names: tuple[str, ...]) -> str | None:
+    """The recordings that would tell these apart."""
+    said = dict.fromkeys(EFFECTS[n].separating for n in names if n in EFFECTS and EFFECTS[n].separating)
+    return "; ".join(list(said)[:2]) or AGAIN
+
+
+def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
+    """One curve a flank: height above the plate, from the crest outwards, in mm or, without a scale, in px. What is the photo's own
+    (position, size, angle, packing) is taken away from what is left by both."""
+    out = []
+    for r, photo in enumerate(before.problem.model.photos):
+        left = [of.problem.model.predict(r, of.starts[r], of.by_name) for of in (before, after)]
+        row = 0
+        for f in photo.flanks:
+            here = slice(row, row := row + len(f.u))
+            out.append(Curve(photo.recording, f"{SIDES[f.side]}'s height", photo.unit, f"x_{photo.unit}", f.length * f.u,
+                             f.height * f.v, *(f.height * (f.v - of[here]) for of in left)))  # fmt: skip
+    return tuple(out)
+
+
+def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
+    notes = [f"{p.recording}: {n}" for p in photos for n in p.notes]
+    notes += [f"{p.recording}: one flank only: left cannot be held against right" for p in photos if len(p.flanks) == 1]
+    for p in photos:
+        if p.reference != "plumb":
+            from_what = "the plate's own line" if p.reference == "plate" else "the picture's rows"
+            notes.append(f"{p.recording}: no plumb_deg: angles count from {from_what}")
+    unscaled = [p.recording for p in photos if p.unit == "px"]
+    notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []
+    low = [(p, high) for p in photos if (high := seeds_high(p)) < 5]
+    notes += [f"{p.recording}: only {high:.1f} seeds high: its surface is that of single seeds" for p, high in low]
+    notes += [ONE] if len(photos) == 1 else []
+    notes += [SAME] if len({p.stated for p in photos}) == 1 else []
+    return tuple(notes)

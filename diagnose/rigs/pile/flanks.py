@@ -1,0 +1,261 @@
+"""A heap's surface in shares of its own size: what is left when position, size and angle of each flank are taken away.
+
+    u = (distance out from where the flank's line meets the heap's top) / (that line's way to the plate),   v = height / H
+
+so that a straight flank is v = 1 − u whatever its angle: crest at u = 0, toe at u = 1. The line is that through 20–80 % of the
+crest's height. Two flanks: the top is where their lines meet. One flank: the wall's foot; a heap whose top was never moved (its
+line passes above it at the wall) starts where the line reaches the crest's height, and says nothing about its crest. At a wall
+the surface begins with the round side of a last seed: half a seed there tells no crest either.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from diagnose.rigs.pile.creep import creep_deg
+
+LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
+STEP, REACH = 0.0125, 1.4  # of u
+PLATEAU = 1.15  # a line that passes the wall this much above the crest belongs to a heap whose top was never moved
+WALL_JUMP = 0.12  # of the crest's height
+LEAST_ROWS = 40
+EDGE = 0.03  # of the flank's way, where no seed's size is known: half a seed, of which at a wall only the round side is seen
+SAME_SIZE = 0.2  # of ln
+
+
+@dataclass(frozen=True, eq=False)
+class Flank:
+    """side: +1 right, −1 left. u, v (n,): the surface. angle_deg: of its line against the reference horizontal, positive. height,
+    length: H and the line's way, in the photo's unit. start: where u = 0 lies along x, in that unit."""
+
+    side: int
+    u: np.ndarray
+    v: np.ndarray
+    angle_deg: float
+    height: float
+    length: float
+    start: float
+
+
+@dataclass(frozen=True, eq=False)
+class Photo:
+    """One heap in one photo, or the mean of several.
+
+    reference: what angles count from: "plumb" (stated), "plate" (its line in the picture) or "rows" (the picture's, neither being
+    known); plate_deg: the plate's line against a stated plumb, clockwise, NaN where either is missing; plate_sd_deg of that line;
+    plumb_sd_deg; creep_deg: how much flatter the heap became from its first to its last photo, NaN where that is not known
+    (creep.py); the rest: what the recording states, NaN where it does not; rig_mm: size of what was emptied; conditions: its own.
+    """
+
+    recording: str
+    session: str
+    unit: str
+    flanks: tuple[Flank, ...]
+    reference: str
+    plate_deg: float
+    plate_sd_deg: float
+    plumb_sd_deg: float
+    gate_speed_mm_s: float
+    photo_s: float
+    width_mm: float
+    seed_mm: float
+    rig_mm: float
+    notes: tuple[str, ...]
+    conditions: dict
+    creep_deg: float = float("nan")
+
+    @property
+    def stated(self) -> tuple:
+        """What may differ between photos and is known, sizes of rigs in steps of SAME_SIZE: photos of equal `stated` are repeats."""
+        size = np.round(np.log(self.rig_mm) / SAME_SIZE)
+        known = np.nan_to_num([self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, size], nan=-1.0)
+        return (*known.tolist(), *sorted(self.conditions.items()))
+
+
+def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
+    """Photos with at least one usable flank, and why others are not (twin.piles.SeenPile); ValueError without any."""
+    photos: list[Photo] = []
+    refused: list[str] = []
+    kept: list = []
+    for seen in piles:
+        photo = None if seen.trouble else photo_of(seen)
+        if photo is not None and photo.flanks:
+            photos.append(photo)
+            kept.append(seen)
+        else:
+            refused.append(f"{seen.recording}: {seen.trouble or _why_none(seen)}")
+    if not photos:
+        raise ValueError("no photo shows a flank from crest to toe" + "".join(f"\n  {r}" for r in refused))
+    return tuple(_by_heap(photos, kept)), tuple(refused)
+
+
+def _by_heap(photos: list[Photo], piles: list) -> list[Photo]:
+    """Photos of one heap under one state are one: the same grains lie in its skin, and it was packed once."""
+    groups: dict[tuple, list[int]] = {}
+    for k, (photo, seen) in enumerate(zip(photos, piles, strict=True)):
+        groups.setdefault((seen.heap or seen.recording, photo.photo_s if np.isfinite(photo.photo_s) else None), []).append(k)
+    return [
+        replace(_mean([photos[k] for k in group]), creep_deg=creep_deg([piles[k] for k in group], [photos[k] for k in group]))
+        for group in groups.values()
+    ]
+
+
+def _mean(photos: list[Photo]) -> Photo:
+    """The mean photo of one heap; a side that is not in all of them is left out."""
+    first = photos[0]
+    if len(photos) == 1:
+        return first
+    sides = [f.side for f in first.flanks if all(f.side in [g.side for g in p.flanks] for p in photos)]
+    flanks = tuple(_mean_flank([f for p in photos for f in p.flanks if f.side == side]) for side in sides)
+    plate = float(np.mean([p.plate_deg for p in photos]))
+    notes = tuple(dict.fromkeys(n for p in photos for n in p.notes))
+    name = first.recording.rpartition("/")[0] or first.recording
+    return replace(first, recording=name, flanks=flanks or first.flanks, plate_deg=plate, notes=notes)
+
+
+def _mean_flank(flanks: list[Flank]) -> Flank:
+    low, high = max(f.u[0] for f in flanks), min(f.u[-1] for f in flanks)
+    at = flanks[0].u[(flanks[0].u >= low - 1e-9) & (flanks[0].u <= high + 1e-9)]
+    v = np.mean([np.interp(at, f.u, f.v) for f in flanks], axis=0)
+    means = (float(np.mean([getattr(f, k) for f in flanks])) for k in ("angle_deg", "height", "length", "start"))
+    return Flank(flanks[0].side, at, v, *means)
+
+
+def _why_none(seen) -> str:
+    doubts = "; ".join(n for n in seen.notes if "cut by" in n or "slope" in n)
+    return f"no flank of at least {LEAST_ROWS} steps between crest and toe{': ' + doubts if doubts else ''}"
+
+
+def photo_of(seen) -> Photo:
+    """Turned upright, heights from the plate's line, each flank in its own shares."""
+    camera, pile, seed = (seen.description.get(s, {}) for s in ("camera", "pile", "seed"))
+    plumb, plate_seen = camera.get("plumb_deg"), seen.base_source != "toe"
+    reference = "plumb" if plumb is not None else "plate" if plate_seen else "rows"
+    level = {"plumb": plumb, "plate": seen.base_deg, "rows": 0.0}[reference]
+    x, height = _upright(seen, level)
+    crest = _upright_x(seen.crest_x, seen, level)
+    notes: list[str] = []
+    lean = float(np.tan(np.radians(seen.base_deg - level)))
+    half = seed.get("length_mm", float("nan")) / 2 if seen.unit == "mm" else float("nan")
+    flanks = _flanks(x, height, crest, [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x], lean, half, notes)
+    box = pile.get("box_mm")
+    both = plumb is not None and plate_seen
+    return Photo(
+        seen.recording, seen.session, seen.unit, flanks, reference, seen.base_deg - plumb if both else float("nan"),
+        seen.base_sd_deg, camera.get("plumb_sd_deg", 0.5), pile.get("gate_speed_mm_s", float("nan")),
+        pile.get("photo_s", float("nan")), box[1] if box else float("nan"), seed.get("length_mm", float("nan")), _rig_mm(pile),
+        (*notes, *(n for n in seen.notes if "cut by" in n)), seen.description.get("conditions", {}),
+    )  # fmt: skip
+
+
+def _rig_mm(pile: dict) -> float:
+    """Diameter of the cylinder or length of the box that was emptied, NaN where neither is stated; with the fill height, where
+    that is stated too, the geometric mean of both."""
+    across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
+    return float(np.sqrt(across * pile["fill_height_mm"])) if "fill_height_mm" in pile else float(across)
+
+
+def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places along the reference horizontal, and heights above the plate's line along the vertical (n,), gaps left out.
+
+    The line's inclination clockwise from that horizontal is base − level.
+    """
+    there = np.isfinite(seen.z)
+    x, z = seen.x[there], seen.z[there] - seen.base_z
+    c, s = np.cos(np.radians(level_deg)), np.sin(np.radians(level_deg))
+    along, up = x * c - z * s, x * s + z * c
+    order = np.argsort(along, kind="stable")
+    along, up = along[order], up[order]
+    return along, up + np.tan(np.radians(seen.base_deg - level_deg)) * along
+
+
+def _upright_x(x: float, seen, level_deg: float) -> float:
+    """The same for a place on the surface."""
+    z = np.interp(x, seen.x[np.isfinite(seen.z)], seen.z[np.isfinite(seen.z)]) - seen.base_z
+    return float(x * np.cos(np.radians(level_deg)) - z * np.sin(np.radians(level_deg)))
+
+
+def _flanks(x, height, crest: float, toes, lean: float, half_seed: float, notes: list[str]) -> tuple[Flank, ...]:
+    """lean: how far the plate falls per x; heights count from it, angles do not. half_seed: in the photo's unit, or NaN."""
+    found = []
+    for side, toe in ((-1, toes[0]), (1, toes[1])):
+        if toe is None:
+            continue
+        out = side * (x - crest)  # distance out from the crest
+        order = np.argsort(out, kind="stable")
+        line = _line(out[order], height[order], side * (toe - crest))
+        if line is not None:
+            found.append((side, toe, line))
+    top = _top(x, height, crest, found, notes)
+    made = []
+    for side, toe, (slope, level) in found:
+        start, cut = top
+        out = side * (x - start)
+        level = level - slope * side * (start - crest)  # height of the line where u = 0
+        if not np.isfinite(level) or level <= 0:
+            continue
+        length = level / slope
+        edge = 0.0 if len(found) > 1 else half_seed / length if np.isfinite(half_seed) else EDGE
+        u, v = _rows(out / length, height / level, max(cut, edge), min(side * (toe - start) / length, REACH))
+        if len(u) >= LEAST_ROWS:
+            made.append(Flank(side, u, v, float(np.degrees(np.arctan(slope + side * lean))), level, length, start))
+    return tuple(made)
+
+
+def _line(out: np.ndarray, height: np.ndarray, toe: float) -> tuple[float, float] | None:
+    """Slope (falling, positive) and height at the crest's place of the line through the window; None where there is none."""
+    here = (out >= 0) & (out <= toe)
+    if here.sum() < LEAST_ROWS // 2:
+        return None
+    at, surface = out[here], height[here]
+    smooth = uniform_filter1d(surface, max(3, len(at) // 20) | 1, mode="nearest")
+    top = float(smooth[: max(3, len(at) // 20)].max())
+    below = smooth < HIGH * top, smooth < LOW * top
+    if not (below[0].any() and below[1].any()):
+        return None
+    first, last = int(below[0].argmax()), int(below[1].argmax())
+    if last - first < 10:
+        return None
+    slope, level = np.polyfit(at[first:last], surface[first:last], 1)
+    return (-float(slope), float(level)) if slope < 0 else None
+
+
+def _top(x, height, crest: float, found, notes: list[str]) -> tuple[float, float]:
+    """Where u = 0 lies, and from which u on the rows count."""
+    if len(found) == 2:
+        (_, _, (left, level_left)), (_, _, (right, level_right)) = found
+        return crest + (level_right - level_left) / (left + right), 0.0
+    if not found:
+        return crest, 0.0
+    side, _, (slope, level) = found[0]
+    top = float(np.interp(crest, x, uniform_filter1d(height, max(3, len(x) // 100) | 1, mode="nearest")))
+    wall = _wall(side * (x - crest), height, top)
+    if level - slope * wall <= PLATEAU * top:
+        return crest + side * wall, 0.0
+    notes.append("the heap's top was never moved: its crest is not judged")
+    return crest + side * (level - top) / slope, 0.15
+
+
+def _wall(out: np.ndarray, height: np.ndarray, top: float) -> float:
+    """How far behind the crest (≤ 0) the surface goes on before it jumps, ends, or is another flank."""
+    order = np.argsort(-out, kind="stable")
+    behind = order[out[order] <= 0]
+    reach = 0.0
+    for i in behind:
+        if abs(height[i] - top) > WALL_JUMP * top:
+            break
+        reach = float(out[i])
+    return reach
+
+
+def _rows(u: np.ndarray, v: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Means over steps of u between `low` and `high`."""
+    edges = np.arange(low, high, STEP)
+    if len(edges) < 2:
+        return np.zeros(0), np.zeros(0)
+    inside = (u >= edges[0]) & (u < edges[-1])
+    cell = np.searchsorted(edges, u[inside], side="right") - 1
+    count = np.bincount(cell, minlength=len(edges) - 1)
+    mean = np.bincount(cell, v[inside], minlength=len(edges) - 1) / np.maximum(count, 1)
+    return (edges[:-1] + STEP / 2)[count > 0], mean[count > 0]

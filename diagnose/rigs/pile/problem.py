@@ -1,0 +1,153 @@
+"""Heaps as a problem: the surface of each flank, its angle and the plate's line, all linear in what is asked.
+
+surface   v(u) = max(1 − u, 0) + usual(u) + the material's own (global bumps) + the packing's own (local level and slope of each
+          flank; crest, toe and bow of both alike, and of one against the other) + effects
+angle     θ = θ₀ + side · (turn of the heap in the picture) + the packing's own + effects
+plate     inclination against the stated plumb = base tilt + camera roll
+creep     how much flatter from the first to the last photo of one heap = settling + base vibration
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from diagnose.effects.effect import Effect
+from diagnose.effects.pile import EFFECTS
+from diagnose.effects.pile.shapes import HeapEffect
+from diagnose.engine.evidence import Spread
+from diagnose.engine.linear import Reduced, stacked
+from diagnose.engine.problem import Problem
+from diagnose.engine.series import Locals, Series
+from diagnose.engine.series import problem_of as series_problem
+from diagnose.rigs.pile import heap_priors
+from diagnose.rigs.pile.flanks import Photo
+from diagnose.rigs.pile.heap_priors import NATURAL, PARTS, PRIORS
+from diagnose.rigs.pile.scatter import ANGLE_SD_DEG, WAVES, Scatter, cosines
+
+PLATE_FLOOR_DEG = 0.05
+FREE = 0.5  # sd of a flank's own level and slope, over its height
+REPEATS = 2  # from which heaps of one kind say themselves how much they scatter
+DIFFERS = 1.1  # times another's: a stated quantity that differs
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """photos; scatter; centre_deg: mean angle; names (G,) of the globals; base (R): what the usual heap shows; columns (R):
+    (n_r, G) of the globals; own (R): (n_r, L) of the packing's own."""
+
+    photos: tuple[Photo, ...]
+    scatter: Scatter
+    centre_deg: float
+    names: tuple[str, ...]
+    base: tuple[np.ndarray, ...]
+    columns: tuple[np.ndarray, ...]
+    own: tuple[np.ndarray, ...]
+
+    def predict(self, r: int, own: np.ndarray, values: dict[str, float]) -> np.ndarray:
+        """What photo r shows."""
+        return self.base[r] + self.own[r] @ own + self.columns[r] @ np.array([values[n] for n in self.names])
+
+
+def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> Problem:
+    """What these photos leave open; after: whether a plate was tilted after its heap was poured."""
+    nuisances, acted = _nuisances(photos), {n: _acted(photos, e, after) for n, e in EFFECTS.items()}
+    acted = {n: columns for n, columns in acted.items() if any(c.any() for c in columns)}
+    model = _model(photos, scatter, acted | {n: columns for n, (_, columns) in nuisances.items()})
+    series = tuple(_series(p, r, scatter) for r, p in enumerate(photos))
+    held = np.array([FREE] * 4 + [*scatter.even.values(), *scatter.odd.values()])
+    own = Locals(np.zeros((len(photos), len(held))), np.full(len(held), 1e-3), held)
+    known = {n: sd for n, (sd, _) in nuisances.items()}
+    stated = {n: sd_of(photos) for n in acted if (sd_of := EFFECTS[n].law.known_deg)}
+    effects: dict[str, Effect] = {n: EFFECTS[n] for n in acted}
+    made = series_problem("pile", series, own, model.predict, effects, known, known | stated, model, turns=2)
+    repeats = len(photos) - len({p.stated for p in photos})
+    return replace(made, spread=None if repeats >= REPEATS else _spread)
+
+
+def _spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
+    """What one sd of a packing's own angle does."""
+    return Spread(stacked(reduced)[0][:, problem.names.index("repose")] * problem.model.scatter.even["angle"])
+
+
+def differing(photos: tuple[Photo, ...]) -> dict[str, np.ndarray]:
+    """Stated quantities (R,) that differ between photos."""
+    values = {q: np.array([getattr(p, q) for p in photos]) for q in NATURAL}
+    return {q: v for q, v in values.items() if np.isfinite(v).all() and v.max() > DIFFERS * v.min()}
+
+
+def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndarray]]]:
+    """What every bench has: sd of each, and its columns, one a photo. repose: all flanks steeper; lopsided: one steeper, one less
+    so; bump-k: the material's own shape; settling: all flatter with time; quantity:part: what goes with a stated quantity."""
+    found = {
+        "repose": [rows(p, angle=lambda side: 1.0) for p in photos],
+        "lopsided": [rows(p, angle=float) for p in photos],
+        "settling": [rows(p, creep=1.0) for p in photos],
+    }
+    out = {n: (PRIORS[n], columns) for n, columns in found.items()}
+    bumps = [rows(p, lambda u, p=p: heap_priors.bumps(u, seeds_high(p))) for p in photos]
+    out |= {f"bump-{k}": (1.0, [b[:, k] for b in bumps]) for k in range(heap_priors.COLUMNS)}
+    for quantity, stated in differing(photos).items():
+        crest, toe, angle = NATURAL[quantity]
+        log = np.log(stated) - np.log(stated).mean()
+        out[f"{quantity}:crest"] = crest, [x * rows(p, PARTS["crest"]) for x, p in zip(log, photos, strict=True)]
+        out[f"{quantity}:toe"] = toe, [x * rows(p, PARTS["toe"]) for x, p in zip(log, photos, strict=True)]
+        out[f"{quantity}:angle"] = angle, [x * rows(p, angle=lambda side: 1.0) for x, p in zip(log, photos, strict=True)]
+    return out
+
+
+def _model(photos: tuple[Photo, ...], scatter: Scatter, acted: dict[str, list[np.ndarray]]) -> Model:
+    centre = float(np.mean([f.angle_deg for p in photos for f in p.flanks]))
+    base = [rows(p, lambda u, p=p: heap_priors.straight(u) + heap_priors.mean(u, seeds_high(p)), lambda side: centre) for p in photos]
+    columns = [np.column_stack(own) for own in zip(*acted.values(), strict=True)]
+    return Model(photos, scatter, centre, tuple(acted), tuple(base), tuple(columns), tuple(_own(p) for p in photos))
+
+
+def _acted(photos: tuple[Photo, ...], effect: HeapEffect, after: bool) -> list[np.ndarray]:
+    """What one unit of an effect does to each photo."""
+    law = effect.law
+    turns = law.turn_deg | (law.turn_after_deg if after else {})
+    out = []
+    for weight, photo in zip(law.weight(photos), photos, strict=True):
+        turn = turns.get(photo.reference, 0.0)
+        angle = lambda side, turn=turn: law.angle_deg + side * turn  # noqa: E731
+        out.append(weight * rows(photo, law.surface, angle, law.plate_deg, law.creep_deg))
+    return out
+
+
+def rows(photo: Photo, surface=None, angle=None, plate: float = 0.0, creep: float = 0.0) -> np.ndarray:
+    """(n_r,) or (n_r, k) rows of a photo from what its flanks' surfaces (u), their angles (side), the plate's line and what goes on
+    between photos show."""
+    parts = [surface(f.u) if surface else np.zeros(len(f.u)) for f in photo.flanks]
+    last = [angle(f.side) if angle else 0.0 for f in photo.flanks]
+    last += [plate] * int(np.isfinite(photo.plate_deg)) + [creep] * int(np.isfinite(photo.creep_deg))
+    across = parts[0].shape[1:]
+    return np.concatenate([*parts, np.broadcast_to(np.reshape(last, (-1,) + (1,) * len(across)), (len(last), *across))])
+
+
+def seeds_high(photo: Photo) -> float:
+    """The heap's height over a seed's length, NaN where scale or seed is not stated."""
+    return float(np.mean([f.height for f in photo.flanks])) / photo.seed_mm if photo.unit == "mm" else float("nan")
+
+
+def _own(photo: Photo) -> np.ndarray:
+    """(n_r, 12): level and slope of each flank; crest, toe, bow and angle of both alike, and of one against the other."""
+    out = np.zeros((len(rows(photo)), 12))
+    first, lines = 0, sum(len(f.u) for f in photo.flanks)
+    for k, f in enumerate(photo.flanks):
+        here = slice(first, first := first + len(f.u))
+        out[here, 2 * k : 2 * k + 2] = np.column_stack([np.ones(len(f.u)), f.u - 0.5])
+        parts = np.column_stack([part(f.u) for part in PARTS.values()])
+        out[here, 4:7], out[here, 8:11] = parts, f.side * parts
+        out[lines + k, [7, 11]] = 1.0, f.side
+    return out
+
+
+def _series(photo: Photo, r: int, scatter: Scatter) -> Series:
+    """Surface, angles, plate's line and creep of one photo; smooth: cosines along all flanks alike."""
+    plate_sd = float(np.hypot(photo.plate_sd_deg, PLATE_FLOOR_DEG))
+    last = [x for x in (photo.plate_deg, photo.creep_deg) if np.isfinite(x)]
+    data = np.concatenate([*(f.v for f in photo.flanks), [f.angle_deg for f in photo.flanks], last])
+    sd = rows(photo, lambda u: np.full(len(u), scatter.sigma[r]), lambda side: ANGLE_SD_DEG, plate_sd, scatter.creep_deg)
+    lag = np.full(len(data), np.inf)
+    lag[: sum(len(f.u) for f in photo.flanks)] = np.concatenate([scatter.lags[r, k] for k in range(len(photo.flanks))])
+    return Series(photo.recording, data, sd, lag, scatter.noise, rows(photo, lambda u: cosines(u, range(2, WAVES + 2))))

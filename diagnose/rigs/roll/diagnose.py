@@ -1,0 +1,78 @@
+"""Rolls, from recordings to a finding: the alternatives of their baseline, and what is asked of them."""
+
+import numpy as np
+
+from diagnose.effects.roll import EFFECTS
+from diagnose.engine.conditions import Contact, conditions_of, with_conditions
+from diagnose.engine.posterior import Alternative, Explanation
+from diagnose.engine.problem import Fit, fit
+from diagnose.finding import Finding, Question, answer
+from diagnose.rigs.roll.curves import curves_of
+from diagnose.rigs.roll.problem import build, roll_problem
+from diagnose.rigs.roll.readings import diagnose_readings
+from diagnose.rigs.roll.ripple import SEEN_P, arguments, find_ripple
+from diagnose.rigs.roll.session import assemble
+from diagnose.rigs.roll.unlisted import law_of, windows_of
+
+BOTH_WAYS = "the same plate run the other way: one direction alone cannot tell a slope of the level from rolling friction"
+OTHER_LENGTH = "the same roll from an incline of twice the length: what depends on speed parts from what depends on place"
+
+
+def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of recordings (twin.roll_tracks.SeenRoll); ValueError where none can be used."""
+    usable = [r for r in recordings if not r.trouble]
+    if not usable:
+        raise ValueError("none of the recordings can be used")
+    if not any(len(r.x_mm) for r in usable):
+        return diagnose_readings(usable)
+    runs, seed, notes = assemble(usable)
+    scales = _scales(usable)
+    turn, phase = arguments(runs, seed)
+    problem = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
+    base = fit(problem)
+    ripple = find_ripple(base, rng)
+    if ripple.p < SEEN_P:
+        if np.isfinite(seed.rise_mm) and not seed.round:
+            notes = (*notes, f"Each seed climbs and falls twice a turn, as its stated shape (a rise of {seed.rise_mm:.2g} mm) lets it.")
+        problem = roll_problem(build(runs, seed, ripple.turn, ripple.phase, ripple=True), scales)
+    told = {r.recording: r for r in usable}
+    about = [told[run.recording] for run in runs]
+    follows, said = conditions_of([r.description for r in about], [r.session for r in about])
+    friction = Contact("rolling_friction", "mu", 0.3, base.problem.model.mu, "run-out", "rolling friction")
+    one_way = len({run.sign for run in runs}) < 2
+
+    def advice(names: tuple[str, ...]) -> str | None:
+        if not names:
+            return BOTH_WAYS if one_way else OTHER_LENGTH
+        texts = dict.fromkeys(EFFECTS[n].separating for n in names if n in EFFECTS and EFFECTS[n].separating)
+        return "; ".join(list(texts)[:2]) or None
+
+    asked = Question(
+        "roll", (Alternative(with_conditions(problem, friction, follows)),), windows_of, curves_of,
+        {friction.name: rolling_friction}, law_of, advice, (*notes, *said, *corner_notes(base)),
+    )  # fmt: skip
+    return answer(asked, rng)
+
+
+def _scales(recordings) -> dict[str, float]:
+    """sd of the scale, relative, of each session."""
+    out: dict[str, float] = {}
+    for r in recordings:
+        if len(r.x_mm):
+            out[r.session] = max(out.get(r.session, 0.0), float(r.description["camera"]["scale_sd"]))
+    return out
+
+
+def corner_notes(base: Fit) -> tuple[str, ...]:
+    """What the corner takes by itself, where it is seen."""
+    model, at, sd = base.problem.model, base.by_name["corner"], base.sd("corner")
+    lost = [float(np.mean([model.usual_loss(r, rank) for r in range(len(model.runs))])) for rank in (at - sd, at, at + sd)]
+    if lost[1] < 1.5 * (lost[2] - lost[0]):  # three standard deviations
+        return ()
+    return (f"The corner takes {100 * lost[1]:.2g} % of the speed: no more than a sharp corner may.",)
+
+
+def rolling_friction(e: Explanation) -> tuple[float, float]:
+    """Of the pair (torque μ_r F_n R over F_n R: the standard model's)."""
+    model = e.fit.problem.model
+    return model.mu * (1 + e.fit.by_name["mu"]), model.mu * e.fit.sd("mu")

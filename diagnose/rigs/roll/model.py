@@ -1,0 +1,135 @@
+"""From parameters to the travel that a camera reads of each run.
+
+A run's own: time and place of release [s, m], way on the incline beside the stated one [m], its incline [deg] and rolling
+friction (relative) beside the common ones, and its seed's drag (relative) beside that of the sizes stated of it. Globals by
+name, each 0 at the baseline's centre; mu is relative to where the fit began.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from diagnose.effects.effect import Effect
+from diagnose.effects.roll.corner import most, usual
+from diagnose.effects.roll.resistance import blown
+from diagnose.effects.roll.shape_barrier import ripple
+from diagnose.effects.roll.slope import drive
+from diagnose.rigs.roll.motion import NOTHING, Table, Way, travel
+from diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
+
+SPEEDS = 240  # points of the table of resistance over speed
+REMEMBERED = 600  # predictions kept: a fit asks for the same point several times
+OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag", "depth_m", "astray")
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """runs and seed; mu: the baseline's to begin with; incline [rad], length [m] (R,): stated, or as the motion has them;
+    turn (R,) [1/m], phase (R,): the ripple's argument; names: of the globals; top: greatest speed [m/s]."""
+
+    runs: tuple[Run, ...]
+    seed: Seed
+    mu: float
+    incline: np.ndarray
+    length: np.ndarray
+    turn: np.ndarray
+    phase: np.ndarray
+    names: tuple[str, ...]
+    top: float
+    effects: dict[str, Effect] = field(default_factory=dict)
+    seen: dict = field(default_factory=dict)
+
+    def usual_loss(self, r: int, rank: float) -> float:
+        """Share of the speed that the corner takes of run r by itself; rank: the nuisance `corner`."""
+        return usual(most(self.incline[r], self.seed.inertia, self.mu), rank)
+
+    def relevant(self, r: int) -> tuple[str, ...]:
+        """Globals on which run r depends: not the scale of other sessions, nor what is another run's own."""
+        scale = f"scale.{self.runs[r].session}"
+        return tuple(
+            n for n in self.names
+            if (n == scale or not n.startswith("scale.")) and (not n[-1].isdigit() or n.endswith(f".{r}") or n == scale)
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Context:
+    """What an effect's hook may ask: the run, the seed, speed [m/s] where the incline ends, resisted: share of the drive on the
+    incline that rolling friction takes, all globals by name."""
+
+    run: Run
+    seed: Seed
+    speed: float
+    resisted: float
+    at: dict[str, float]
+
+
+def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
+    """Run r's way for its own numbers and the globals."""
+    seed, get = model.seed, at.get
+    f = weight_over_inertia(seed) * (1 + get("inertia", 0.0))
+    beta = model.incline[r] + math.radians(own[3] + get("incline", 0.0))
+    mu = max(model.mu * (1 + get("mu", 0.0)) * (1 + own[4]), 0.0)
+    length = max(model.length[r] + own[2], 1e-4)
+    speed = math.sqrt(max(2 * f * (math.sin(beta) - mu * math.cos(beta)) * length, 1e-6))
+    way = {"level": drive(get("level", 0.0), model.runs[r].sign), "keep": 1 - model.usual_loss(r, get("corner", 0.0))}
+    if "oval" in at:  # ln (1 + I/(m h²)) falls by 2 (1 − 1/c) δh/r; half of it, with sd the other half: seeds are no ellipses
+        way["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
+    resisted = min(mu / math.tan(beta), 0.9) if beta > 0 else 0.0
+    context = Context(model.runs[r], seed, speed, resisted, at)
+    for name, effect in model.effects.items():
+        if effect.act and get(name):
+            way = effect.act(way, at[name], context)
+    if model.runs[r].stays:  # what leans is the whole apparatus
+        beta += math.asin(max(min(way["level"], 0.9), -0.9))
+    return Way(
+        own[0], own[1], own[1] + length, f, math.sin(beta), math.cos(beta), mu, ripple=ripple(at, r), turn=model.turn[r],
+        phase=model.phase[r], **way,
+    )  # fmt: skip
+
+
+def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Table:
+    """Resistance over weight of run r that depends on speed: the stated air's, and what effects add."""
+    air = model.seed.drag * (1 + at.get("air", 0.0)) * model.runs[r].drag * (1 + own[5])
+    acting = [(e.resist, at[n]) for n, e in model.effects.items() if e.resist and at.get(n)]
+    if not air and not acting:
+        return NOTHING
+    speed = np.linspace(0, model.top, SPEEDS)
+    values = blown(speed, air, model.seed.reynolds_per_speed)
+    for resist, value in acting:
+        values = values + resist(speed, value, model.seed, at)
+    return Table(0.0, float(speed[1]), values)
+
+
+def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.ndarray:
+    """Travel (n,) [m] that the camera reads of run r."""
+    key = (r, *own, *(at[n] for n in model.relevant(r)))
+    if key not in model.seen:
+        if len(model.seen) >= REMEMBERED:
+            model.seen.clear()
+        model.seen[key] = moved(model, r, own, at)[0]
+    return model.seen[key]
+
+
+def moved(model: Model, r: int, own: np.ndarray, at: dict[str, float], more: Table | None = None, place: Table = NOTHING,
+          time: Table = NOTHING, way: Way | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Travel as read (n,) [m] and true speed (n,) [m/s]; more: a further resistance over speed; place, time: pushes over weight
+    along travel and time since release; way: instead of `way_of`."""
+    by_speed = resistance_of(model, r, own, at)
+    if more is not None:
+        grid = more.low + more.step * np.arange(len(more.values))
+        known = np.arange(len(by_speed.values)) * by_speed.step + by_speed.low
+        by_speed = Table(more.low, more.step, more.values + np.interp(grid, known, by_speed.values))
+    # Rows are means: those at one sd before and after the mean time have the same mean, up to the third power of the block.
+    run = model.runs[r]
+    times = np.column_stack([run.time_s - run.spread_s, run.time_s + run.spread_s])
+    x, v = (
+        both.reshape(-1, 2).mean(1) for both in travel(times.ravel(), way or way_of(model, r, own, at), by_speed, place, time)
+    )
+    off = x - 0.5 * (run.x.min() + run.x.max())  # from the picture's middle: what is, or runs, further off looks smaller
+    x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
+    x = x / (1 + at.get(f"scale.{run.session}", 0.0))
+    if run.gates:
+        x = x - np.array([at.get(run.gate(k), 0.0) for k in range(len(x))])
+    return x, v

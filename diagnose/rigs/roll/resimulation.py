@@ -1,0 +1,102 @@
+"""Rolls run again in the DEM, over a level that is none, or with a resistance that grows with speed."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from diagnose.air import air_of, drag_shape
+from diagnose.finding import Finding
+from diagnose.path_pictures import MOST, Twin, compared
+from diagnose.rerun import Again, change_in_words
+from diagnose.rigs.roll.session import FEW_ROWS, stays
+from twin.flights import drag_factor
+from twin.parameters import Parameters
+from twin.paths import Path1D, Recording, like, run_path
+
+LENGTH_MM, MOST_MU = 10.0, 0.2
+DRAG_M_S = 0.5  # at which a roll's drag is reported
+
+
+def rolls_again(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
+    """Each roll with the rolling friction that lets all of them run out as far as recorded, on average."""
+    seen = [r for r in recordings if len(r.x_mm) >= FEW_ROWS and not stays(r.description)]
+    if not seen:
+        raise ValueError("no track from the release to the stop is there to run again: the twin's rolls go from end to end")
+    values = {r: {n: v[min(k, len(v) - 1)] for n, v in finding.left_out.items()} for k, r in enumerate(finding.recordings)}
+    chosen = [r for r in seen if r.recording in values][:MOST]
+    paths = [_path(r) for r in chosen]
+    whole = [values[r.recording] for r in chosen]
+    say("roll: finding the twin's rolling friction")
+    old = friction(chosen, paths, [{}] * len(chosen))
+    new = friction(chosen, paths, whole)
+    twins = [
+        Twin(r.recording, path, length_mm(r), _made(r, old, {}), _made(r, new, value))
+        for r, path, value in zip(chosen, paths, whole, strict=True)
+    ]
+    how = (
+        f"rolling friction {old:.4g} in the old and {new:.4g} in the new twin, so that they run out as far as recorded on average"
+    )
+    more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
+    again = Again("roll", finding.modelled, change_in_words("roll", finding), how + more, (), len(finding.recordings) > 1)
+    return compared(again, twins, folder, pictures, say)
+
+
+def length_mm(r) -> float:
+    """Way on the incline."""
+    return r.description.get("roll", {}).get("incline_length_mm", LENGTH_MM)
+
+
+def _path(r) -> Path1D:
+    """From rest: places before the first movement are those of the release."""
+    start = float(np.median(r.x_mm[: max(3, len(r.x_mm) // 100)]))
+    return Path1D(r.time_s, r.x_mm - start)
+
+
+def _made(r, mu: float, values: dict[str, float]) -> tuple[Recording, Parameters]:
+    """(recording to be like, parameters) with what was named."""
+    about = {"slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))}  # the rig counts what falls towards +x
+    about["direction"] = r.description.get("roll", {}).get("direction") or r.description["roll"].get("seen_direction", "+x")
+    recording = like("roll", r.description, **about)
+    if recording.camera.fps is None:
+        rate = float(1 / np.median(np.diff(r.time_s)))
+        recording = replace(recording, camera=recording.camera.model_copy(update={"fps": rate}))
+    return recording, Parameters(rolling_friction=mu, laws=laws_of(r.description, values))
+
+
+def laws_of(description: dict, values: dict[str, float]) -> dict[str, dict]:
+    """What was named, as the DEM's laws: a rolling friction that grows with speed, drag beside that of the stated air."""
+    laws: dict[str, dict] = {}
+    if "viscous-rolling" in values:
+        laws["rolling_viscous"] = {"slope": max(values["viscous-rolling"], 0.0)}
+    if "drag" in values:
+        air = air_of(description)
+        stated = air.share * float(drag_shape(DRAG_M_S, air.reynolds_per_speed)) * DRAG_M_S
+        laws["drag"] = drag_factor(description, max(stated + values["drag"], 0.0), DRAG_M_S)
+    return laws
+
+
+def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
+    """μ_r with which the twins' last places are on average the recorded ones; beginning with the run-out's formula, a secant."""
+    lengths = np.array([length_mm(r) for r in chosen])
+    beta = np.radians([r.description.get("roll", {}).get("incline_deg", 15.0) for r in chosen])
+    ends = np.array([path.way[-1] for path in paths])
+    start = float(np.mean(lengths * np.sin(beta) / (lengths * np.cos(beta) + np.maximum(ends - lengths, 1.0))))
+
+    def miss(mu: float) -> float:
+        ran = [run_path(*_made(r, mu, value), k) for k, (r, value) in enumerate(zip(chosen, values, strict=True))]
+        return float(np.mean([_end(path, own) for path, own in zip(paths, ran, strict=True)]) - ends.mean())
+
+    low, high = start, 0.93 * start
+    at_low, at_high = miss(low), miss(high)
+    for _ in range(3):
+        if abs(at_high) < 0.002 * ends.mean() or abs(at_high - at_low) < 1e-9:
+            break
+        step = float(np.clip(high - at_high * (high - low) / (at_high - at_low), 0.3 * start, min(3 * start, MOST_MU)))
+        low, at_low, high, at_high = high, at_high, step, miss(step)
+    return high if abs(at_high) < abs(at_low) else low
+
+
+def _end(path: Path1D, own: Path1D) -> float:
+    """The twin's place when the recording ends."""
+    return float(own.at(np.array([own.time[0] + path.time[-1] - path.time[0]]))[0])

@@ -1,0 +1,94 @@
+"""The ripple of a seed that is not round: is there one, how far does the centre rise, does the stated shape say so.
+
+Each run's ripple has a phase of its own: two columns a run, tested all together; where the seed's turning was not seen its radius
+is looked for as well, and paid for by the number of radii that were tried.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnose.engine.linear import chance, fall_of_chi2, projector, stacked
+from diagnose.engine.problem import Fit
+from diagnose.rigs.roll.motion import Table
+from diagnose.rigs.roll.noise_of_run import few
+from diagnose.rigs.roll.problem import PUSH
+from diagnose.rigs.roll.session import Run, Seed
+from diagnose.rigs.roll.unlisted import Flown, flown, response
+
+RADII = 0.82, 1.18  # of the stated radius: sizes of one lot, and which of its axes a seed rolls about
+MOST_RADII = 61
+NEARER = 9  # radii between neighbours of the best one
+POINTS_A_TURN = 24
+AT_ONCE = 5  # radii
+SEEN_P = 0.01  # of a ripple as great by chance, after all radii tried, below which it is a candidate
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """p of a ripple as great by chance, after all radii tried; turn, phase (R,): its argument is turn x + phase."""
+
+    p: float
+    turn: np.ndarray
+    phase: np.ndarray
+
+
+def arguments(runs: tuple[Run, ...], seed: Seed, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """turn, phase (R,): twice the seen orientation, or 2/r from the middle of the way; radius: over the stated one."""
+    turn, phase = [], []
+    for run in runs:
+        if run.turning:
+            slope, level = (np.sign(run.turning[0]) * value for value in run.turning)
+            turn.append(2 * slope)
+            phase.append(2 * level)
+        else:
+            turn.append(2 / (seed.radius * radius))
+            phase.append(-turn[-1] * float(np.mean(run.x)))
+    return np.array(turn), np.array(phase)
+
+
+def find_ripple(base: Fit, rng: np.random.Generator) -> Ripple:
+    """Asked of a baseline without ripple."""
+    model = base.problem.model
+    if any(few(run) for run in model.runs):
+        return Ripple(1.0, *arguments(model.runs, model.seed))
+    doubt, at = np.exp(base.problem.level_sd * rng.standard_normal(4000)), flown(base)
+    if all(run.turning for run in model.runs):
+        own = arguments(model.runs, model.seed)
+        return Ripple(chance(*_falls(base, at, [own])[0], doubt), *own)
+    way = max(float(seen[-1] - (w.x0 if run.stays else w.corner)) for seen, w, run in zip(at.seen, at.ways, model.runs, strict=True))
+    count = int(np.clip((RADII[1] - RADII[0]) * way / model.seed.radius, 9, MOST_RADII))  # neighbours differ by 2 rad at the end
+    radii = np.linspace(*RADII, count)
+    falls = _asked(base, at, radii)
+    best = int(np.argmax([fall for fall, _ in falls]))
+    p = min(1.0, count * chance(*falls[best], doubt))
+    if p < SEEN_P:
+        radii = radii[best] + (radii[1] - radii[0]) * np.linspace(-1, 1, NEARER)
+        best = int(np.argmax([fall for fall, _ in _asked(base, at, radii)]))
+    return Ripple(p, *arguments(model.runs, model.seed, radii[best]))
+
+
+def _asked(base: Fit, at: Flown, radii: np.ndarray) -> list[tuple[float, int]]:
+    """Fall of χ² and freedom for each of the radii, over the stated one."""
+    asked, found = [arguments(base.problem.model.runs, base.problem.model.seed, radius) for radius in radii], []
+    for some in (asked[k : k + AT_ONCE] for k in range(0, len(asked), AT_ONCE)):
+        found += _falls(base, at, some)
+    return found
+
+
+def _falls(base: Fit, at: Flown, asked) -> list[tuple[float, int]]:
+    """Fall of χ² and freedom for each of the arguments (turn, phase), when every run has a ripple of its own."""
+    model, count = base.problem.model, len(base.problem.model.runs)
+    extra = [np.zeros((len(run.time_s), 2 * count * len(asked))) for run in model.runs]
+    for k, (turn, phase) in enumerate(asked):
+        for r in range(count):
+            reach = 1.1 * float(at.seen[r][-1] - at.ways[r].x0)
+            grid = np.linspace(0.0, reach, max(50, int(reach * turn[r] / (2 * np.pi) * POINTS_A_TURN)))
+            phi = turn[r] * (grid + at.ways[r].x0) + phase[r]
+            for j, wave in enumerate((np.cos, np.sin)):
+                push = Table(0.0, float(grid[1]), PUSH * wave(phi))
+                extra[r][:, 2 * (k * count + r) + j] = response(base, at, r, place=push)
+    a, b = stacked(base.problem.reduce(base.starts, base.values, extra)[0])
+    a, columns = np.split(a, [len(base.names)], axis=1)
+    project = projector(a, base.prior_sd)
+    return [fall_of_chi2(part, project, b) for part in np.split(columns, len(asked), axis=1)]

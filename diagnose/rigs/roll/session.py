@@ -1,0 +1,202 @@
+"""Rolls of one bench, ready for fitting: metres and seconds, rows averaged to a few hundred, what is stated with how well."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from diagnose.air import G_M_S2, Air, air_of, drag_shape
+from diagnose.engine.noise import frame_lag
+from diagnose.rigs.roll.path import Path, fit_path, path_of_few, path_on_incline
+from twin.roll_tracks import inertia_told
+
+MOST_ROWS = 280  # a recording has a few dozen independent things to say; more rows only cost time
+LEAST_ROWS = 4
+FEW_ROWS = 24  # of fewer, none can be told to be wrong, and corner and stop are as stated
+LEAST_LEVEL = 12  # behind the corner, of a track that is seen right through
+REST_SHARE = 0.25  # rows at rest, over rows on the way, that are used at either end
+SPIKE_SD = 8.0
+NEIGHBOURS = 9
+USUAL_RADIUS_M = 3.5e-3
+REFERENCE_SPEED_M_S = 0.5
+ANY_DISTANCE_M = 0.87  # of a camera of which none is stated: (mean of 1/D²)^−½ of 0.3 to 20 m, log-uniform
+OF_DRAG = ("length_mm", "width_mm", "thickness_mm", "mass_g", "density_kg_m3")  # what drag over weight is worked out from
+DRAG_DOUBT = 4.0  # over that of free flight: a plate beside it and its spin make up to 2 × the drag of a ball in free air
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One recording: time_s, x (n,) [m]: means of some rows each, spread_s (n,) sd of their times; lag (n,) in averaged frames;
+    way: a path to begin with; sign +1: rolls towards +x; incline [rad], length [m]: stated, NaN where not; turning: (slope [1/m],
+    angle at x = 0 [rad]) of the seed's orientation against travel, None where it was not seen; drag: of its seed, by the sizes
+    and the mass stated of it, over that of the session's seed; away [m]: of the camera, ANY_DISTANCE_M where it is not stated."""
+
+    recording: str
+    session: str
+    time_s: np.ndarray
+    x: np.ndarray
+    spread_s: np.ndarray
+    lag: np.ndarray
+    way: Path
+    sign: float
+    incline: float
+    length: float
+    turning: tuple[float, float] | None
+    drag: float = 1.0
+    away: float = math.inf
+    stays: bool = False
+    gates: bool = False
+    sd_m: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    notes: tuple[str, ...] = field(default=())
+
+
+    def gate(self, k: int) -> str:
+        """The global that row k's light gate has: how far it stands from where it is said to."""
+        return f"gate.{self.session}.{1000 * self.x[k]:.6g}mm"
+
+
+@dataclass(frozen=True)
+class Seed:
+    """What is stated of the seed. radius [m] it rolls on; inertia: 1 + I/(m r²), inertia_sd relative; rise_mm of its centre
+    as it rolls across, NaN where its shape is not stated; drag: over weight at 0.5 m/s that the stated air makes (0: none is
+    stated), drag_sd; reynolds_per_speed; round: whether it is stated to be a ball."""
+
+    radius: float
+    inertia: float
+    inertia_sd: float
+    rise_mm: float
+    drag: float
+    drag_sd: float
+    room_drag: float
+    reynolds_per_speed: float
+    round: bool
+
+
+def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
+    """Runs that can be used, the seed, notes. ValueError where no run can be used."""
+    told = told_of([r.description for r in rolls if len(r.x_mm)])
+    seed = seed_of(told)
+    runs, notes = [], []
+    past = [tuple(r.x_mm) for r in rolls if 0 < len(r.x_mm) < FEW_ROWS]
+    for roll in rolls:
+        if not len(roll.x_mm):
+            continue
+        try:
+            made = run_of(roll, seed)
+            gates = made.gates or past.count(tuple(roll.x_mm)) > 1  # no camera sees a seed at the same places twice
+            runs.append(replace(made, gates=gates, drag=drag_beside(roll.description, told)))
+            notes += [f"{roll.recording}: {text}" for text in runs[-1].notes]
+        except ValueError as error:
+            notes.append(f"{roll.recording} is left out: {error}")
+    if not runs:
+        raise ValueError("; ".join(notes) or "none of the recordings holds a track")
+    return tuple(runs), seed, tuple(notes)
+
+
+def stays(description: dict) -> bool:
+    """Whether a roll never leaves its incline: as stated, or as its rows say."""
+    told = description.get("roll", {})
+    return not told.get("level", not told.get("ends_on_incline"))
+
+
+def run_of(roll, seed: Seed) -> Run:
+    """One recording (twin.roll_tracks.SeenRoll); ValueError says what it lacks."""
+    if len(roll.x_mm) < LEAST_ROWS:
+        raise ValueError(f"{len(roll.x_mm)} usable rows; at least {LEAST_ROWS} are needed")
+    few = roll.gates or len(roll.x_mm) < FEW_ROWS
+    keep = np.arange(len(roll.x_mm)) if few else _no_spikes(roll.x_mm)
+    time, x, frame = roll.time_s[keep], roll.x_mm[keep] / 1000, roll.frame[keep]
+    told, notes = roll.description.get("roll", {}), list(roll.notes)
+    if len(keep) < len(roll.x_mm):
+        notes.append(f"{len(roll.x_mm) - len(keep)} rows far off their neighbours are left out")
+    incline = math.radians(told["incline_deg"]) if told.get("incline_deg") else math.nan
+    length = told["incline_length_mm"] / 1000 if told.get("incline_length_mm") else math.nan
+    spread = np.zeros(len(x))
+    if stays(roll.description):
+        way = path_on_incline(time, x)
+        used = time >= way.release - REST_SHARE * (time[-1] - way.release)
+        if not few:
+            time, x, frame, spread = _averaged(time[used], x[used], frame[used])
+    elif few:
+        way = path_of_few(time, x, weight_over_inertia(seed), incline, length)
+        if not (time > way.corner).any():
+            raise ValueError("no row lies behind the incline; [roll] level = false says that the seed stays on it")
+    else:
+        way = fit_path(time, x)
+        moving = max(way.stop - way.release, 1e-3)
+        used = (time >= way.release - REST_SHARE * moving) & (time <= way.stop + REST_SHARE * moving)
+        time, x, frame, spread = _averaged(time[used], x[used], frame[used])
+        level = int((time > way.corner).sum())
+        if level < LEAST_LEVEL or x[-1] - way.place < 1.2 * way.way_down:
+            raise ValueError(f"the track ends too soon behind the incline ({level} rows); a diagnosis lives on the run-out")
+    direction = told.get("direction") or told.get("seen_direction", "+x")
+    angle = None if roll.angle_deg is None or few else roll.angle_deg[keep]
+    return Run(
+        roll.recording, roll.session, time, x, spread, np.full(len(x), np.inf) if few else frame_lag(frame), way,
+        -1.0 if direction == "-x" else 1.0, incline, length,
+        _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way), notes=tuple(notes),
+        away=1e-3 * (roll.description["camera"].get("distance_mm") or 1e3 * ANY_DISTANCE_M), stays=stays(roll.description),
+        gates=roll.gates,
+        sd_m=roll.sd_mm / 1000 if few and len(roll.sd_mm) == len(x) else np.full(len(x), np.nan),
+    )  # fmt: skip
+
+
+def _no_spikes(x: np.ndarray) -> np.ndarray:
+    """Rows (indices) that lie with their neighbours."""
+    half = NEIGHBOURS // 2
+    padded = np.pad(x, half, mode="edge")
+    off = np.abs(x - np.median(np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS), axis=1))
+    step = np.median(np.abs(np.diff(x)))
+    usual = 1.4826 * np.median(off) + 1e-9
+    return np.flatnonzero(off <= SPIKE_SD * usual + half * 3 * step)
+
+
+def _averaged(time, x, frame):
+    """Means over blocks of frames: time, place, block number, and the sd of the times in each."""
+    block = max(1, math.ceil((frame[-1] - frame[0] + 1) / MOST_ROWS))
+    number = ((frame - frame[0]) // block).astype(int)
+    kept, inverse, count = np.unique(number, return_inverse=True, return_counts=True)
+    mean = [np.bincount(inverse, weights=values - values[0]) / count + values[0] for values in (time, x)]
+    spread = np.sqrt(np.bincount(inverse, weights=(time - mean[0][inverse]) ** 2) / count)
+    return mean[0], mean[1], kept, spread
+
+
+def _turning(time, x, angle_deg, way: Path) -> tuple[float, float] | None:
+    """Slope and level of the orientation against travel while the seed is on its way; None where it does not turn with it."""
+    if angle_deg is None:
+        return None
+    rows = np.flatnonzero(np.isfinite(angle_deg) & (time > way.release) & (time < way.stop))
+    if len(rows) < 20 or np.ptp(x[rows]) < 0.01:
+        return None
+    slope, level = np.polyfit(x[rows], np.radians(angle_deg[rows]), 1)
+    left = np.radians(angle_deg[rows]) - level - slope * x[rows]
+    return (float(slope), float(level)) if 100 < abs(slope) < 5000 and left.std() < 0.5 else None
+
+
+def told_of(descriptions: list[dict]) -> dict:
+    """The first recording's that tells of a seed: the session's."""
+    return next((d for d in descriptions if d.get("seed")), descriptions[0] if descriptions else {})
+
+
+def drag_beside(description: dict, told: dict) -> float:
+    """Drag over weight of a recording's own seed over that of the session's; 1 where not the same is stated of both."""
+    own, other = ({n for n in OF_DRAG if d.get("seed", {}).get(n)} for d in (description, told))
+    return air_of(description).room / air_of(told).room if own == other else 1.0
+
+
+def seed_of(told: dict) -> Seed:
+    """The session's seed, of what one recording tells."""
+    said = told.get("seed", {})
+    sizes = sorted((said[k] / 1000 for k in ("length_mm", "width_mm", "thickness_mm") if said.get(k)), reverse=True)
+    air: Air = air_of(told)
+    at_half = REFERENCE_SPEED_M_S * float(drag_shape(REFERENCE_SPEED_M_S, air.reynolds_per_speed))
+    inertia = inertia_told(told)
+    radius = inertia.radius_mm / 1000 if sizes else USUAL_RADIUS_M
+    rise = 500 * (sizes[1] - sizes[-1]) if len(sizes) > 1 else math.nan
+    return Seed(radius, inertia.factor, inertia.sd, rise, air.share * at_half, DRAG_DOUBT * air.sd * at_half, air.room * at_half,
+                air.reynolds_per_speed, inertia.ball)  # fmt: skip
+
+
+def weight_over_inertia(seed: Seed) -> float:
+    """F = g / (1 + I/(m r²)) [m/s²]."""
+    return G_M_S2 / seed.inertia

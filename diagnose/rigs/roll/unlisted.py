@@ -1,0 +1,196 @@
+"""What nobody listed, on rolls: resistance in one window of time, travel, speed or turn; and the law that it follows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from diagnose.engine.linear import fall_of_chi2, projector, stacked
+from diagnose.engine.locate import Bin, Windows
+from diagnose.engine.problem import Fit
+from diagnose.rigs.roll.model import moved, way_of
+from diagnose.rigs.roll.motion import Table
+from diagnose.rigs.roll.problem import PUSH
+
+BINS = 6
+POINTS = 400
+POWERS = (-1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0)
+PARTS = 10  # of the run-out, for what acts on one part of the plate
+WITHIN = 3.84
+SECOND_TERM = 12.0  # fall of χ² that a further term must bring
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """Each run at the fit: way, what is read and speed (n,) at the rows."""
+
+    ways: tuple
+    seen: tuple[np.ndarray, ...]
+    speed: tuple[np.ndarray, ...]
+
+    def since(self, r: int, times: np.ndarray) -> np.ndarray:
+        return times - self.ways[r].t0
+
+
+def flown(fit: Fit) -> Flown:
+    """The fitted runs."""
+    model, at = fit.problem.model, fit.by_name
+    ways = tuple(way_of(model, r, own, at) for r, own in enumerate(fit.starts))
+    found = [moved(model, r, own, at) for r, own in enumerate(fit.starts)]
+    return Flown(ways, tuple(f[0] for f in found), tuple(f[1] for f in found))
+
+
+def response(fit: Fit, at: Flown, r: int, **tables) -> np.ndarray:
+    """(n,) [m]: change of run r's travel for a push (or resistance, or way) of PUSH, over PUSH."""
+    out = moved(fit.problem.model, r, fit.starts[r], fit.by_name, **({"way": at.ways[r]} | tables))[0]
+    return (out - at.seen[r]) / PUSH
+
+
+def bump(low: float, high: float, reach: float) -> Table:
+    """−PUSH between low and high, nothing elsewhere, over [0, reach]."""
+    grid = np.linspace(0.0, reach, POINTS)
+    width = grid[1]
+    inside = np.clip((grid - low) / width + 0.5, 0, 1) * np.clip((high - grid) / width + 0.5, 0, 1)
+    return Table(0.0, float(width), -PUSH * inside)
+
+
+def windows_of(fit: Fit) -> Windows:
+    """A resistance over weight in every bin of every axis, on the way from the release to the stop."""
+    at, model = flown(fit), fit.problem.model
+    last = [float(t[s > 0.01 * s.max()].max()) for t, s in zip((run.time_s for run in model.runs), at.speed, strict=True)]
+    reach_t = max(t - way.t0 for t, way in zip(last, at.ways, strict=True))
+    reach_x = max(float(x[-1] - way.x0) for x, way in zip(at.seen, at.ways, strict=True))
+    top = max(float(s.max()) for s in at.speed)
+    corner, passing = max(way.corner - way.x0 for way in at.ways), any(not run.stays for run in model.runs)
+    where, columns = [], []
+    for axis, reach, unit in (("t_s", reach_t, 1.0), ("x_mm", reach_x, 1e3), ("v_m_s", top, 1.0)):
+        for low, high in pairwise(np.linspace(0.0, reach, BINS + 1)):
+            table = bump(low, high, 1.3 * reach)
+            sector = "onset" if passing and axis == "x_mm" and high <= corner + 0.5 * (high - low) else "run-out"
+            where.append(Bin(axis, float(low * unit), float(high * unit), "resistance", sector))
+            columns.append([_at_axis(fit, at, r, axis, table) for r in range(len(model.runs))])
+    if np.all(model.turn > 0) and all(run.turning for run in model.runs):
+        for low, high in pairwise(np.linspace(0.0, 2 * np.pi, BINS + 1)):
+            where.append(Bin("phase", float(low), float(high), "resistance", "run-out"))
+            columns.append([response(fit, at, r, place=_phase(model, at, r, low, high)) for r in range(len(model.runs))])
+    return Windows([np.column_stack(c) for c in zip(*columns, strict=True)], tuple(where))
+
+
+def _at_axis(fit: Fit, at: Flown, r: int, axis: str, table: Table) -> np.ndarray:
+    if axis == "v_m_s":
+        return response(fit, at, r, more=replace(table, values=-table.values))
+    return response(fit, at, r, **{"time" if axis == "t_s" else "place": table})
+
+
+def _phase(model, at: Flown, r: int, low: float, high: float) -> Table:
+    """−PUSH where the ripple's argument, modulo 2π, lies between low and high."""
+    reach = 1.3 * float(at.seen[r][-1] - at.ways[r].x0)
+    grid = np.linspace(0.0, reach, 2000)
+    phi = np.mod(model.turn[r] * (grid + at.ways[r].x0) + model.phase[r], 2 * np.pi)
+    return Table(0.0, float(grid[1]), -PUSH * ((phi >= low) & (phi < high)))
+
+
+@dataclass(frozen=True)
+class Term:
+    """family: speed | travel | time | part | corner; power, or (low, high) [mm] of the part."""
+
+    family: str
+    power: float = 0.0
+    part: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """Terms with their columns (M, K) in the reduced space of a fit, the globals: a (M, G), projection and residual b (M,)."""
+
+    terms: list[Term]
+    columns: np.ndarray
+    a: np.ndarray
+    project: Callable
+    b: np.ndarray
+
+
+def asked_of(base: Fit) -> Asked:
+    """The library of terms, put to a fit."""
+    terms, library = _library(base)
+    a, b = stacked(base.problem.reduce(base.starts, base.values, library)[0])
+    a, columns = np.split(a, [len(base.names)], axis=1)
+    return Asked(terms, columns, a, projector(a, base.prior_sd), b)
+
+
+def law_of(base: Fit) -> str | None:
+    """The law in words, None where nothing stands out."""
+    asked = asked_of(base)
+    terms, columns, project, b = asked.terms, asked.columns, asked.project, asked.b
+    chosen: list[int] = []
+    reached, said = 0.0, np.zeros(len(terms))
+    for _ in range(2):
+        falls = np.array([fall_of_chi2(columns[:, [*chosen, i]], project, b)[0] for i in range(len(terms))])
+        best = int(np.argmax(falls))
+        if falls[best] - reached < SECOND_TERM:
+            break
+        chosen.append(best)
+        said = falls if len(chosen) == 1 else said
+        reached = float(falls[best])
+    if not chosen:
+        return None
+    gram = columns[:, chosen].T @ project(columns[:, chosen])
+    size = np.linalg.solve(gram, columns[:, chosen].T @ project(b))
+    words = [_words(terms[i], s, terms, said if n == 0 else None) for n, (i, s) in enumerate(zip(chosen, size, strict=True))]
+    return " and ".join(words)
+
+
+def _library(base: Fit) -> tuple[list[Term], list[np.ndarray]]:
+    """Terms, and each run's columns (n, K)."""
+    at, runs = flown(base), base.problem.model.runs
+    reach = max(float(x[-1] - begin(way, run)) for x, way, run in zip(at.seen, at.ways, runs, strict=True))
+    edges = np.linspace(0.0, reach, PARTS + 1)
+    terms = [Term(family, p) for family in ("speed", "travel", "time") for p in POWERS if family == "speed" or p > 0]
+    terms += [Term("part", part=(1e3 * a, 1e3 * b)) for a, b in combinations(edges, 2) if b - a < 0.65 * reach]
+    if any(not run.stays for run in runs):
+        terms.append(Term("corner"))
+    return terms, [np.column_stack([_column(base, at, r, term, reach) for term in terms]) for r in range(len(runs))]
+
+
+def begin(way, run) -> float:
+    """Where that way begins whose law is looked for [m]: behind the corner, or, of a seed that stays on its incline, at its release."""
+    return float(way.x0 if run.stays else way.corner)
+
+
+def _column(base: Fit, at: Flown, r: int, term: Term, reach: float) -> np.ndarray:
+    way = at.ways[r]
+    length = begin(way, base.problem.model.runs[r]) - way.x0
+    if term.family == "corner":
+        return response(base, at, r, way=replace(way, keep=way.keep * (1 - PUSH)))
+    if term.family == "part":
+        return response(base, at, r, place=bump(length + term.part[0] / 1e3, length + term.part[1] / 1e3, 1.3 * (length + reach)))
+    top = max(float(s.max()) for s in at.speed)
+    if term.family == "speed":
+        grid = np.linspace(0.0, 1.3 * top, POINTS)
+        values = np.maximum(grid / top, 0.05) ** term.power
+        return response(base, at, r, more=Table(0.0, float(grid[1]), PUSH * values))
+    if term.family == "travel":
+        grid = np.linspace(0.0, 1.3 * (length + reach), POINTS)
+        values = np.maximum((grid - length) / reach, 0) ** term.power
+        return response(base, at, r, place=Table(0.0, float(grid[1]), -PUSH * values))
+    t = base.problem.model.runs[r].time_s
+    corner = float(np.interp(way.x0 + length, np.maximum.accumulate(at.seen[r]), t)) - way.t0
+    grid = np.linspace(0.0, float(t[-1]) - way.t0, POINTS)
+    values = np.maximum((grid - corner) / grid[-1], 0) ** term.power
+    return response(base, at, r, time=Table(0.0, float(grid[1]), -PUSH * values))
+
+
+def _words(term: Term, size: float, terms: list[Term], falls: np.ndarray | None) -> str:
+    how = "against" if size > 0 else "along"
+    if term.family == "corner":
+        return f"a {'loss' if size > 0 else 'gain'} of {100 * abs(size):.2g} % of the speed at the corner"
+    if term.family == "part":
+        where = f"between {term.part[0]:.0f} and {term.part[1]:.0f} mm behind the corner"
+        return f"a force {how} the motion of {abs(size):.2g} of the weight {where}"
+    power = f"{term.power:g}"
+    if falls is not None:
+        kept = [t.power for t, f in zip(terms, falls, strict=True) if t.family == term.family and f > falls.max() - WITHIN]
+        power += f" (between {min(kept):g} and {max(kept):g})" if len(kept) > 1 else ""
+    greatest = {"speed": "the greatest speed", "travel": "the end of the way", "time": "the end"}[term.family]
+    return f"a force {how} the motion as {term.family} to the power {power}, {abs(size):.2g} of the weight at {greatest}"

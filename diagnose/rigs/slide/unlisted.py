@@ -1,0 +1,90 @@
+"""What nobody listed, on slides: pushes along the plate by time since the onset, by way, by speed; and the law that they follow."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from diagnose.engine.linear import fall_of_chi2, projector, stacked
+from diagnose.engine.locate import Bin, Windows
+from diagnose.engine.problem import Fit
+from diagnose.rigs.slide.model import moved
+from diagnose.rigs.slide.motion import G_M_S2
+
+BINS = 8
+POWERS = np.arange(0.25, 4.01, 0.25)
+WORDS = {"x_mm": "the way slid", "v_m_s": "speed", "t_s": "the time since the onset"}
+SIMPLE = (1.0, 2.0, 0.5, 1.5, 3.0)  # the simplest first
+FALL_95 = 3.84  # of χ², within which a power does as well as the best
+LEAST_FALL = 12.0  # of χ², for a law worth saying
+
+
+def windows_of(fit: Fit) -> Windows:
+    """1 m/s² in every bin of every axis; none where there are only readings."""
+    runs = fit.problem.model.session.runs
+    if not runs:
+        return Windows(None, ())
+    axes, since = _axes(fit)
+    bins: list[Bin] = []
+    columns: list[list[np.ndarray]] = [[] for _ in runs]
+    for axis, values in axes.items():
+        for low, high in pairwise(np.linspace(0.0, max(float(v.max()) for v in values), BINS + 1)):
+            bins.append(Bin(axis, float(low), float(high), "push", "sliding"))
+            for r in range(len(runs)):
+                push = (values[r] >= low) & (values[r] <= high) & (since[r] > 0)
+                columns[r].append(push.astype(float))
+    return Windows(_travelled(fit, columns), tuple(bins))
+
+
+def _axes(fit: Fit) -> tuple[dict[str, list[np.ndarray]], list[np.ndarray]]:
+    """Where each run's rows lie on each axis; time since the onset."""
+    model = fit.problem.model
+    runs = model.session.runs
+    flown = [moved(model, r, fit.starts[r], fit.by_name) for r in range(len(runs))]
+    since = [run.time - run.tilt.origin - fit.starts[r, 1] for r, run in enumerate(runs)]
+    axes = {
+        "t_s": [np.clip(s, 0, None) for s in since], "x_mm": [1e3 * x for x, _, _ in flown], "v_m_s": [np.abs(v) for _, v, _ in flown],
+    }  # fmt: skip
+    return axes, since
+
+
+def _travelled(fit: Fit, pushes: list[list[np.ndarray]]) -> list[np.ndarray]:
+    """Travel (n_r, K) [mm] that accelerations (n,) [m/s²] of each run add; nothing to its friction's row nor to readings."""
+    session = fit.problem.model.session
+    out = []
+    for run, push in zip(session.runs, pushes, strict=True):
+        out.append(np.column_stack([np.append(_twice(run.time, p), 0.0) for p in push]))
+    return out + [np.zeros((len(read.angles), out[0].shape[1])) for read in session.reads]
+
+
+def _twice(time: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Double integral (n,) [mm] of a push, linear between rows."""
+    h = np.diff(time)
+    speed = np.concatenate([[0.0], np.cumsum(h * (push[1:] + push[:-1]) / 2)])
+    return 1e3 * np.concatenate([[0.0], np.cumsum(h * speed[:-1] + h**2 * (2 * push[:-1] + push[1:]) / 6)])
+
+
+def law_of(fit: Fit) -> str | None:
+    """Δμ = A s^p, s the way slid, the speed or the time since the onset: of what does as well as the best, the simplest."""
+    if not fit.problem.model.session.runs:
+        return None
+    axes, since = _axes(fit)
+    keys = [(axis, float(p)) for axis in WORDS for p in POWERS]
+    pushes = []
+    for r, run in enumerate(fit.problem.model.session.runs):
+        cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[r] > 0)
+        pushes.append([-cosine * (axes[a][r] / max(v.max() for v in axes[a])) ** p for a, p in keys])
+    a, b = stacked(fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0])
+    a, columns = np.split(a, [len(fit.names)], axis=1)
+    project = projector(a, fit.prior_sd)
+    signs = np.sign(columns.T @ project(b))
+    falls = np.array([fall_of_chi2(columns[:, [k]], project, b)[0] for k in range(len(keys))])
+    best = int(np.argmax(falls))
+    if falls[best] < LEAST_FALL:
+        return None
+    axis = keys[best][0]
+    inside = [p for (a, p), fall in zip(keys, falls, strict=True) if a == axis and fall > falls[best] - FALL_95]
+    power = next((p for p in SIMPLE if min(inside) <= p <= max(inside)), keys[best][1])
+    others = {a for (a, _), fall in zip(keys, falls, strict=True) if a != axis and fall > falls[best] - FALL_95}
+    also = f"; {' or '.join(WORDS[a] for a in sorted(others))} would do as well" if others else ""
+    grows = "grows" if signs[best] > 0 else "falls"
+    return f"a friction that {grows} with {WORDS[axis]} to the power {power:g} ({min(inside):g} to {max(inside):g}), while sliding{also}"

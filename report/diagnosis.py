@@ -1,0 +1,191 @@
+"""The page of a diagnosis: a verdict a rig, then what it rests on, filled into diagnosis.html.j2."""
+
+import base64
+import json
+import math
+from importlib.resources import files
+from pathlib import Path
+
+import pandas as pd
+
+from diagnose import words
+from diagnose.bench import Diagnosis
+from diagnose.finding import Finding
+from report.numbers import cells, with_interval
+from report.residuals import AXES, before_and_after, points, recorded
+from twin.versions import versions
+
+TAGS = {"none": "nothing missing", "name": "found", "class": "not told apart", "unknown": "unknown"}
+MOST_EXPLANATIONS, MOST_EFFECTS = 10, 12
+
+
+def write_report(found: Diagnosis, out: Path) -> Path:
+    """report.html in the folder `out`; appears whole. OSError when it cannot be written."""
+    file, part = out / "report.html", out / ".report.html.part"
+    part.write_text(render(found), encoding="utf8")
+    part.replace(file)
+    return file
+
+
+def render(found: Diagnosis) -> str:
+    """The whole page of a `diagnose.bench.Diagnosis` as text."""
+    from jinja2 import Environment, StrictUndefined
+    from plotly.offline import get_plotlyjs
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"cells": _cells, "sentence": _sentence}
+    template = environment.from_string((files("report") / "diagnosis.html.j2").read_text(encoding="utf8"))
+    drawn = {k: v for rig, f in found.findings.items() for k, v in _figures(rig, f).items()}
+    drawn |= {f"{rig}-twins": points(again.figure) for rig, again in found.twins.items() if again.figure}
+    # "</" would end the script element that carries the figures
+    text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in found.findings.items()]
+    return template.render(d=found, rigs=rigs, figures=sorted(drawn), drawn=text, plotly=get_plotlyjs(), versions=versions())
+
+
+def _sentence(text: str) -> str:
+    """A capital first letter and a full stop; unlike a calibration's, "restitution" here is nobody's column."""
+    text = text.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?")) else ".")
+
+
+def _cells(table: pd.DataFrame) -> dict:
+    """`numbers.cells`, texts as they are."""
+    out = cells(table)
+    for k, column in enumerate(table.columns):
+        for row, value in zip(out["rows"], table[column], strict=True):
+            row[k] = value if isinstance(value, str) else row[k]
+    out["heads"] = [str(c) for c in table.columns]
+    return out
+
+
+def _rig(rig: str, f: Finding, again) -> dict:
+    """One section."""
+    quiet = f.alarm and not f.matters
+    return {
+        "key": rig, "finding": f, "verdict": words.verdict_in_words(f), "tag": "moves nothing" if quiet else TAGS[f.verdict],
+        "quiet": quiet, "where": _where(f), "sure": _sure(f), "explanations": _explanations(f), "effects": _effects(f),
+        "contact": _contact(f), "sectors": _sectors(f), "held_out": _held_out(f), "quantities": quantities(f), "model": _model(f),
+        "again": again, "rows": _rows(again) if again else None,
+        "picture": base64.b64encode(again.picture).decode() if again and again.picture else "",
+    }  # fmt: skip
+
+
+def _rows(again) -> pd.DataFrame:
+    """The twins beside each recording."""
+    return pd.DataFrame([
+        {
+            "recording": c.recording, "what": c.quantity, "old twin off by": c.before, "new twin off by": c.after,
+            "unit": "" if c.unit == "1" else c.unit, "measured on": c.by,
+        }
+        for c in again.compared
+    ])  # fmt: skip
+
+
+def _where(f: Finding) -> str:
+    """ "in flight (97 % of the mismatch), most at speed 1.8 to 2.3 m/s; best told by height"."""
+    if f.verdict == "none":
+        return ""
+    best = next((s for s in f.sectors if math.isfinite(s.explained) and s.explained > 0), None)
+    out = words.place(f) + (f", which explains {100 * best.explained:.0f} % of the mismatch ({words.chance(best.p)})" if best else "")
+    if window := _window(f):
+        out += f"; most at {window}"
+    if f.collapse:
+        out += f"; what is missing follows {AXES.get(f.collapse, (f.collapse, ''))[0]} best"
+    return out
+
+
+def _window(f: Finding) -> str:
+    """ "speed 1.2 to 2.4 m/s", "" without a window."""
+    if f.window is None:
+        return ""
+    axis, unit = AXES.get(f.window.axis, (f.window.axis, ""))
+    if f.window.axis == "n_bounce":
+        numbers = range(math.ceil(f.window.low), math.floor(f.window.high) + 1)
+        return f"flight {', '.join(str(n + 1) for n in numbers)}" if numbers else ""
+    return f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}".replace("-", "−").rstrip()
+
+
+def _sure(f: Finding) -> str:
+    """Probability and p value in words."""
+    of = {"none": "that nothing is missing", "name": "of exactly this", "class": "of one of these", "unknown": "of something unlisted"}
+    out = f"{words.percent(f.p_verdict)} {of[f.verdict]}; noise alone makes as great a mismatch with {words.chance(f.p_global)}"
+    return out + ("; an alarm needs p < 0.005" if f.verdict == "none" else "")
+
+
+def _explanations(f: Finding) -> pd.DataFrame | None:
+    """The most probable first."""
+    rows = [
+        {"what is missing": " + ".join(names) or "nothing", "probability": words.percent(p)}
+        for names, p in f.explanations[:MOST_EXPLANATIONS]
+    ]
+    return pd.DataFrame(rows) if rows else None
+
+
+def _effects(f: Finding) -> pd.DataFrame | None:
+    """Effects with their probability, and their size where they are there."""
+    rows = [
+        {
+            "effect": n, "in words": words.missing(n, f.rig), "probability": words.percent(t.probability),
+            "size, if there (95 %)": with_interval(*vars(t.size).values()) if math.isfinite(t.size.value) else "–",
+            "unit": "" if t.unit == "1" else t.unit,
+        }
+        for n, t in sorted(f.effects.items(), key=lambda entry: -entry[1].probability)[:MOST_EFFECTS]
+    ]  # fmt: skip
+    return pd.DataFrame(rows) if rows else None
+
+
+def _contact(f: Finding) -> pd.DataFrame | None:
+    """Contact parameters with nothing missing and averaged over all explanations."""
+    rows = [
+        {
+            "parameter": name.replace("_", " "), "with nothing missing": with_interval(*vars(m.nothing_missing).values()),
+            "averaged over all explanations": with_interval(*vars(m.explained).values()),
+            "moved by": f"{words.brief(abs(m.shift_sds))} of its sds",
+        }
+        for name, m in f.contact.items()
+    ]  # fmt: skip
+    return pd.DataFrame(rows) if rows else None
+
+
+def _sectors(f: Finding) -> pd.DataFrame:
+    rows = [{"sector": s.name, "explains": f"{100 * s.explained:.0f} %" if math.isfinite(s.explained) else "–", "p": s.p}
+            for s in f.sectors]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def _held_out(f: Finding) -> str:
+    h = f.held_out
+    if h is None:
+        return "" if f.verdict == "none" else "one recording only: nothing could be held out"
+    if not math.isfinite(h.removed_fraction):
+        return f"each recording predicted from the others: the baseline misses nothing beyond noise (× {h.rmse_ratio:.3f})"
+    removed = 100 * min(h.removed_fraction, 1.0)
+    return (
+        f"each recording predicted from the others: {removed:.0f} % of what the baseline misses is removed "
+        f"(residuals, noise included, × {h.rmse_ratio:.3f})"
+    )
+
+
+def _model(f: Finding) -> str:
+    """What the "after" curves have in them."""
+    if f.left_out:
+        return " and ".join(f.modelled)
+    return "" if f.verdict == "none" else "nothing"
+
+
+def quantities(f: Finding) -> list[tuple[str, str]]:
+    """(key, quantity) of the curves, the one that the model mends most first."""
+    gain: dict[str, float] = {}
+    for c in f.curves:
+        gain[c.quantity] = gain.get(c.quantity, 0.0) + float((c.left_by_baseline**2).sum() - (c.left_by_model**2).sum())
+    return [(f"{i}", q) for i, q in enumerate(sorted(gain, key=gain.__getitem__, reverse=True))]
+
+
+def _figures(rig: str, f: Finding) -> dict[str, dict]:
+    out = {}
+    for key, quantity in quantities(f):
+        these = [c for c in f.curves if c.quantity == quantity]
+        out[f"{rig}-left-{key}"] = before_and_after(these, _model(f))
+        out[f"{rig}-seen-{key}"] = recorded(these)
+    return out

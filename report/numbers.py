@@ -1,0 +1,89 @@
+"""Numbers as a reader wants them: as many digits as the uncertainty bears."""
+
+import math
+import re
+
+import pandas as pd
+
+from report.draw import NAMES
+
+HEADINGS = {
+    "sum_of_squares": "sum of squares",
+    "mean_square": "mean square",
+    "f": "F",
+    "by_formula": "K by Eqs. 9–10",
+    "as_paper": "δᵢ + Σδᵢⱼ",
+    "df": "df",
+    "se": "std. error",
+    "sd_ratio": "sd left",
+    "information_nats": "information (nats)",
+    "variance_left": "variance left",
+    "variance_left_after": "variance left, all picks so far",
+    "box_fraction": "share of range",
+}
+SAID = {
+    "rebound_height_mm": "rebound height",
+    "slide_angle_deg": "sliding angle",
+    "run_out_mm": "run-out",
+    "repose_angle_deg": "angle of repose",
+    "centroid_angle_deg": "centroid's angle",
+    "filled_mass_g": "filled mass",
+    "retained_mass_g": "retained mass",
+}
+PERCENT = {"sd_ratio", "variance_left", "variance_left_after", "box_fraction", "relative_error"}
+
+
+def digits(error: float) -> int:
+    """Decimals that an error bears: two of its digits.
+
+    >>> digits(0.021), digits(5.4)
+    (3, 1)
+    """
+    if not (math.isfinite(error) and error > 0):
+        return 4
+    return max(0, min(6, 1 - math.floor(math.log10(error))))
+
+
+def with_interval(value: float, low: float, high: float) -> str:
+    """ "0.540 (0.497 to 0.581)": decimals by the interval's width."""
+    n = digits((high - low) / 4)
+    return f"{value:.{n}f} ({low:.{n}f} to {high:.{n}f})"
+
+
+def sentence(text: str) -> str:
+    """A capital first letter and a full stop, column names as words."""
+    text = words(text).strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+
+
+def words(text: str) -> str:
+    """The text with names of columns, and of no part of a longer name, in words.
+
+    >>> words("seed_restitution at its limit")
+    'restitution seed–seed at its limit'
+    """
+    keys = "|".join(sorted(NAMES, key=len, reverse=True))
+    return re.sub(rf"(?<![\w.])({keys})(?!\w)", lambda found: SAID.get(found[1]) or NAMES[found[1]].replace(", ", " "), text)
+
+
+def cells(table: pd.DataFrame) -> dict:
+    """A table as headings and rows of text."""
+    return {
+        "heads": [HEADINGS.get(c, str(c).replace("_", " ")) for c in table.columns],
+        "rows": [[_cell(v, c) for c, v in zip(table.columns, row)] for row in table.itertuples(index=False, name=None)],
+        "numeric": [bool(pd.api.types.is_numeric_dtype(table[c])) for c in table.columns],
+    }
+
+
+def _cell(value, column: str) -> str:
+    if isinstance(value, bool) or type(value).__name__ == "bool":
+        return "yes" if value else "no"
+    if isinstance(value, float) or type(value).__name__.startswith("float"):
+        if not math.isfinite(value):
+            return "–"
+        if column in PERCENT:
+            return f"{100 * value:.1f} %"
+        if column == "p":
+            return "<0.0001" if value < 1e-4 else f"{value:.4f}"
+        return f"{value:.4g}".replace("-", "−")
+    return "" if value is None else words(str(value))

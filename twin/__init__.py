@@ -1,0 +1,20 @@
+"""The bridge: bench and twin seen through the same eyes. The only place that knows both the measuring and the simulating.
+
+from twin import Parameters, observe, simulate
+
+recording = simulate("drop", Parameters(restitution=0.6), rng=np.random.default_rng(1), out=Path("twin/drop-01"))
+for q in observe(recording).quantities:
+    print(q.name, q.value, q.sd, q.unit)
+"""
+
+from importlib import import_module
+
+__all__ = ["Parameters", "observe", "simulate"]
+_WHERE = {"Parameters": "parameters", "observe": "run", "simulate": "run"}
+
+
+def __getattr__(name: str):
+    """Imported when asked for: who only reads tracks need not wait for the engine's compiler."""
+    if name not in _WHERE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)

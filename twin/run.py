@@ -1,0 +1,111 @@
+"""simulate: parameters and a description → a recording, as from the bench; observe: a recording → what is measured on it."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from sim.motion import Motion
+from sim.rigs.bench import no_watch
+from twin import write
+from twin.parameters import Parameters, bench
+from twin.scene import baseline, camera_of, camera_section, rig_of, section_of, setup_of
+from twin.versions import versions
+from vision.batch import observe as observe  # the same call for bench and twin
+from vision.recording import Recording, read_recording, write_recording
+
+Watch = Callable[[str, float], None]
+RECORD = "simulation.json"
+HEAPS = ("pile",)
+MANY_SEEDS = ("pile", "drum")  # simulated on several threads
+WEIGHED = ("filled_mass_g", "retained_mass_g")
+MODEL = 3  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
+
+
+def simulate(
+    rig: str,
+    parameters: Parameters,
+    *,
+    rng: np.random.Generator,
+    out: Path,
+    like: Recording | None = None,
+    rendered: bool = True,
+    watch: Watch = no_watch,
+    threads: int = 2,
+    more: dict | None = None,
+) -> Recording:
+    """Run a rig, film or photograph it, and write that into the folder `out` as a recording with provenance "simulated".
+
+    rig: "drop", "slide", "roll", "pile" or "drum". like: a recording whose rig, seed, air and camera are the twin's too; what it leaves
+    open is the paper's. rendered=False writes the track (pile: the angle of the true outline) that the simulation knows in place
+    of pictures. Beside the recording stands simulation.json: what was assumed, by which versions, what the simulation knows of
+    the answer, and `more`. The folder appears whole or not at all. Raises ValueError for a rig, camera or number that does not
+    fit; FileExistsError when `out` is there.
+    """
+    recording = like or Recording(out.name, out, rig, "", ())
+    if recording.rig != rig:
+        raise ValueError(f"rig = {rig!r}, but the recording to be like is a {recording.rig}")
+    if out.exists():
+        raise FileExistsError(f"{out} is there already")
+    motion, told = run(recording, parameters, rng=rng, watch=watch, threads=threads)
+    part = out.with_name(f".{out.name}.part-{os.getpid()}")
+    part.mkdir(parents=True)
+    try:
+        told = replace(told, id=out.name, path=part)
+        kind = write.pictures(motion, told, part, rng, watch) if rendered else write.numbers(motion, told, part)
+        write_recording(told)
+        told_of = record(told, parameters, motion, kind) | (more or {})
+        (part / RECORD).write_text(json.dumps(told_of, indent=1, allow_nan=False), encoding="utf8")
+        part.rename(out)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        raise
+    return read_recording(out)
+
+
+def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generator, watch: Watch = no_watch,
+        threads: int = 2) -> tuple[Motion, Recording]:  # fmt: skip
+    """The run itself: its motion, and the recording (without evidence) that states all that it assumed."""
+    setup, rig, name = setup_of(recording), rig_of(recording), recording.need_rig()
+    on_bench = bench(parameters, name, recording.seed, recording.air)
+    rate = recording.camera.fps or setup.fps
+    more = {"threads": threads} if recording.rig in MANY_SEEDS else {}
+    motion = setup.run(rig, on_bench, rng, fps=0.0 if recording.rig in HEAPS else rate, watch=watch, **more)
+    camera = camera_of(recording)
+    section = section_of(rig, getattr(recording, name))
+    if recording.rig in HEAPS:
+        section = section.model_copy(update={"baseline_px": baseline(camera), **weights(motion)})
+    told = replace(
+        recording,
+        provenance="simulated",
+        evidence="",
+        files=(),
+        seed=write.seed_section(motion, on_bench, recording),
+        camera=camera_section(camera, 0.0 if recording.rig in HEAPS else rate, recording.camera),
+        **{name: section},
+    )
+    return motion, told
+
+
+def weights(motion: Motion) -> dict[str, float]:
+    """What scales at the bench would have said of a heap, to a hundredth of a gram."""
+    return {name: round(motion.truth[name], 2) for name in WEIGHED if motion.truth.get(name, 0.0) > 0.005}
+
+
+def record(recording: Recording, parameters: Parameters, motion: Motion, kind: str) -> dict:
+    """All that is needed to run it again, and what the simulation itself knows of the answer."""
+    from sim.picture import renderer_name
+
+    return {
+        "schema": 1,
+        "rig": recording.rig,
+        "evidence": kind,
+        "parameters": parameters.for_rig(recording.need_rig()).to_dict(),
+        "truth": {key: (value if np.isfinite(value) else None) for key, value in motion.truth.items()},
+        "versions": versions(),
+        "renderer": renderer_name() if kind == "rendered" else None,
+    }

@@ -1,0 +1,72 @@
+"""`benchtwin simulate` as a person meets it: what was typed, the progress, resuming, the exit code."""
+
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from twin import Parameters
+from twin.job import RIG_NAMES, Job, assigned, described, jobs
+from twin.parameters import said_of
+
+DONE, STOPPED, MISUSED = 0, 1, 2
+MOST_REPEATS = 10_000
+
+
+def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, repeats: int, rng: int, settings: list[str],
+                     like: Path | None, rendered: bool, threads: int, quiet: bool) -> int:  # fmt: skip
+    """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the exit code."""
+    try:
+        todo = _jobs(rig, numbers, repeats, rng, settings, like, rendered)
+        _run(todo, rig, out, threads, quiet)
+        for line in [] if quiet else said_of(todo[0].description.get("seed", {})):
+            print(line)
+    except KeyboardInterrupt:
+        print(f"\nbenchtwin simulate: stopped; the same command goes on where it stopped ({out})", file=sys.stderr)
+        return STOPPED
+    except (ValueError, FileExistsError) as error:
+        print(f"benchtwin simulate: {error}", file=sys.stderr)
+        return MISUSED
+    except OSError as error:
+        print(
+            f"benchtwin simulate: cannot write to {out}: {error.strerror or error}; nothing half-written is left", file=sys.stderr
+        )
+        return MISUSED
+    except RuntimeError as error:  # the engine's watches, a renderer that is not there
+        print(f"benchtwin simulate: {error}", file=sys.stderr)
+        return STOPPED
+    return DONE
+
+
+def _jobs(rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], like: Path | None, rendered: bool) -> list[Job]:
+    if rig not in RIG_NAMES:
+        raise ValueError(f"{rig}: no such rig; there are {', '.join(RIG_NAMES)}")
+    if not 1 <= repeats <= MOST_REPEATS:
+        raise ValueError(f"--repeats {repeats}: 1 to {MOST_REPEATS:,}")
+    of, description = described(like) if like else (None, {})
+    if of is not None and of != ("pile" if rig == "cylinder" else rig):
+        raise ValueError(f"{like} describes a {of}, not a {rig}")
+    given = {name: value for name, value in numbers.items() if value is not None}
+    parameters, description = assigned(Parameters(**given), description, settings)
+    return jobs(rig, parameters, description, repeats=repeats, rng=rng, rendered=rendered)
+
+
+def _run(todo: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
+    if out.exists() and not out.is_dir():
+        raise FileExistsError(f"{out}: is a file; --out names a folder")
+    out.mkdir(parents=True, exist_ok=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
+        for n, job in enumerate(todo, start=1):
+            name = f"{rig}-{n:0{max(2, len(str(len(todo))))}d}"
+            task = progress.add_task(name, total=1.0)
+
+            def watch(stage: str, share: float, task=task, name=name) -> None:
+                progress.update(task, description=f"{name} of {len(todo)}: {stage}", completed=share)
+
+            there = job.is_done(out / name)
+            job.run(out / name, watch=watch, threads=threads)
+            progress.remove_task(task)
+            if not quiet:
+                progress.console.print(f"{out / name}" + (": was there already" if there else ""), highlight=False)

@@ -1,0 +1,93 @@
+"""Slides as plain arrays: travel of a block along a tilting plate, or the angles that somebody read off it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from twin.tracks import entries_of, sections_of, track_of
+from vision.evidence.tables import read_readings
+from vision.measurement import MeasurementError
+from vision.motion.strays import single_spikes
+from vision.motion.track import Track
+from vision.recording import Recording
+
+TILT_MISSING = "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide] tilt_rate_deg_s"
+
+
+@dataclass(frozen=True, eq=False)
+class SeenSlide:
+    """One slide. Arrays of one length n, outliers left out; none of them (n = 0) where only angles were read off.
+
+    x_mm: place along the plate, either way; sd_mm: stated, NaN where not; tilt_deg: of the plate at the same time, NaN where not
+    seen, None where nobody looked. angles_deg (m,): readings of the angle at which it slid, a run each. description: sections of
+    recording.toml as plain values, `camera.scale_sd` (relative) with what holds where nothing is stated. trouble: why there is
+    nothing, "" when there is.
+    """
+
+    recording: str
+    session: str
+    frame: np.ndarray
+    time_s: np.ndarray
+    x_mm: np.ndarray
+    sd_mm: np.ndarray
+    tilt_deg: np.ndarray | None
+    angles_deg: np.ndarray
+    description: dict
+    notes: tuple[str, ...] = ()
+    trouble: str = ""
+
+
+def read_slides(folder: Path) -> list[SeenSlide]:
+    """Every slide under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
+    return [_seen(entry) for entry in entries_of(folder, "slide")]
+
+
+def _seen(entry: Recording | MeasurementError) -> SeenSlide:
+    if isinstance(entry, MeasurementError):
+        return _nothing(entry.recording, "", {}, str(entry))
+    try:
+        if entry.evidence == "readings.csv":
+            return readings_of(entry)
+        return slide_of(track_of(entry), entry)
+    except MeasurementError as error:
+        return _nothing(entry.id, entry.session or "", describe(entry), str(error))
+
+
+def readings_of(recording: Recording) -> SeenSlide:
+    """Angles that somebody read off; MeasurementError where there are none."""
+    table = read_readings(recording.files[0])
+    if "slide_angle_deg" not in table.rows:
+        raise MeasurementError(f"{recording.files[0]}: no column slide_angle_deg")
+    angles = table.rows["slide_angle_deg"].dropna().to_numpy(float)
+    none = np.zeros(0)
+    told = describe(recording)
+    return SeenSlide(recording.id, recording.session or "", none, none, none, none, None, angles, told, table.notes)
+
+
+def slide_of(track: Track, recording: Recording) -> SeenSlide:
+    """A track as a slide; MeasurementError where scale, frame rate or the plate's angle is unknown."""
+    if track.unit != "mm" or not track.timed:
+        missing = "scale (mm_per_px)" if track.unit != "mm" else "frame rate (fps)"
+        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs lengths and times")
+    seen = track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 8
+    if not seen and recording.slide.tilt_rate_deg_s is None:
+        raise MeasurementError(f"{recording.toml}: {TILT_MISSING}")
+    used = track.used()
+    used = used.marked(single_spikes(used.x)).used()
+    return SeenSlide(
+        recording.id, recording.session or "", used.frame, used.t_s, used.x, used.sd, used.tilt_deg if seen else None,
+        np.zeros(0), describe(recording), track.notes,
+    )  # fmt: skip
+
+
+def describe(recording: Recording) -> dict:
+    """Sections of recording.toml as plain values; scale_sd (relative) is always there."""
+    sections = sections_of(recording, "seed", "camera", "air", "slide")
+    sections["camera"] |= {"scale_sd": recording.camera.scale_sd, "plumb_sd_deg": recording.camera.plumb_sd}
+    return sections
+
+
+def _nothing(recording: str, session: str, description: dict, trouble: str) -> SeenSlide:
+    none = np.zeros(0)
+    return SeenSlide(recording, session, none, none, none, none, None, none, description, (), trouble)
