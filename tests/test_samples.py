@@ -98,7 +98,7 @@ def test_the_readme_names_only_what_is_there():
 
 def simulate_commands():
     """Every `benchtwin simulate …` of README and samples/twin, split into its arguments."""
-    texts = [COMMANDS, *(p.read_text() for p in (SAMPLES / "twin").glob("*.toml"))]
+    texts = [COMMANDS, *(p.read_text() for p in (SAMPLES / "rigs").glob("*.toml"))]
     return [shlex.split(line, comments=True) for text in texts for line in re.findall(r"benchtwin (simulate \w+ --?.*)", text)]
 
 
