@@ -23,7 +23,7 @@ RECORD = "simulation.json"
 HEAPS = ("pile",)
 MANY_SEEDS = ("pile", "drum")  # simulated on several threads
 WEIGHED = ("filled_mass_g", "retained_mass_g")
-MODEL = 3  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
+MODEL = 4  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
 
 
 def simulate(

@@ -16,21 +16,10 @@ from sim.engine.tiles import LANES
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
+LOAD = 8  # columns of `load`: force, torque, the most that rolling friction brakes the spin by (`turning.braked`), and stir
 # Columns of `shape`: principal moments inverted, mass, diameter of the sphere of equal volume, bounding radius, whether all
 # moments agree, whether it is one ball about the centre of mass, mass inverted.
 J1, J2, J3, SHAPE_MASS, DIAMETER, BOUND, ROUND, SINGLE, INVERSE_MASS = range(9)
-
-
-@njit(**OPTIONS)
-def spin_of(q, shape, lx, ly, lz):
-    """Angular velocity R I⁻¹ Rᵀ L in world axes."""
-    if shape[ROUND] > 0.0:
-        return lx * shape[J1], ly * shape[J1], lz * shape[J1]
-    a, b, c, d, e, f, g, h, i = turning.matrix(q[0], q[1], q[2], q[3])
-    p = (a * lx + d * ly + g * lz) * shape[J1]
-    r = (b * lx + e * ly + h * lz) * shape[J2]
-    s = (c * lx + f * ly + i * lz) * shape[J3]
-    return a * p + b * r + c * s, d * p + e * r + f * s, g * p + h * r + i * s
 
 
 def traits(shape, shape_of):
@@ -43,18 +32,23 @@ def traits(shape, shape_of):
 
 
 def predict(
-    first, last, dt, P, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, path
+    first, last, dt, P, who, calm, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, path
 ):
-    """Advance bodies first … last−1 and their balls by dt; returns the longest path of a ball since the lists were made. P is a
-    tile."""
-    farthest = 0.0
+    """Advance bodies first … last−1 and their balls by dt. Returns the longest path of a ball since the lists were made, and the
+    energy that rolling friction has taken [J]. P is a tile, who its lanes' bodies."""
+    farthest, lost = 0.0, 0.0
     while first < last:
-        single = trait[2 * first + 1] > 0.0
-        count = 1
-        while count < LANES and first + count < last and (trait[2 * (first + count) + 1] > 0.0) == single:
-            count += 1
+        count, single = 0, False
+        while count < LANES and first < last:
+            if calm[first] < CALM:
+                if count > 0 and (trait[2 * first + 1] > 0.0) != single:
+                    break
+                single = trait[2 * first + 1] > 0.0
+                who[count] = first
+                count += 1
+            first += 1
         for t in range(count):
-            n = first + t
+            n = who[t]
             start_step(t, dt, P, motion[n], turn[n], spin[n], load[n], trait[2 * n])
             if single:
                 P[turning.J1 + t] = trait[2 * n + 1]
@@ -66,9 +60,11 @@ def predict(
         else:
             turn_free(P, (count + 3) // 4 * 4, dt)
         for t in range(count):
-            n = first + t
+            n = who[t]
             m = motion[n]
-            end_step(t, P, m, turn[n])
+            end_step(t, P, m, turn[n], spin[n])
+            if HAS_BRAKE:
+                lost += P[turning.LOST + t]
             if single:
                 way = put_ball(ball_start[n], m[X], m[X + 1], m[X + 2], ball, path)
             else:
@@ -77,8 +73,7 @@ def predict(
                     ball_start[n], m[X], m[X + 1], m[X + 2], turned, shape_of[n], shape_start, shape_ball, ball, path
                 )
             farthest = max(farthest, way)
-        first += count
-    return farthest
+    return farthest, lost
 
 
 def start_step(t, dt, P, m, q, spun, f, inverse_mass):
@@ -89,15 +84,15 @@ def start_step(t, dt, P, m, q, spun, f, inverse_mass):
     m[X], m[X + 1], m[X + 2] = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
     m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
     kx, ky, kz = h * f[3], h * f[4], h * f[5]
-    lx, ly, lz = spun[0] + kx, spun[1] + ky, spun[2] + kz
-    spun[0], spun[1], spun[2] = lx + kx, ly + ky, lz + kz
     P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = q[0], q[1], q[2], q[3]
-    P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = lx, ly, lz
+    P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = spun[0] + kx, spun[1] + ky, spun[2] + kz
     P[turning.KX + t], P[turning.KY + t], P[turning.KZ + t] = kx, ky, kz
+    P[turning.BRAKE + t] = h * f[6]
 
 
-def end_step(t, P, m, q):
-    """Orientation and spin of a body from lane t."""
+def end_step(t, P, m, q, spun):
+    """Orientation, spin and angular momentum (that of the middle of the step) of a body from lane t."""
+    spun[0], spun[1], spun[2] = P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t]
     q[0], q[1], q[2], q[3] = P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t]
     m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
 
@@ -128,6 +123,14 @@ def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, pat
 
 
 HAS_BODY = False
+HAS_BRAKE = False
+
+# Sleeping (`World.sleep`): every SLEEP_EVERY steps all contacts are computed. A body that was slow and balanced at CALM of these in a
+# row sleeps: it stands, and contacts between two sleepers are left out in between. It wakes when the forces on it no longer balance,
+# so that a load is handed on from neighbour to neighbour, or at once where something fast touches it. Forces are in shares of the body's weight, torques of weight × radius,
+# speeds in shares of √(g d).
+SLEEP_EVERY, CALM = 16, 8
+CALM_SPEED, CALM_FORCE, WAKING_FORCE, WAKING_SPEED = 4e-3, 0.05, 0.1, 0.02
 
 
 def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
@@ -135,13 +138,24 @@ def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, load, trait, shape_of, shape):
+def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fresh, motion, turn, spin, load, trait, shape_of,
+            shape):  # fmt: skip
     """Bring velocities of bodies first … last−1 up to date with the mean of the old forces `load` and the `fresh` ones
     (contacts only; weight and body laws are added here), which replace them. Returns kinetic energy, largest squared speed,
-    body laws' power."""
-    kinetic, fastest, power = 0.0, 0.0, 0.0
+    body laws' power, and the energy that rolling friction has taken. look: whether bodies may
+    fall asleep now; woken[slot] becomes 1 when a body wakes of which not all contacts are known."""
+    kinetic, fastest, power, lost = 0.0, 0.0, 0.0, 0.0
     h = 0.5 * dt
+    g = math.sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2])
     for n in range(first, last):
+        asleep = calm[n] >= CALM
+        if asleep and not look:
+            if fresh[n - first, 7] > WAKING_SPEED * WAKING_SPEED * g * shape[shape_of[n], DIAMETER]:
+                calm[n] = 0
+                for k in range(LOAD):
+                    load[n, k] = 0.0
+                woken[slot] = 1
+            continue
         m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
         gx, gy, gz, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if HAS_BODY:
@@ -152,22 +166,51 @@ def correct(first, last, dt, gravity, body_numbers, fresh, motion, turn, spin, l
         fx = new[0] + m[MASS] * gravity[0] + gx
         fy = new[1] + m[MASS] * gravity[1] + gy
         fz = new[2] + m[MASS] * gravity[2] + gz
+        if look:
+            force2, torque = fx * fx + fy * fy + fz * fz, math.sqrt((new[3] + hx) ** 2 + (new[4] + hy) ** 2 + (new[5] + hz) ** 2)
+            size, weight = shape[shape_of[n], DIAMETER], m[MASS] * g
+            limit = (WAKING_FORCE if asleep else CALM_FORCE) * weight
+            balanced = force2 <= limit * limit and torque <= new[6] + 0.5 * size * limit
+            if asleep:
+                if not balanced:  # from rest
+                    calm[n] = 0
+                    f[0], f[1], f[2] = fx, fy, fz
+                    f[3], f[4], f[5], f[6] = new[3] + hx, new[4] + hy, new[5] + hz, new[6]
+                continue
+            turning2 = 0.25 * size * size * (m[W] * m[W] + m[W + 1] * m[W + 1] + m[W + 2] * m[W + 2])
+            moving2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
+            calm[n] = calm[n] + 1 if balanced and moving2 + turning2 < CALM_SPEED * CALM_SPEED * g * size else 0
+            if calm[n] >= CALM:
+                m[V : V + 6] = 0.0
+                spin[n] = 0.0
+                continue
         half = h * trait[2 * n]
         m[V] += half * (fx - f[0])
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
         f[0], f[1], f[2] = fx, fy, fz
         tx, ty, tz = new[3] + hx, new[4] + hy, new[5] + hz
-        spun[0] += h * (tx - f[3])
-        spun[1] += h * (ty - f[4])
-        spun[2] += h * (tz - f[5])
-        f[3], f[4], f[5] = tx, ty, tz
+        lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
+        f[3], f[4], f[5], f[6] = tx, ty, tz, new[6]
         j = trait[2 * n + 1]
         if j > 0.0:
-            m[W], m[W + 1], m[W + 2] = spun[0] * j, spun[1] * j, spun[2] * j
+            if HAS_BRAKE:
+                lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * new[6])
+                lost += taken
+            m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
         else:
-            m[W], m[W + 1], m[W + 2] = spin_of(turn[n], shape[shape_of[n]], spun[0], spun[1], spun[2])
+            q, row = turn[n], shape[shape_of[n]]
+            j1, j2, j3 = row[J1], row[J2], row[J3]
+            a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
+            p1, p2, p3 = a * lx + d * ly + o * lz, b * lx + e * ly + u * lz, c * lx + k * ly + i * lz
+            if HAS_BRAKE:
+                p1, p2, p3, taken = turning.braked(p1, p2, p3, j1, j2, j3, h * new[6])
+                lost += taken
+                lx, ly, lz = a * p1 + b * p2 + c * p3, d * p1 + e * p2 + k * p3, o * p1 + u * p2 + i * p3
+            p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
+            m[W], m[W + 1], m[W + 2] = a * p1 + b * p2 + c * p3, d * p1 + e * p2 + k * p3, o * p1 + u * p2 + i * p3
+        spun[0], spun[1], spun[2] = lx, ly, lz
         v2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
         kinetic += 0.5 * m[MASS] * v2 + 0.5 * (m[W] * spun[0] + m[W + 1] * spun[1] + m[W + 2] * spun[2])
         fastest = max(fastest, v2)
-    return kinetic, fastest, power
+    return kinetic, fastest, power, lost

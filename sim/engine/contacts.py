@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from sim.engine import gathering, tiles
+from sim.engine.bodies import CALM, LOAD
 from sim.engine.compiled import OPTIONS
 from sim.engine.gathering import S_CONTACTS
 from sim.engine.surfaces import nearest, shares_feature
@@ -25,17 +26,33 @@ def reach(radius, modulus, row, table):
     return 0.0
 
 
-def touching_pairs(first, last, ball, path, owner, material, materials, table, pair_i, pair_j, memory, touch, quiet, active):
+def awake_pairs(first, last, owner, calm, pair_i, pair_j, awake):
+    """Numbers of the listed pairs first … last−1 of which one body at least is awake, into `awake` from `first` on; how many."""
+    count = first
+    for k in range(np.uint64(first), np.uint64(last)):
+        awake[count] = k
+        count += calm[owner[pair_i[k]]] < CALM or calm[owner[pair_j[k]]] < CALM
+    return count - first
+
+
+def touching_pairs(first, last, awake, few, ball, path, owner, material, materials, table, pair_i, pair_j, memory, touch, quiet,
+                   active):  # fmt: skip
     """Listed ball pairs first … last−1 that touch (or still act), into `active`; forgets those that have parted. Returns how
-    many.
+    many. few: so many pairs only, whose numbers stand in `awake` from `first` on; −1: all.
 
     Most listed pairs are far from touching. Measured once, a gap cannot close before the paths of both balls have grown by as
     much: until their sum reaches quiet[k] the pair is not looked at. `ball` is flat, four numbers a ball.
     """
     near = np.uint64(0)
-    for k in range(np.uint64(first), np.uint64(last)):  # an index that could be negative is checked at each use
-        active[near] = k
-        near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
+    if few < 0:
+        for k in range(np.uint64(first), np.uint64(last)):  # an index that could be negative is checked at each use
+            active[near] = k
+            near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
+    else:
+        for n in range(np.uint64(first), np.uint64(first + few)):
+            k = awake[n]
+            active[near] = k
+            near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
     count = 0
     for n in range(near):
         k = active[n]
@@ -65,7 +82,7 @@ def touching_pairs(first, last, ball, path, owner, material, materials, table, p
     return count
 
 
-def touching_walls(first, last, ball, owner, material, materials, table, wall_i, wall_p, memory, touch, prim, prim_kind,
+def touching_walls(first, last, look, calm, ball, owner, material, materials, table, wall_i, wall_p, memory, touch, prim, prim_kind,
                    prim_wall, wall_material, corners, active, meet):  # fmt: skip
     """Listed ball–primitive pairs first … last−1 that touch, into `active`, with normal and overlap in `meet`. Returns how many.
 
@@ -81,6 +98,9 @@ def touching_walls(first, last, ball, owner, material, materials, table, wall_i,
             end += 1
         start = count
         i = wall_i[k]
+        if not look and calm[owner[i]] >= CALM:
+            k = end
+            continue
         x, y, z, r = ball[4 * i], ball[4 * i + 1], ball[4 * i + 2], ball[4 * i + 3]
         for c in range(k, end):
             p = wall_p[c]
@@ -192,24 +212,29 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
         a = end
 
 
-def block_forces(b, dt, s, scratch):
-    """Forces of all contacts of block b, into its window; `s` is the kernel's view of the state (`kernels.View`)."""
+def block_forces(b, dt, look, woken, s, scratch):
+    """Forces of all contacts of block b, into its window; `s` is the kernel's view of the state (`kernels.View`). look: those
+    between sleeping bodies too; woken: whether a body has just woken."""
     P, active, meet, share, rows, early = scratch.tile, scratch.active, scratch.meet, scratch.share, scratch.rows, scratch.early
     base = s.block_window[b] - s.block_body[b]
-    s.window[s.block_window[b] * 6 : s.block_window[b + 1] * 6] = 0.0
+    s.window[s.block_window[b] * LOAD : s.block_window[b + 1] * LOAD] = 0.0
     s.wall_push[b, :, :] = 0.0
     sums = s.sums[b]
     sums[:] = 0.0
     first, last = s.block_pair[b], s.block_pair[b + 1]
+    if look:
+        s.awakes[b] = -1  # who sleeps may change after this step
+    elif s.awakes[b] < 0 or woken:
+        s.awakes[b] = awake_pairs(first, last, s.owner, s.calm, s.pair_i, s.pair_j, s.awake)
     pairs = touching_pairs(
-        first, last, s.ball, s.path, s.owner, s.material, s.materials, s.table, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch,
-        s.pair_quiet, active,
+        first, last, s.awake, s.awakes[b], s.ball, s.path, s.owner, s.material, s.materials, s.table, s.pair_i, s.pair_j,
+        s.pair_memory, s.pair_touch, s.pair_quiet, active,
     )  # fmt: skip
     if s.shared:
         shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
     walls = touching_walls(
-        first, last, s.ball, s.owner, s.material, s.materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
+        first, last, look, s.calm, s.ball, s.owner, s.material, s.materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
         s.prim_kind, s.prim_wall, s.wall_material, s.corners, active[pairs:], meet,
     )  # fmt: skip
     if s.shared:
@@ -246,11 +271,11 @@ def gather_forces(c, block_body, block_window, window, fresh):
     """Contact forces on the bodies of block c: the windows of all blocks that reach them, added in block order, into `fresh`."""
     first, last = block_body[c], block_body[c + 1]
     for n in range(first, last):
-        for k in range(6):
+        for k in range(LOAD):
             fresh[n - first, k] = 0.0
     for b in range(c + 1):
         shift = block_window[b] - block_body[b]
         end = min(last, block_body[b] + block_window[b + 1] - block_window[b])
         for n in range(first, end):
-            for k in range(6):
-                fresh[n - first, k] += window[6 * (shift + n) + k]
+            for k in range(LOAD):
+                fresh[n - first, k] += window[LOAD * (shift + n) + k]

@@ -17,17 +17,18 @@ from sim.laws.law import Chosen, Law
 # What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
 View = namedtuple(
     "View",
-    "motion body turn spin load trait shape_of material ball owner path ball_start shape shape_start shape_ball "
-    "pair_i pair_j pair_memory pair_touch pair_quiet wall_i wall_p wall_memory wall_touch "
+    "motion body turn spin load calm trait shape_of material ball owner path ball_start shape shape_start shape_ball "
+    "pair_i pair_j pair_memory pair_touch pair_quiet awake awakes sleeps woken wall_i wall_p wall_memory wall_touch "
     "block_body block_pair block_wall block_window window sums totals "
     "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
     "wall_way table materials gravity body_numbers shared single pull whole",
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
-Scratch = namedtuple("Scratch", "tile active meet share fresh rows early")  # each thread's own
+Scratch = namedtuple("Scratch", "tile active meet share fresh rows early who")  # each thread's own
 
-T_KINETIC, T_FASTEST, T_POWER, T_WAY = range(4)
+T_KINETIC, T_FASTEST, T_POWER, T_BRAKED, T_WAY = range(5)
+TOTALS = 5
 ARRIVED, PASSED, NEXT_CONTACT, NEXT_BODIES = range(4)
 DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
 # Accounts of the ledger: what the run has turned into what, since it began [J].
@@ -44,7 +45,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
     status: [why, steps done]. ledger adds up the dissipated energies, impulse (walls, 3) the seeds' push on the walls.
     """
     blocks = len(s.block_body) - 1
-    done, more, forces = 0, True, False  # forces: of these positions are known
+    done, more, forces, look = 0, True, False, False  # forces: of these positions are known; look: also between sleepers
     while True:
         if forces or status[0] != STALE:
             more = done + forces < steps
@@ -52,17 +53,21 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
             b = take(counters, NEXT_BODIES, threads, 0)
             while b < blocks:
                 first, last = s.block_body[b], s.block_body[b + 1]
+                t = s.totals[b]
+                t[T_BRAKED] = 0.0
                 if forces:
                     gather_forces(b, s.block_body, s.block_window, s.window, scratch.fresh)
-                    s.totals[b, T_KINETIC], s.totals[b, T_FASTEST], s.totals[b, T_POWER] = correct(
-                        first, last, dt, s.gravity, s.body_numbers, scratch.fresh, s.body, s.turn, s.spin, s.load, s.trait,
+                    t[T_KINETIC], t[T_FASTEST], t[T_POWER], t[T_BRAKED] = correct(
+                        first, last, dt, look and s.sleeps, s.woken, (start + done + 1) % 2, s.calm, s.gravity, s.body_numbers,
+                        scratch.fresh, s.body, s.turn, s.spin, s.load, s.trait,
                         s.shape_of, s.shape,
                     )  # fmt: skip
                 if more:
-                    s.totals[b, T_WAY] = predict(
-                        first, last, dt, scratch.tile, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape,
+                    t[T_WAY], braked = predict(
+                        first, last, dt, scratch.tile, scratch.who, s.calm, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape,
                         s.shape_start, s.shape_ball, s.ball_start, s.ball, s.path,
                     )  # fmt: skip
+                    t[T_BRAKED] += braked
                 b = take(counters, NEXT_BODIES, threads, b + 1)
             if me == 0:
                 counters[NEXT_CONTACT] = 0
@@ -74,11 +79,12 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
                     walls_at((start + done + forces + 1) * dt, s)
             barrier(counters, threads)
             why = DONE
+            if LEDGER and me == 0:
+                for b in range(blocks):
+                    ledger[2] += s.totals[b, T_BRAKED]
+                    ledger[5] += dt * s.totals[b, T_POWER] * forces
             if forces:
                 done += 1
-                if LEDGER and me == 0:
-                    for b in range(blocks):
-                        ledger[5] += dt * s.totals[b, T_POWER]
                 why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
             if why == DONE and more and stale(s.totals, s.wall_way, skin):
                 why = STALE
@@ -87,11 +93,14 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
                 if me == 0:
                     status[0], status[1] = why, done
                 return
+        woken = s.woken[(start + done) % 2]
         if me == 0:
             counters[NEXT_BODIES] = 0
+            s.woken[(start + done + 1) % 2] = 0
+        look = not s.sleeps or (start + done + 1) % bodies.SLEEP_EVERY == 0
         b = take(counters, NEXT_CONTACT, threads, 0)
         while b < blocks:
-            block_forces(b, dt, s, scratch)
+            block_forces(b, dt, look, woken, s, scratch)
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
         forces = True
@@ -166,7 +175,7 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     parts["add_up"] = inner(gathering.add_up, LEDGER=ledger)
     whole = ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")
     parts |= {n: inner(getattr(gathering, n), **parts) for n in whole}
-    parts |= {n: inner(getattr(contacts, n)) for n in ("_each_feature_once", "_forget_or_hand_over")}
+    parts |= {n: inner(getattr(contacts, n)) for n in ("_each_feature_once", "_forget_or_hand_over", "awake_pairs")}
     parts |= {n: inner(getattr(contacts, n), **parts, **of_reach) for n in ("touching_pairs", "touching_walls")}
     parts |= {n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")}
     force_laws = ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")
@@ -178,9 +187,9 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     return parts
 
 
-def _turning_parts() -> dict:
-    turns = {n: inner(getattr(turning, n)) for n in ("turn_round", "turn_free")}
-    return turns | {n: inner(getattr(bodies, n)) for n in ("start_step", "end_step")}
+def _turning_parts(brake: bool) -> dict:
+    turns = {n: inner(getattr(turning, n), HAS_BRAKE=brake) for n in ("turn_round", "turn_free")}
+    return turns | {n: inner(getattr(bodies, n)) for n in ("start_step", "end_step")} | {"HAS_BRAKE": brake}
 
 
 def memory_columns(laws: tuple[Chosen, ...]) -> int:
@@ -196,7 +205,8 @@ def scratch_for(view: View) -> Scratch:
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
         np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most),
-        np.zeros((bodies_a_block, 6)), np.full(tiles.LANES, -1), np.zeros(tiles.LANES, np.int64),
+        np.zeros((bodies_a_block, bodies.LOAD)), np.full(tiles.LANES, -1), np.zeros(tiles.LANES, np.int64),
+        np.zeros(tiles.LANES, np.int64),
     )  # fmt: skip
 
 
@@ -209,6 +219,7 @@ def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) 
     body, motion = assemble.body_laws(tuple(law for law in laws if law.kind == "body")), assemble.motions(motion_laws)
     used = [law.function for law in (*laws, *motion_laws)] + [law.reach for law in laws if law.reach]
     mark = fingerprint(*used, [(law.kind, len(law.parameters)) for law in laws], ledger)
+    brake = any(law.kind == "rolling_spin" for law in laws)
     of_body = {"HAS_BODY": True, "body_law": body} if body else {}
     loop = kernel(
         advance,
@@ -216,8 +227,8 @@ def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) 
         LEDGER=ledger,
         block_forces=inner(contacts.block_forces, **_inner_parts(bound, ledger, reach)),
         gather_forces=inner(contacts.gather_forces),
-        correct=inner(bodies.correct, **of_body),
-        predict=inner(bodies.predict, **_turning_parts()),
+        correct=inner(bodies.correct, HAS_BRAKE=brake, **of_body),
+        predict=inner(bodies.predict, **_turning_parts(brake)),
         walls_at=inner(walls_at, place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion))),
     )
     return loop, mark

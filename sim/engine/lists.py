@@ -104,7 +104,7 @@ def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
     balls = np.repeat(state.ball_start[keep], counts) + within
     return replace(
         state, ids=state.ids[keep], motion=state.motion[keep], turn=state.turn[keep], spin=state.spin[keep],
-        load=state.load[keep], shape_of=state.shape_of[keep], material=state.material[keep], ball=state.ball[balls],
+        load=state.load[keep], calm=state.calm[keep], shape_of=state.shape_of[keep], material=state.material[keep], ball=state.ball[balls],
         ball_id=state.ball_id[balls],
         owner=np.repeat(np.arange(len(keep), dtype=np.uint32), counts), ball_start=ball_start,
     )  # fmt: skip

@@ -78,14 +78,14 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
     state = State(
         step=0, dt=time_step(world), skin=lists.choose_skin(ball[:, 3], len(walls.kind), farthest_reach(world, ball[:, 3])),
         ids=np.arange(n), motion=motion, turn=q,
-        spin=np.zeros((n, 3)), load=np.zeros((n, 6)), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind],
+        spin=np.zeros((n, 3)), load=np.zeros((n, bodies.LOAD)), calm=np.zeros(n, np.int16), shape_of=kind.astype(np.uint32), material=tables.shape_material[kind],
         ball=ball, owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32),
         ball_start=ball_start,
         path=np.zeros(m), pair_i=np.zeros(0, np.uint32), pair_j=np.zeros(0, np.uint32), pair_memory=np.zeros((0, columns)),
         pair_touch=np.zeros(0, np.uint8), wall_i=np.zeros(0, np.uint32), wall_p=np.zeros(0, np.uint32),
         wall_memory=np.zeros((0, columns)), wall_touch=np.zeros(0, np.uint8), block_body=np.array([0, n]),
         block_pair=np.zeros(2, np.int64), block_wall=np.zeros(2, np.int64), block_window=np.zeros(2, np.int64),
-        sums=np.zeros((1, SUMS)), totals=np.zeros((1, 4)), prim=walls.prim.copy(), prim_ref=walls.prim.copy(),
+        sums=np.zeros((1, SUMS)), totals=np.zeros((1, kernels.TOTALS)), prim=walls.prim.copy(), prim_ref=walls.prim.copy(),
         twist=np.zeros((len(world.walls), 6)),
         wall_load=np.zeros((len(world.walls), 3)), wall_push_ns=np.zeros((len(world.walls), 3)),
         ledger=np.zeros(len(LEDGER_NAMES)), removed=np.zeros(0, np.int64),
@@ -145,14 +145,15 @@ def _view(world: World, tables: Tables, s: State) -> View:
     """What the kernels see: the arrays of `s` themselves, of its world, and scratch."""
     w = tables.walls
     blocks = len(s.block_body) - 1
-    window = np.zeros(6 * int(s.block_window[-1]))
+    window = np.zeros(bodies.LOAD * int(s.block_window[-1]))
     trait = bodies.traits(tables.shape, s.shape_of)
     view = View(
-        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, trait, s.shape_of,
+        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, s.calm, trait, s.shape_of,
         s.material, s.ball.ravel(), s.owner, s.path, s.ball_start,
         tables.shape,
         tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch,
-        np.full(len(s.pair_i), -1.0, np.float32), s.wall_i, s.wall_p, s.wall_memory,
+        np.full(len(s.pair_i), -1.0, np.float32), np.zeros(len(s.pair_i), np.uint32), np.full(blocks, -1), world.sleep, np.zeros(2, np.int64),
+        s.wall_i, s.wall_p, s.wall_memory,
         s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim,
         s.prim_ref,
         w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,

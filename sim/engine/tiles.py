@@ -34,13 +34,14 @@ NX, NY, NZ, OVERLAP, RADIUS = rows(39, 5)  # unit normal from j to i, overlap, e
 AIX, AIY, AIZ, AJX, AJY, AJZ = rows(44, 6)  # arms from the body centres to the contact
 CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(50, 4)  # velocity of i against j at the contact: against and across the normal
 EDGE = 54 * STRIDE  # see `quadrature.edge_weight`
-# From the laws: force on i, torques on i and j.
-FX, FY, FZ, TIX, TIY, TIZ, TJX, TJY, TJZ = rows(55, 9)
+# From the laws: force on i; for i and for j the torque, the most that the contact brakes its own spin by, and the squared speed at
+# the contact, which wakes a sleeper.
+FX, FY, FZ, TIX, TIY, TIZ, BRAKE_I, STIR_I, TJX, TJY, TJZ, BRAKE_J, STIR_J = rows(55, 13)
 # Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
-ACCOUNTS = rows(64, 7)
+ACCOUNTS = rows(68, 7)
 E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
-EXTRA = 71 * STRIDE  # the chosen laws' parameters, a row each
-FIXED_ROWS = 71
+EXTRA = 75 * STRIDE  # the chosen laws' parameters, a row each
+FIXED_ROWS = 75
 
 COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
 
@@ -210,15 +211,19 @@ def laws(P, count, dt, pull, whole):
         P[FZ + t] = fz
 
         rix, riy, riz, rjx, rjy, rjz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        brake_i, brake_j = 0.0, 0.0  # applied with the step, which knows where they end: see `bodies`
         if HAS_SPIN:
             spin_i = math.sqrt(wix * wix + wiy * wiy + wiz * wiz)
             spin_j = math.sqrt(wjx * wjx + wjy * wjy + wjz * wjz)
             arm_i = math.sqrt(ax * ax + ay * ay + az * az)
             arm_j = math.sqrt(bx * bx + by * by + bz * bz)
-            brake_i = rolling_spin(carried, spin_i, arm_i, P[MU_R + t], P, t) / max(spin_i, 1e-300)
-            brake_j = rolling_spin(carried, spin_j, arm_j, P[MU_R + t], P, t) / max(spin_j, 1e-300)
-            rix, riy, riz = -brake_i * wix, -brake_i * wiy, -brake_i * wiz
-            rjx, rjy, rjz = -brake_j * wjx, -brake_j * wjy, -brake_j * wjz
+            brake_i = rolling_spin(carried, spin_i, arm_i, P[MU_R + t], P, t)
+            brake_j = rolling_spin(carried, spin_j, arm_j, P[MU_R + t], P, t)
+        P[BRAKE_I + t] = brake_i
+        P[BRAKE_J + t] = brake_j
+        stir = closing * closing + vx * vx + vy * vy + vz * vz
+        P[STIR_I + t] = stir
+        P[STIR_J + t] = stir
         if HAS_RELATIVE or HAS_SPRING:
             ox, oy, oz = wix - wjx, wiy - wjy, wiz - wjz
             twist = ox * nx + oy * ny + oz * nz

@@ -4,6 +4,10 @@ H = Σ Π_k² / 2 I_k is split into turns about the three principal axes, each s
 (Dullweber, Leimkuhler, McLachlan 1997, J. Chem. Phys. 107, 5840). Angular momentum is kept to rounding, the energy error is
 bounded and of second order, and there are no sines: tan(θ/2) is taken to its cubic term, and the turn made of it is a turn
 exactly. Rows of a tile as in `tiles`, in the place of what the laws compute.
+
+Rolling friction against a body's own spin is a force of Coulomb's kind: it brakes with its full torque while the body spins, and
+holds with no more than is needed once it does not. `braked` solves that exactly for each half of a step, so that a body at
+rest stays at rest. (Applied as a torque of constant size, it would turn a resting body to and fro from step to step.)
 """
 
 import math
@@ -19,8 +23,10 @@ KX, KY, KZ = rows(COMPUTED + 7, 3)  # what the torque adds to it by the end of t
 J1, J2, J3 = rows(COMPUTED + 10, 3)  # principal moments inverted
 WX, WY, WZ = rows(COMPUTED + 13, 3)  # out: spin at the end of the step, world axes
 RXX, RXY, RXZ, RYX, RYY, RYZ, RZX, RZY, RZZ = rows(COMPUTED + 16, 9)  # out: rotation matrix then (not from `turn_round`)
+BRAKE, LOST = rows(COMPUTED + 25, 2)  # most angular momentum that rolling friction takes in half a step; out: energy it took
 
 THIRD = 1.0 / 3.0
+HAS_BRAKE = False  # whether a law brakes bodies' own spin; `kernels.build` says so
 
 
 @njit(**OPTIONS)
@@ -45,10 +51,34 @@ def _half_tangent(angle):
     return half + half * half * half * THIRD
 
 
+@njit(**OPTIONS)
+def braked(p1, p2, p3, j1, j2, j3, most):
+    """Angular momentum about principal axes after rolling friction has taken up to `most` of it, against the spin.
+
+    Where the friction could take more than all, nothing is left. Inverted moments j; also the energy lost [J].
+    """
+    w1, w2, w3 = p1 * j1, p2 * j2, p3 * j3
+    spin2 = w1 * w1 + w2 * w2 + w3 * w3
+    spin = math.sqrt(spin2)
+    # Taken along the spin's direction u, the spin itself is gone once c = |ω| / u·I⁻¹u is taken.
+    along = spin2 / max(w1 * w1 * j1 + w2 * w2 * j2 + w3 * w3 * j3, 1e-300)  # 1 / u·I⁻¹u
+    taken = min(most, spin * along) / max(spin, 1e-300)
+    left = 1.0 if p1 * p1 + p2 * p2 + p3 * p3 > most * most else 0.0
+    q1, q2, q3 = left * (p1 - taken * w1), left * (p2 - taken * w2), left * (p3 - taken * w3)
+    lost = 0.5 * (p1 * w1 + p2 * w2 + p3 * w3 - q1 * q1 * j1 - q2 * q2 * j2 - q3 * q3 * j3)
+    return q1, q2, q3, lost
+
+
 def turn_round(P, count, dt):
     """A step of bodies whose moments agree: their spin is constant, one turn about it is the whole motion."""
     for t in range(count):
         j = P[J1 + t]
+        if HAS_BRAKE:
+            most = P[BRAKE + t]
+            lx, ly, lz, lost = braked(P[LX + t], P[LY + t], P[LZ + t], j, j, j, most)
+            P[LX + t], P[LY + t], P[LZ + t], P[LOST + t] = lx, ly, lz, lost
+            lx, ly, lz, _ = braked(lx + P[KX + t], ly + P[KY + t], lz + P[KZ + t], j, j, j, most)
+            P[KX + t], P[KY + t], P[KZ + t] = lx - P[LX + t], ly - P[LY + t], lz - P[LZ + t]
         h = 0.5 * dt * j
         hx, hy, hz = h * P[LX + t], h * P[LY + t], h * P[LZ + t]
         k = 1.0 + (hx * hx + hy * hy + hz * hz) * THIRD
@@ -73,6 +103,10 @@ def turn_free(P, count, dt):
         j1, j2, j3 = P[J1 + t], P[J2 + t], P[J3 + t]
         a, b, c, d, e, f, g, h, i = matrix(w, x, y, z)
         p1, p2, p3 = a * lx + d * ly + g * lz, b * lx + e * ly + h * lz, c * lx + f * ly + i * lz
+        if HAS_BRAKE:
+            p1, p2, p3, lost = braked(p1, p2, p3, j1, j2, j3, P[BRAKE + t])
+            lx, ly, lz = a * p1 + b * p2 + c * p3, d * p1 + e * p2 + f * p3, g * p1 + h * p2 + i * p3
+            P[LX + t], P[LY + t], P[LZ + t], P[LOST + t] = lx, ly, lz, lost
 
         u = _half_tangent(0.5 * dt * p1 * j1)
         w, x, y, z = w - u * x, x + u * w, y + u * z, z - u * y
@@ -102,9 +136,10 @@ def turn_free(P, count, dt):
 
         a, b, c, d, e, f, g, h, i = matrix(w, x, y, z)
         lx, ly, lz = lx + P[KX + t], ly + P[KY + t], lz + P[KZ + t]
-        p1 = (a * lx + d * ly + g * lz) * j1
-        p2 = (b * lx + e * ly + h * lz) * j2
-        p3 = (c * lx + f * ly + i * lz) * j3
+        p1, p2, p3 = a * lx + d * ly + g * lz, b * lx + e * ly + h * lz, c * lx + f * ly + i * lz
+        if HAS_BRAKE:
+            p1, p2, p3, _ = braked(p1, p2, p3, j1, j2, j3, P[BRAKE + t])
+        p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
         P[WX + t] = a * p1 + b * p2 + c * p3
         P[WY + t] = d * p1 + e * p2 + f * p3
         P[WZ + t] = g * p1 + h * p2 + i * p3

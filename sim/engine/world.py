@@ -58,6 +58,8 @@ class World:
     independent of the number of balls that touch; False is EDEM's way, each ball damping with the whole masses.
     cap_damped: whether the caps of friction and rolling take the whole normal force, damping included (LAMMPS's way), instead of
     its elastic part (EDEM's).
+    sleep: seeds that lie still are left out until the forces on them change (`bodies.CALM_FORCE`): a heap whose most seeds rest
+    costs less. Of the seeds' push on walls only that of waking ones is counted between two looks. Not together with `ledger`.
     ledger: keep account of where the energy goes (`observe.energy`); costs a few per cent.
     most_overlap: a run stops when an overlap exceeds this part of the smaller ball's radius. most_speed_m_s: or a seed this
     speed.
@@ -74,6 +76,7 @@ class World:
     pull_at_end: bool = True
     share_damping: bool = True
     cap_damped: bool = False
+    sleep: bool = False
     ledger: bool = False
     most_overlap: float = 0.1
     most_speed_m_s: float = 1000.0
@@ -81,6 +84,8 @@ class World:
     def __post_init__(self):
         if not self.seeds:
             raise ValueError("seeds: a world needs at least one group of seeds (Placed or Scattered)")
+        if self.sleep and self.ledger:
+            raise ValueError("ledger: energies are those of all contacts, and sleeping seeds' are left out; say sleep = False")
         _finite("gravity", self.gravity, 3)
         if self.domain is not None and not all(a < b for a, b in zip(*self.domain, strict=True)):
             raise ValueError(f"domain: low = {self.domain[0]} must be below high = {self.domain[1]} along every axis")

@@ -29,7 +29,7 @@ kind's fixed arguments first, in this order, and then its own parameters by posi
   `reach(radius, modulus, …)` → [m] is called, for a pair that has touched, until −overlap exceeds the reach (a film or neck
   that then breaks). This force does not enter the Coulomb cap, which is μ × the Hertz force (EDEM's F_n): what the solids carry.
 - rolling_relative: rolling is the part of ω_i − ω_j across the normal (twist excluded); equal and opposite on the two bodies.
-  rolling_spin: along each body's own −ω, as EDEM's standard model has it (not equal and opposite).
+  rolling_spin: along each body's own −ω, as EDEM's standard model has it (not equal and opposite), and holding at ω = 0.
 - motion: one scalar along a wall's direction or about its axis; the engine turns it into pose and velocity.
 
 Combining: normal, rolling_relative, rolling_spin and body laws add up; restitution and friction laws follow one another, the
