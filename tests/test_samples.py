@@ -245,7 +245,7 @@ def test_the_prove_commands_of_readme_run(tmp_path):
     content = json.loads((tmp_path / "out" / "prove.json").read_text())
     missing = next(row for row in content["scores"] if row["score"] == "no diagnosis" and row["rig"] == "all")
     assert (missing["k"], missing["n"]) == (0, 1)
-    assert {p.name for p in (tmp_path / "out").iterdir()} >= {"hashes.json", "keys.sealed", "cases.csv", "report.html"}
+    assert {p.name for p in (tmp_path / "out").iterdir()} >= {"hashes.json", "keys.json", "cases.csv", "report.html"}
 
 
 @pytest.mark.slow
