@@ -7,13 +7,11 @@ Price, Murariu, Morrison, Proc. Discrete Element Methods (2007) have it, by alte
 each ball's own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they are least missed.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sim.seed.clump_error import CHECKED_POINTS, ClumpError, clump_error
 from sim.seed.shape import Shape
-from sim.seed.solid import union_of_balls
 
 Array = np.ndarray
 Balls = tuple[Array, Array]
@@ -21,31 +19,12 @@ Balls = tuple[Array, Array]
 METHODS = ("distance-map", "medial-axis", "least-squares")
 MOST_BALLS = 100
 POINTS_A_BALL, LEAST_POINTS = 60, 900  # of the surface, to which balls are fitted
-CHECKED_POINTS = 4000  # others, by which they are judged
 VOXELS = 40  # of the distance map along the longest extent
 KEPT_SHARE = 0.5  # of a ball's radius, taken out of the distance map when it is chosen: the later ones may overlap the rest
 LEAST_RADIUS = 0.05  # of the mean radius: smaller balls are dents of the mesh
 SAME_SIDE_DEG = 40.0  # a point this near, seen from a ball's centre, is a facet beside the one it touches: not another side
 STEPS, MOVES = 60, 3  # of a fit; how often each ball may be moved elsewhere
 STARTS, BEST_STARTS = 24, 3  # fits from balls drawn at random, and how many of the best are improved
-
-
-@dataclass(frozen=True, eq=False)
-class ClumpError:
-    """How far a clump's surface and solid are from the shape's, all without dimension.
-
-    surface_rms, surface_max: distance between the surfaces over the shape's area, over its mean radius; surface_mean: positive
-    where the balls stand out. Where they do it is the way out along the shape's normal, elsewhere the shortest way to a ball.
-    volume: of the union over the shape's, less 1; moments (3,): principal moments likewise, in the shape's axes; centre: distance
-    of the centres of mass over the mean radius. The last three are what is put right by giving the seed the shape's own.
-    """
-
-    surface_rms: float
-    surface_mean: float
-    surface_max: float
-    volume: float
-    moments: Array
-    centre: float
 
 
 def fit_clump(shape: Shape, spheres: int, *, method: str = "least-squares") -> tuple[Array, Array, ClumpError]:
@@ -85,38 +64,6 @@ def spheres_for(shape: Shape, tolerance: float, most: int, *, method: str = "lea
         if best <= tolerance:
             return n, errors
     raise ValueError(f"tolerance = {100 * tolerance:g} %: {most} balls reach {100 * best:.2g} % of the mean radius, not less")
-
-
-def clump_error(shape: Shape, centres_m: Array, radii_m: Array) -> ClumpError:
-    """A clump (n, 3), (n,) [m] in the shape's frame against the shape."""
-    points, normals = shape.points(CHECKED_POINTS)
-    gap = -surface_gap(points, normals, centres_m, radii_m) / shape.mean_radius_m
-    balls, whole = union_of_balls(centres_m, radii_m), shape.solid
-    axes = shape.principal()[1]
-    moments = [np.diag(axes.T @ body.inertia(1.0) @ axes) for body in (balls, whole)]
-    return ClumpError(
-        surface_rms=float(np.sqrt(np.mean(gap**2))), surface_mean=float(gap.mean()), surface_max=float(np.abs(gap).max()),
-        volume=balls.volume_m3 / whole.volume_m3 - 1.0, moments=moments[0] / moments[1] - 1.0,
-        centre=float(np.linalg.norm(balls.centre_m - whole.centre_m)) / shape.mean_radius_m,
-    )  # fmt: skip
-
-
-def surface_gap(points: Array, normals: Array, centres: Array, radii: Array) -> Array:
-    """How far points (k, 3) lie outside the balls; inside, minus the way out along their normals (k, 3), through ball after ball."""
-    outside = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
-    out = np.zeros(len(points))
-    inside = np.flatnonzero(outside < 0.0)
-    offset = points[inside][:, None] - centres
-    along = np.einsum("kij,kj->ki", offset, normals[inside])
-    root = along**2 - np.sum(offset**2, axis=2) + radii**2
-    enter = np.where(root > 0, -along - np.sqrt(np.maximum(root, 0)), np.inf)
-    leave = np.where(root > 0, -along + np.sqrt(np.maximum(root, 0)), -np.inf)
-    way = np.zeros(len(inside))
-    for _ in range(len(radii)):
-        further = np.where(enter <= way[:, None] + 1e-12, leave, -np.inf).max(axis=1)
-        way = np.maximum(way, further)
-    out[inside] = way
-    return np.where(outside < 0.0, -out, outside)
 
 
 def connected(centres: Array, radii: Array) -> bool:
