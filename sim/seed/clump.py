@@ -104,8 +104,8 @@ def _depth(shape: Shape, at: Array) -> Array:
 
 def _medial_axis(shape: Shape, spheres: int) -> Balls:
     """Balls of the medial axis, each time the one that leaves the least square distance between surface and balls."""
-    points, _ = shape.points(_count(spheres))
-    return _greedy(points, *_medial_balls(shape), spheres)
+    points, _ = shape.points(_point_count(spheres))
+    return _choose_greedily(points, *_medial_balls(shape), spheres)
 
 
 def _medial_balls(shape: Shape) -> Balls:
@@ -129,7 +129,7 @@ def _medial_balls(shape: Shape) -> Balls:
     return (points - radii[:, None] * normals)[keep], radii[keep]
 
 
-def _greedy(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
+def _choose_greedily(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
     gap = np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]  # (candidates, points)
     least = np.full(len(points), np.inf)
     chosen: list[int] = []
@@ -141,43 +141,43 @@ def _greedy(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
     return centres[kept], radii[kept]
 
 
-def _count(spheres: int) -> int:
+def _point_count(spheres: int) -> int:
     return max(LEAST_POINTS, POINTS_A_BALL * spheres)
 
 
 def _least_squares(shape: Shape, spheres: int) -> Balls:
     """The best of fits that start from the medial axis' balls, and from others of its balls; from the best, balls are moved."""
-    points, _ = shape.points(_count(spheres))
+    points, _ = shape.points(_point_count(spheres))
     candidates = _medial_balls(shape)
     gaps = np.linalg.norm(points - candidates[0][:, None], axis=2) - candidates[1][:, None]
     rng = np.random.default_rng(0)  # the same starts each time
     drawn = [rng.permutation(len(candidates[1]))[:spheres] for _ in range(STARTS)]
-    starts = [_greedy(points, *candidates, spheres), *((candidates[0][k], candidates[1][k]) for k in drawn)]
-    fits = [_fitted(points, *_filled_up(points, start, candidates, gaps, spheres)) for start in starts]
-    fits = [_improved(points, fit, candidates, gaps) for fit in sorted(fits, key=_worth)[:BEST_STARTS]]
-    best = min(fits, key=_worth)
-    return _none_hidden(best[0], best[1])
+    starts = [_choose_greedily(points, *candidates, spheres), *((candidates[0][k], candidates[1][k]) for k in drawn)]
+    fits = [_fit_balls(points, *_add_balls(points, start, candidates, gaps, spheres)) for start in starts]
+    fits = [_improve(points, fit, candidates, gaps) for fit in sorted(fits, key=_cost)[:BEST_STARTS]]
+    best = min(fits, key=_cost)
+    return _drop_hidden(best[0], best[1])
 
 
 Fit = tuple[Array, Array, float]  # centres, radii, sum of squares
 
 
-def _worth(fit: Fit) -> float:
+def _cost(fit: Fit) -> float:
     """The sum of squares; a clump in pieces is worth less than any in one piece."""
     return fit[2] if connected(fit[0], fit[1]) else 1e6 + fit[2]
 
 
-def _improved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
+def _improve(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
     """The fit after its balls were moved, one at a time, as long as that helps; at most MOVES times as many moves as balls."""
     for _ in range(MOVES * len(fit[1])):
-        moved = _one_moved(points, fit, candidates, gaps)
-        if _worth(moved) >= _worth(fit) * (1 - 1e-4):
+        moved = _move_one_ball(points, fit, candidates, gaps)
+        if _cost(moved) >= _cost(fit) * (1 - 1e-4):
             break
         fit = moved
     return fit
 
 
-def _filled_up(points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int) -> Balls:
+def _add_balls(points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int) -> Balls:
     """The balls and so many candidates, each where it helps most, that there are `spheres`."""
     centres, radii = balls
     while len(radii) < spheres:
@@ -187,7 +187,7 @@ def _filled_up(points: Array, balls: Balls, candidates: Balls, gaps: Array, sphe
     return centres, radii
 
 
-def _one_moved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
+def _move_one_ball(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
     """One ball taken from where the others miss it least and put where it helps most; the best of three tries."""
     centres, radii, _ = fit
     n = len(radii)
@@ -200,15 +200,15 @@ def _one_moved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
     tries = []
     for ball in np.argsort(missed, kind="stable")[:3]:
         left = np.arange(n) != ball
-        start = _filled_up(points, (centres[left], radii[left]), candidates, gaps, n)
-        tries.append(_fitted(points, *start))
-    return min(tries, key=_worth)
+        start = _add_balls(points, (centres[left], radii[left]), candidates, gaps, n)
+        tries.append(_fit_balls(points, *start))
+    return min(tries, key=_cost)
 
 
-def _fitted(points: Array, centres: Array, radii: Array) -> Fit:
+def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
     """Balls whose surface is nearest to the points in the mean square; each point belongs to the ball that it is deepest in."""
     n, damping = len(radii), 1e-3
-    gap, toward, ball = _belonging(points, centres, radii)
+    gap, toward, ball = _assign_points(points, centres, radii)
     cost = float(gap @ gap)
     for _ in range(STEPS):
         row = np.concatenate([toward, np.ones((len(points), 1))], axis=1)  # minus the gap's derivative
@@ -218,7 +218,7 @@ def _fitted(points: Array, centres: Array, radii: Array) -> Fit:
         weight = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-9
         step = np.linalg.solve(normal + damping * weight * np.eye(4), right[:, :, None])[:, :, 0]
         new = centres + step[:, :3], np.maximum(radii + step[:, 3], LEAST_RADIUS)
-        found = _belonging(points, *new)
+        found = _assign_points(points, *new)
         lower = float(found[0] @ found[0])
         if lower < cost:
             (centres, radii), (gap, toward, ball), damping = new, found, max(damping / 3, 1e-9)
@@ -232,7 +232,7 @@ def _fitted(points: Array, centres: Array, radii: Array) -> Fit:
     return centres, radii, cost
 
 
-def _belonging(points: Array, centres: Array, radii: Array) -> tuple[Array, Array, Array]:
+def _assign_points(points: Array, centres: Array, radii: Array) -> tuple[Array, Array, Array]:
     """Of each point the gap to its ball, the direction from the ball's centre to it, and which ball."""
     offset = points[:, None] - centres
     far = np.sqrt(np.einsum("kij,kij->ki", offset, offset))
@@ -241,7 +241,7 @@ def _belonging(points: Array, centres: Array, radii: Array) -> tuple[Array, Arra
     return far[k, ball] - radii[ball], offset[k, ball] / np.maximum(far[k, ball], 1e-12)[:, None], ball
 
 
-def _none_hidden(centres: Array, radii: Array) -> Balls:
+def _drop_hidden(centres: Array, radii: Array) -> Balls:
     """The balls without those wholly inside another, largest first."""
     order = np.argsort(-radii, kind="stable")
     centres, radii = centres[order], radii[order]
