@@ -238,7 +238,7 @@ def export(
 
 @app.command()
 def prove(
-    out: Annotated[Path, typer.Option(help="Folder for cases, sealed keys, solutions, prove.json, cases.csv, report.html.")],
+    out: Annotated[Path, typer.Option(help="Folder for cases, keys, solutions, prove.json, cases.csv, report.html.")],
     cases: Annotated[int, typer.Option(min=1, max=100_000, help="How many; half of them conceal nothing.")] = 600,
     rng: Annotated[int | None, typer.Option(min=0, help="Seed of the random numbers: the same one, the same cases.")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Cases that are made and solved at a time.")] = 1,
@@ -246,7 +246,7 @@ def prove(
     keep_frames: Annotated[bool, typer.Option(help="Keep the pictures of solved cases, about 10 MB each.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
 ) -> None:
-    """Prove `benchtwin diagnose` blind: cases with a concealed effect made by other code, keys sealed, solved once, scored.
+    """Test `benchtwin diagnose` blind: cases with a concealed effect, made by other code, each solved once and scored.
 
     Run again with the same --rng, a stopped proof goes on where it was.
     Exit code 0: scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the command was misused.

@@ -3,7 +3,7 @@
     python benchmarks/campaign.py [--drops 24] [--tiny 500]
 
 One and two workers are timed in turns, from the first outcome on, so that starting processes and compiling are not counted (both
-stand in a column of their own). Drops can run 1.8 times as quick only where two cores are free: the load average is told, and
+stand in a column of their own). Drops can run 1.8 times as quick only where two cores are free: the load average is printed, and
 jobs that only sleep show what the campaign itself costs.
 """
 
@@ -95,18 +95,18 @@ def main() -> None:
     parser.add_argument("--tiny", type=int, default=500)
     parser.add_argument("--finished", type=int, default=10_000)
     parser.add_argument("--rounds", type=int, default=3)
-    told = parser.parse_args()
-    if told.drops < 5:
-        parser.error(f"--drops {told.drops}: at least 5, as the first two of each worker only warm it")
-    lookup(told.finished)
-    side_by_side("nothing to do", [Nothing(n) for n in range(max(told.tiny, 20))], nothing, told.rounds)
-    side_by_side("0.2 s asleep", [Nothing(n) for n in range(max(told.tiny // 10, 20))], asleep, told.rounds)
+    arguments = parser.parse_args()
+    if arguments.drops < 5:
+        parser.error(f"--drops {arguments.drops}: at least 5, as the first two of each worker only warm it")
+    lookup(arguments.finished)
+    side_by_side("nothing to do", [Nothing(n) for n in range(max(arguments.tiny, 20))], nothing, arguments.rounds)
+    side_by_side("0.2 s asleep", [Nothing(n) for n in range(max(arguments.tiny // 10, 20))], asleep, arguments.rounds)
     from twin import Parameters
     from twin.job import Job
 
     any_way = {"drop": {"orientation": "any"}}
-    drops = [Job("drop", Parameters(), any_way, rng=(1, n), rendered=False) for n in range(told.drops)]
-    side_by_side("drops without pictures", drops, simulate_and_measure, told.rounds)
+    drops = [Job("drop", Parameters(), any_way, rng=(1, n), rendered=False) for n in range(arguments.drops)]
+    side_by_side("drops without pictures", drops, simulate_and_measure, arguments.rounds)
 
 
 if __name__ == "__main__":

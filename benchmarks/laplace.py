@@ -22,7 +22,7 @@ from diagnose import bench, finding
 from diagnose.engine.problem import Fit, ln_evidence
 
 SAMPLES = Path(__file__).parents[1] / "samples"
-ASKED = {"concealed-roll": "roll", "soybean-bench": "roll", "damp-slides": "slide", "concealed-drop": "drop"}
+BENCHES = {"concealed-roll": "roll", "soybean-bench": "roll", "damp-slides": "slide", "concealed-drop": "drop"}
 DRAWS, FREEDOM, WIDER = 400, 6, 1.2
 HOLDS = 0.005  # weight from which an explanation is looked at
 
@@ -49,10 +49,10 @@ def sampled(fit: Fit, rng: np.random.Generator) -> tuple[float, float]:
 def posterior_of(folder: Path, rig: str):
     """The posterior over explanations of one rig of a bench."""
     kept = []
-    told = finding.explain
+    explain = finding.explain
 
     def keep(alternatives, windows):
-        kept.append(told(alternatives, windows))
+        kept.append(explain(alternatives, windows))
         return kept[-1]
 
     with patch.object(finding, "explain", keep):
@@ -68,7 +68,7 @@ def _free(fit: Fit, name: str) -> bool:
 
 def main() -> None:
     rows = []
-    for name, rig in ASKED.items():
+    for name, rig in BENCHES.items():
         posterior, rng = posterior_of(SAMPLES / name, rig), np.random.default_rng(1)
         own = [e for e in posterior.explanations if e.names == e.listed and (e.probability > HOLDS or not e.names)]
         fitted = [e for e in own if all(_free(e.fit, n) for n in e.names)]

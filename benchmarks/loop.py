@@ -121,5 +121,5 @@ if __name__ == "__main__":
     parser.add_argument("kind", nargs="?", choices=["piles", "steel"])
     parser.add_argument("first", type=int, nargs="?", default=0)
     parser.add_argument("last", type=int, nargs="?", default=19)
-    asked = vars(parser.parse_args())
-    main(**asked) if asked["kind"] else table()
+    arguments = vars(parser.parse_args())
+    main(**arguments) if arguments["kind"] else table()

@@ -52,13 +52,13 @@ def main() -> None:
     parser.add_argument("--lot", type=Path, required=True)
     parser.add_argument("--packings", type=int, default=6)
     parser.add_argument("--thickness-mm", type=float, default=5.98)
-    asked = parser.parse_args()
-    asked.folder.mkdir(parents=True, exist_ok=True)
-    file = asked.folder / "heaps.csv"
+    arguments = parser.parse_args()
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    file = arguments.folder / "heaps.csv"
     rows = pd.read_csv(file).to_dict("records") if file.exists() else []
-    section = {"lot": str(asked.lot.resolve()), "thickness_mm": asked.thickness_mm}
+    section = {"lot": str(arguments.lot.resolve()), "thickness_mm": arguments.thickness_mm}
     kinds = {"lot": section} | other_seeds(section)
-    for packing in range(asked.packings):
+    for packing in range(arguments.packings):
         for kind, seeds in kinds.items():
             if any(row["seeds"] == kind and row["packing"] == packing for row in rows):
                 continue

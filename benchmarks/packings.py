@@ -36,9 +36,9 @@ def pile(which: str, packing: int) -> dict:
         begin = time.process_time()
         motion, _ = run(job.recording(Path("pile")), job.parameters, rng=np.random.default_rng([7, packing]), threads=1)
         centres, radii = balls(motion)
-        told = {"centres": centres, "radii": radii, "truth": motion.truth, "cpu_s": time.process_time() - begin}
+        found = {"centres": centres, "radii": radii, "truth": motion.truth, "cpu_s": time.process_time() - begin}
         OUT.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(pickle.dumps(told))
+        file.write_bytes(pickle.dumps(found))
     return pickle.loads(file.read_bytes())
 
 
@@ -54,8 +54,8 @@ def surface(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
     return height
 
 
-def observables(told: dict) -> dict[str, float]:
-    height = surface(told["centres"], told["radii"])
+def observables(found: dict) -> dict[str, float]:
+    height = surface(found["centres"], found["radii"])
     outline, mean = height.max(axis=0), height[(height > 0).any(axis=1)].mean(axis=0)
     return {
         "line, 20–80 % of the outline [°]": slope_angle(X, outline),
@@ -64,8 +64,8 @@ def observables(told: dict) -> dict[str, float]:
         "centroid's angle of the outline [°]": centroid_angle(X, outline, 0.0),
         "centroid's angle of the mean surface [°]": centroid_angle(X, mean, 0.0),
         "where the outline is 10 mm high [mm]": 1e3 * float(X[np.flatnonzero(outline > 0.01)[-1]]),
-        "mass filled in [g]": told["truth"]["filled_mass_g"],
-        "cpu_s": told["cpu_s"],
+        "mass filled in [g]": found["truth"]["filled_mass_g"],
+        "cpu_s": found["cpu_s"],
     }
 
 
@@ -79,8 +79,8 @@ def main(packings: int) -> None:
         a, b = table[name]["a"], table[name]["b"]
         sd = float(np.sqrt((a.var() + b.var()) / 2))
         effect = float(b.mean() - a.mean()) / sd
-        told = f"{effect:7.2f} {np.corrcoef(a, b)[0, 1]:12.2f} {100 * effect**2 / cpu:12.1f}"
-        print(f"{name:45} {a.mean():8.2f} {b.mean():8.2f} {sd:7.2f} {told}")
+        shown = f"{effect:7.2f} {np.corrcoef(a, b)[0, 1]:12.2f} {100 * effect**2 / cpu:12.1f}"
+        print(f"{name:45} {a.mean():8.2f} {b.mean():8.2f} {sd:7.2f} {shown}")
 
 
 if __name__ == "__main__":

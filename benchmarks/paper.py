@@ -50,19 +50,19 @@ def stats(jobs: list[Job], quantity: str) -> tuple[float, float, int]:
 def drops(e: float, rig: dict, **settings) -> list[Job]:
     """Friction and rolling friction 0, as the paper has them for this rig."""
     smooth = {"restitution": e, "static_friction": 0.0, "rolling_friction": 0.0, **settings}
-    told = {"drop": {"bounces": 1, **rig}, **VACUUM}
-    return [Job("drop", Parameters(**smooth), told, (2, k), rendered=False) for k in range(REPEATS)]
+    description = {"drop": {"bounces": 1, **rig}, **VACUUM}
+    return [Job("drop", Parameters(**smooth), description, (2, k), rendered=False) for k in range(REPEATS)]
 
 
 def slides(mu: float, rig: dict | None = None) -> list[Job]:
     start = {"start_deg": 10.0, **(rig or {})}
-    told, friction = {"slide": start, **VACUUM}, Parameters(static_friction=mu, rolling_friction=0.0)
-    return [Job("slide", friction, told, (4, k), rendered=False) for k in range(3)]
+    description, friction = {"slide": start, **VACUUM}, Parameters(static_friction=mu, rolling_friction=0.0)
+    return [Job("slide", friction, description, (4, k), rendered=False) for k in range(3)]
 
 
 def rolls(mu_r: float, rig: dict | None = None, **settings) -> list[Job]:
-    told, friction = {"roll": rig or {}, **VACUUM}, Parameters(rolling_friction=mu_r, **settings)
-    return [Job("roll", friction, told, (6, k), rendered=False) for k in range(REPEATS)]
+    description, friction = {"roll": rig or {}, **VACUUM}, Parameters(rolling_friction=mu_r, **settings)
+    return [Job("roll", friction, description, (6, k), rendered=False) for k in range(REPEATS)]
 
 
 def piles(x: tuple, packings: int, description: dict | None = None, **settings) -> list[Job]:
@@ -236,5 +236,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("packings", type=int, nargs="?", default=3)
     parser.add_argument("tables", nargs="*")
-    asked = parser.parse_args()
-    main(asked.packings, asked.tables)
+    arguments = parser.parse_args()
+    main(arguments.packings, arguments.tables)

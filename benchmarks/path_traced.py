@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from mitsuba_scene import box, cloth, painted_surface, plain_surface, sphere_mesh, srgb, wood
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
@@ -172,9 +173,8 @@ def _spoil(linear: Array, rng: np.random.Generator) -> Array:
     sigma = float(rng.uniform(0.6, 1.3))
     light = gaussian_filter(linear / np.percentile(linear, 98) * 0.85, (sigma, sigma, 0))
     light = np.clip(light + rng.normal(0, 1, light.shape) * np.sqrt(2e-4 * np.clip(light, 0, None) + 4e-6), 0, 1)
-    tone = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     file = io.BytesIO()
-    Image.fromarray((255 * tone + 0.5).astype(np.uint8)).save(file, "jpeg", quality=int(rng.integers(75, 93)))
+    Image.fromarray((255 * srgb(light) + 0.5).astype(np.uint8)).save(file, "jpeg", quality=int(rng.integers(75, 93)))
     return np.asarray(Image.open(file))
 
 
@@ -207,13 +207,13 @@ def _render(shot, grains, colours, eye, aim, focal, size, shift, tall, radius, s
         **_behind(mi, shot, eye, tall, rng),
     }  # fmt: skip
     if shot.wall:
-        scene["wall"] = _box(mi, [-6, 0, 0.65 * tall], [6, radius, 0.65 * tall], _plain(mi, rng.uniform(0.15, 0.7, 3)))
+        scene["wall"] = box(mi, [-6, 0, 0.65 * tall], [6, radius, 0.65 * tall], plain_surface(mi, rng.uniform(0.15, 0.7, 3)))
     return np.array(mi.render(mi.load_dict(scene)))[..., :3].astype(float)
 
 
 def _seeds(mi, grains: Grains, colours, rng) -> object:
     """All grains as one mesh, each with a colour of its own."""
-    ball, faces = _ball()
+    ball, faces = sphere_mesh()
     normals = ball[None] / grains.axes[:, None]
     points = np.einsum("nij,nvj->nvi", grains.turn, ball[None] * grains.axes[:, None]) + grains.centre[:, None]
     normals = np.einsum("nij,nvj->nvi", grains.turn, normals / np.linalg.norm(normals, axis=2, keepdims=True))
@@ -233,34 +233,12 @@ def _seeds(mi, grains: Grains, colours, rng) -> object:
     return mesh
 
 
-def _ball(rings: int = 10, spokes: int = 16) -> tuple[Array, Array]:
-    """A unit sphere of latitudes and longitudes: vertices (v, 3), faces (f, 3)."""
-    polar, turn = np.meshgrid(np.linspace(0, np.pi, rings + 1), 2 * np.pi * np.arange(spokes) / spokes, indexing="ij")
-    points = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], -1).reshape(-1, 3)
-    i, j = (a.ravel() for a in np.meshgrid(np.arange(rings), np.arange(spokes), indexing="ij"))
-    a, b = i * spokes + j, i * spokes + (j + 1) % spokes
-    return points, np.concatenate([np.c_[a, a + spokes, b], np.c_[b, a + spokes, b + spokes]])
-
-
-def _plain(mi, colour) -> dict:
-    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": [float(c) for c in np.broadcast_to(colour, 3)]}}
-
-
-def _box(mi, middle, half, bsdf: dict) -> dict:
-    to_world = mi.ScalarTransform4f().translate([float(v) for v in middle]).scale([float(v) for v in half])
-    return {"type": "cube", "to_world": to_world, "bsdf": bsdf}
-
-
-def _painted(mi, pattern: Array) -> dict:
-    return {"type": "diffuse", "reflectance": {"type": "bitmap", "bitmap": mi.Bitmap(pattern.astype(np.float32)), "raw": True}}
-
-
 def _plate(mi, shot: Shot, eye, tall, radius, rng) -> dict:
     """The plate that the heap stands on: its upper face is z = 0, its far edge behind the heap."""
     tone = float({"dark": rng.uniform(0.03, 0.3), "white": rng.uniform(0.5, 0.8)}.get(shot.background, rng.uniform(0.05, 0.7)))
-    body = _plain(mi, tone * rng.normal(1, 0.05, 3))
+    body = plain_surface(mi, tone * rng.normal(1, 0.05, 3))
     if shot.background in ("cloth", "wood") and rng.random() < 0.5:
-        body = _painted(mi, (cloth if shot.background == "cloth" else wood)(rng))
+        body = painted_surface(mi, (cloth if shot.background == "cloth" else wood)(rng))
     if shot.mirror:
         shine = {"type": "roughconductor", "alpha": 0.02, "specular_reflectance": {"type": "rgb", "value": [0.9, 0.9, 0.9]}}
         body = {"type": "blendbsdf", "weight": float(rng.uniform(0.4, 0.9)), "a": body, "b": shine}
@@ -269,50 +247,28 @@ def _plate(mi, shot: Shot, eye, tall, radius, rng) -> dict:
         reach = float(np.clip((tall / 2 * -eye[1]) / (eye[2] - tall / 2), 100, 5000)) * float(rng.uniform(0.8, 1.1))
     wide = 1e4 if shot.background in ("horizon", "busy") or rng.random() < 0.5 else float(rng.uniform(2.2, 3.0) * radius)
     thick = float(rng.uniform(5, 60))
-    return {"plate": _box(mi, [0, (reach - 200) / 2, -thick / 2], [wide, (reach + 200) / 2, thick / 2], body)}
+    return {"plate": box(mi, [0, (reach - 200) / 2, -thick / 2], [wide, (reach + 200) / 2, thick / 2], body)}
 
 
 def _behind(mi, shot: Shot, eye, tall, rng) -> dict:
     """What stands behind the heap."""
     far = float(rng.uniform(250, 500)) if shot.background != "horizon" else 6000.0
     span = 0.9 * (far - eye[1])
-    paint = {"dark": lambda: _plain(mi, rng.uniform(0.01, 0.05)), "white": lambda: _plain(mi, rng.uniform(0.7, 0.85)),
-             "cloth": lambda: _painted(mi, cloth(rng)), "wood": lambda: _painted(mi, wood(rng))}  # fmt: skip
-    bsdf = paint.get(shot.background, lambda: _plain(mi, rng.uniform(0.15, 0.8, 3)))()
-    things = {"backdrop": _box(mi, [0, far + 5, 0], [span, 5, span], bsdf)}
+    paint = {"dark": lambda: plain_surface(mi, rng.uniform(0.01, 0.05)), "white": lambda: plain_surface(mi, rng.uniform(0.7, 0.85)),
+             "cloth": lambda: painted_surface(mi, cloth(rng)), "wood": lambda: painted_surface(mi, wood(rng))}  # fmt: skip
+    bsdf = paint.get(shot.background, lambda: plain_surface(mi, rng.uniform(0.15, 0.8, 3)))()
+    things = {"backdrop": box(mi, [0, far + 5, 0], [span, 5, span], bsdf)}
     if shot.background == "horizon" and not shot.camera_deg:  # another table, its far edge above this plate
         edge = tall * float(rng.uniform(0.4, 0.6))
-        things["table"] = _box(mi, [0, 800, edge - 100], [1e4, 400, 100], _plain(mi, rng.uniform(0.1, 0.7, 3)))
+        things["table"] = box(mi, [0, 800, edge - 100], [1e4, 400, 100], plain_surface(mi, rng.uniform(0.1, 0.7, 3)))
     if shot.background == "busy":
         for i in range(12):
             half = rng.uniform(8, 40, 3)
             middle = [rng.uniform(-200, 200), rng.uniform(190, far), rng.uniform(-10, 120)]
-            things[f"thing{i}"] = _box(mi, middle, half, _plain(mi, rng.uniform(0.02, 0.85, 3)))
+            things[f"thing{i}"] = box(mi, middle, half, plain_surface(mi, rng.uniform(0.02, 0.85, 3)))
         board = float(rng.uniform(0.2, 1.4) * tall)
-        things["board"] = _box(mi, [0, 210, board], [1e4, 15, 4], _plain(mi, rng.uniform(0.1, 0.8, 3)))
+        things["board"] = box(mi, [0, 210, board], [1e4, 15, 4], plain_surface(mi, rng.uniform(0.1, 0.8, 3)))
     return things
-
-
-def cloth(rng: np.random.Generator, n: int = 1024) -> Array:
-    """A woven cloth with checks."""
-    y, x = np.mgrid[0:n, 0:n] / n
-    threads = float(rng.uniform(60, 160))
-    weave = 0.8 + 0.2 * np.sin(2 * np.pi * threads * x) * np.sin(2 * np.pi * threads * y)
-    colours = rng.uniform(0.1, 0.8, (3, 3))
-    stripes = int(rng.integers(3, 12))
-    across, along = (x * stripes % 1 < 0.4)[..., None], (y * stripes % 1 < 0.4)[..., None]
-    cloth = np.where(across & along, colours[0], np.where(across | along, (colours[0] + colours[1]) / 2, colours[1]))
-    return np.clip(cloth * weave[..., None] * (1 + 0.05 * rng.normal(size=(n, n, 1))), 0.01, 0.95)
-
-
-def wood(rng: np.random.Generator, n: int = 1024) -> Array:
-    """Planks of streaked wood, the grain running sideways."""
-    grain = gaussian_filter(rng.normal(size=(n, n)), (1.5, 60), mode="wrap") * 9
-    bend = 75 * gaussian_filter(rng.normal(size=(n, n)), (20, 120), mode="wrap")
-    rings = np.sin(2 * np.pi * (np.arange(n)[:, None] / n * 18 + bend))
-    planks = (np.arange(n) % (n // int(rng.integers(4, 9))) < 4)[:, None]
-    tone = np.clip(1 + 0.25 * grain + 0.12 * rings, 0.3, 1.6) * np.where(planks, 0.35, 1.0)
-    return np.clip(tone[..., None] * rng.uniform(0.25, 0.6) * np.array([1.0, 0.72, 0.45]), 0.01, 0.95)
 
 
 def save(photo: Photo, file: Path) -> None:

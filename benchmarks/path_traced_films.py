@@ -12,18 +12,18 @@ it, so that nothing else changes from frame to frame than what its light and sha
 import argparse
 import math
 import os
-from fractions import Fraction
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import av
 import cv2
 import numpy as np
 import pandas as pd
-from path_traced import _ball, _box, _painted, _plain
-from phone_films import DRAWN, HIGH, RIGS, WIDE, Film, found_in, report, write
+from drawn_films import DRAWN, HIGH, RIGS, WIDE, Film, write_h264
+from mitsuba_scene import box, painted_surface, plain_surface, sphere_mesh, srgb
+from phone_films import found_in, report, write
 
 LOOKS = ("pale on pale", "pale on busy", "dark on pale", "pale on dark")
 INSTANTS = 6  # a frame: of blur and rolling shutter
@@ -47,13 +47,13 @@ class Stage:
         })  # fmt: skip
         tone = rng.uniform(0.5, 0.7) if look != "pale on dark" else rng.uniform(0.05, 0.15)
         gloss = {"type": "roughconductor", "alpha": float(rng.uniform(0.05, 0.25)), "specular_reflectance": 0.9}
-        body = {"type": "blendbsdf", "weight": float(rng.uniform(0.03, 0.25)), "a": _plain(mi, tone), "b": gloss}
+        body = {"type": "blendbsdf", "weight": float(rng.uniform(0.03, 0.25)), "a": plain_surface(mi, tone), "b": gloss}
         self.plate_bsdf = mi.load_dict({"type": "twosided", "bsdf": body})
-        wall = {"pale on busy": lambda: _painted(mi, _clutter(rng)), "pale on dark": lambda: _plain(mi, 0.04)}
-        wall_bsdf = wall.get(look, lambda: _plain(mi, rng.uniform(0.55, 0.75) * np.array([1.0, 0.98, 0.93])))()
+        wall = {"pale on busy": lambda: painted_surface(mi, _clutter(rng)), "pale on dark": lambda: plain_surface(mi, 0.04)}
+        wall_bsdf = wall.get(look, lambda: plain_surface(mi, rng.uniform(0.55, 0.75) * np.array([1.0, 0.98, 0.93])))()
         far = float(rng.uniform(80, 300))
         span = 1.5 * (film.distance_mm + far) * HIGH * film.mm_per_px / film.distance_mm
-        self.wall = mi.load_dict(_box(mi, [0, 0, far + 5], [span, span, 5], wall_bsdf))
+        self.wall = mi.load_dict(box(mi, [0, 0, far + 5], [span, span, 5], wall_bsdf))
         side = float(rng.uniform(60, 250))
         at = [float(rng.uniform(-250, 250)), float(rng.uniform(300, 600)), float(rng.uniform(-500, -50))]
         place = mi.ScalarTransform4f
@@ -65,7 +65,7 @@ class Stage:
         self.eye = np.array([
             (WIDE / 2 - film.corner_px[0]) * film.mm_per_px, (film.corner_px[1] - HIGH / 2) * film.mm_per_px, -film.distance_mm,
         ])  # fmt: skip
-        self.ball = _ball(24, 40)
+        self.ball = sphere_mesh(24, 40)
         whole = (0, 0, WIDE, HIGH)
         self.still = self.shot(math.inf, whole, STILL_SAMPLES)
 
@@ -140,8 +140,8 @@ class Stage:
         """Two fingers that open when they let go, and stay."""
         x, y, *_ = (float(v[0]) for v in self.film.place(np.zeros(1)))
         gap = self.film.axes_mm[0] + 10 * min(max(t - self.film.let_go_s + 0.005, 0) / 0.05, 1)
-        skin = _plain(self.mi, [0.6, 0.35, 0.25])
-        return {f"finger{side}": _box(self.mi, [x + side * (gap + 2.5), y + 8, 0], [2.5, 12, 3], skin) for side in (-1, 1)}
+        skin = plain_surface(self.mi, [0.6, 0.35, 0.25])
+        return {f"finger{side}": box(self.mi, [x + side * (gap + 2.5), y + 8, 0], [2.5, 12, 3], skin) for side in (-1, 1)}
 
 
 def _clutter(rng: np.random.Generator) -> np.ndarray:
@@ -226,11 +226,8 @@ def draw(film: Film, look: str, rng: np.random.Generator, path: Path) -> None:
     near = stage.shot(0.0, (x0, y0, wide, high), SAMPLES)
     gain, blur = 0.8 / max(np.percentile(stage.still, 97), np.percentile(near, 97)), float(rng.uniform(0.4, 0.9))
     quality, cache = int(rng.integers(18, 26)), dict[Any, np.ndarray]()
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=Fraction(film.fps).limit_denominator(1000))
-        assert isinstance(stream, av.VideoStream)
-        stream.width, stream.height, stream.pix_fmt = WIDE, HIGH, "yuv420p"
-        stream.options = {"crf": str(quality), "preset": "veryfast", "threads": "1"}
+
+    def frames() -> Iterator[np.ndarray]:
         for n in range(int(film.lasts_s * film.fps)):
             t = n / film.fps
             at = np.array(film.place(np.array([t, t + readout + exposure])))
@@ -241,12 +238,9 @@ def draw(film: Film, look: str, rng: np.random.Generator, path: Path) -> None:
                 cache[key] = cv2.GaussianBlur(linear_frame(stage, t, readout, exposure), (0, 0), blur)
             light = np.clip(gain * cache[key], 0, None)
             light = np.clip(light + rng.standard_normal(light.shape) * np.sqrt(3e-4 * light + 1e-5), 0, 1)
-            tone = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-            shown = (255 * tone + 0.5).astype(np.uint8)
-            for packet in stream.encode(av.VideoFrame.from_ndarray(shown, format="rgb24")):
-                container.mux(packet)
-        for packet in stream.encode():
-            container.mux(packet)
+            yield (255 * srgb(light) + 0.5).astype(np.uint8)
+
+    write_h264(path, film.fps, quality, frames())
 
 
 def study(folder: Path, count: int, seed: int, rigs: list[str], drawn_only: bool) -> None:
@@ -274,7 +268,7 @@ if __name__ == "__main__":
     parser.add_argument("--rng", type=int, default=1, help="start of the random numbers; another set is another number")
     parser.add_argument("--rigs", nargs="+", choices=RIGS, default=list(RIGS))
     parser.add_argument("--draw-only", action="store_true", help="draw the films that are missing, measure none")
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     cv2.setNumThreads(1)
-    asked.folder.mkdir(parents=True, exist_ok=True)
-    study(asked.folder, asked.n, asked.rng, asked.rigs, asked.draw_only)
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    study(arguments.folder, arguments.n, arguments.rng, arguments.rigs, arguments.draw_only)

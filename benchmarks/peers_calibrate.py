@@ -212,8 +212,8 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("which", nargs="?", choices=["ours", "grainlearning", "coexist"])
     parser.add_argument("seeds", type=int, nargs="?", default=100)
-    asked = parser.parse_args()
-    if asked.which:
-        main(asked.which, asked.seeds)
+    arguments = parser.parse_args()
+    if arguments.which:
+        main(arguments.which, arguments.seeds)
     files = [TABLES / f"{name}.csv" for name in ("ours", "grainlearning", "coexist")]
     print(summary(pd.concat([pd.read_csv(f) for f in files if f.exists()])).round(3).to_string(index=False))

@@ -83,7 +83,7 @@ def measure(shot: Shot, photo: Photo, options: PileOptions) -> tuple[Row, Repose
     return Row(shot, q.value - photo.angle_deg, q.sd, q.quality == GOOD, q.reason, time.process_time() - start), found
 
 
-def told(name: str, rows: list[Row]) -> str:
+def summary_line(name: str, rows: list[Row]) -> str:
     """One line of figures."""
     seen = [r for r in rows if r.measured]
     off = np.array([abs(r.error) for r in seen]) if seen else np.array([np.nan])
@@ -125,9 +125,9 @@ def main() -> None:
     print()
     for background in BACKGROUNDS:
         if some := [r for r in alone if r.shot.background == background]:
-            print(told(background, some))
-    print(told("all", alone))
-    print(told("all, roi and baseline given", helped))
+            print(summary_line(background, some))
+    print(summary_line("all", alone))
+    print(summary_line("all, roi and baseline given", helped))
 
 
 if __name__ == "__main__":

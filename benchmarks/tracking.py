@@ -211,8 +211,8 @@ def track_alone(folder: str) -> None:
     assert found.track is not None
     # ru_maxrss would hand on what the parent held when it forked; VmHWM is this program's own.
     status = Path("/proc/self/status")
-    told = re.search(r"VmHWM:\s+(\d+)", status.read_text()) if status.exists() else None
-    peak = int(told[1]) / 1024 if told else float("nan")
+    peak_line = re.search(r"VmHWM:\s+(\d+)", status.read_text()) if status.exists() else None
+    peak = int(peak_line[1]) / 1024 if peak_line else float("nan")
     print(f"peak memory {peak:.0f} MB, {len(found.track)} frames with the seed")
 
 
@@ -223,15 +223,15 @@ if __name__ == "__main__":
         parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
         parser.add_argument("recordings", type=int, nargs="?", default=200)
         parser.add_argument("studies", nargs="*", metavar="study")
-        asked = parser.parse_args()
+        arguments = parser.parse_args()
         studies = {
             "accuracy": accuracy,
             "restitution": restitution,
-            "coverage": lambda: coverage(asked.recordings),
+            "coverage": lambda: coverage(arguments.recordings),
             "speed": speed,
             "memory": memory,
         }
-        if unknown := set(asked.studies) - set(studies):
+        if unknown := set(arguments.studies) - set(studies):
             parser.error(f"no such study: {', '.join(sorted(unknown))}; there are {', '.join(studies)}")
-        for study in asked.studies or studies:
+        for study in arguments.studies or studies:
             studies[study]()

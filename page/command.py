@@ -1,4 +1,4 @@
-"""`benchtwin page` as a person meets it: a free port, the address, the browser."""
+"""`benchtwin page`: finds a free port, prints the address, opens the browser."""
 
 import socket
 import sys

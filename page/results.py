@@ -1,18 +1,14 @@
 """What the commands left in a bench's results, as the page shows it: explanations, posterior, what to record next, cards."""
 
-import io
 import json
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from calibrate.export import cards, read_result
 from diagnose.words import missing
-from page.folder import Refused
-from page.looking import shorten
+from page.measuring import shorten_paths
 from report.draw import name as in_words
 
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
@@ -84,8 +80,8 @@ def posterior(results: Path) -> Cloud | None:
 def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
     """What to record next by what it is for; only headings that have something."""
     gone = _json(results / CALIBRATED / "result.json").get("not_calibrated") or {}
-    told = {
-        "Not calibrated yet": [ToRecord(rig, shorten(why)) for rig, why in gone.items()],
+    lists = {
+        "Not calibrated yet": [ToRecord(rig, shorten_paths(why)) for rig, why in gone.items()],
         "To narrow the parameters": _narrowing(_table(results / CALIBRATED / "tables" / "narrowing.csv")),
         "To tell explanations apart": [
             ToRecord(f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE)
@@ -93,7 +89,7 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
         ],
         "To record again": _again(_table(results / MEASURED / "measurements.csv")),
     }  # fmt: skip
-    return {heading: rows for heading, rows in told.items() if rows}
+    return {heading: rows for heading, rows in lists.items() if rows}
 
 
 def _narrowing(table: pd.DataFrame | None) -> list[ToRecord]:
@@ -114,23 +110,6 @@ def _again(table: pd.DataFrame | None) -> list[ToRecord]:
         return []
     failed = table[table["quality"] == "failed"].dropna(subset=["reason"])
     return [ToRecord(str(name), "; ".join(dict.fromkeys(rows["reason"]))) for name, rows in failed.groupby("recording", sort=True)]
-
-
-def card_files(results: Path, engine: str) -> dict[str, str]:
-    """An engine's cards of the last calibration, text by file name; Refused, in words, where there is none."""
-    try:
-        return cards(read_result(results / CALIBRATED), engine)
-    except (ValueError, OSError) as error:
-        said = str(error).replace(str(results / CALIBRATED) + "/", "")
-        raise Refused(said if (results / CALIBRATED / "result.json").is_file() else "nothing is calibrated yet: no cards") from error
-
-
-def zipped(files: dict[str, str]) -> bytes:
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as pack:
-        for name, text in files.items():
-            pack.writestr(name, text)
-    return data.getvalue()
 
 
 def _json(path: Path) -> dict:

@@ -1,4 +1,4 @@
-"""Runs of the ordinary commands on a bench: queued, one at a time a bench, followed, stopped, gone on with.
+"""Queue of command runs on a bench, one at a time: start, follow, stop, resume.
 
 A run is a folder, BENCH/results/runs/0003-calibrate, with job.json, state.json and log.txt. All that is known of it stands
 there, so that a page opened later finds it as it is.
@@ -56,7 +56,7 @@ def read_run(place: Path) -> Run:
     return Run(place, job["command"], tuple(job["options"]), _status(job, state), state.get("progress", ""), text, took)
 
 
-def ask(bench: Path, command: str, options: tuple[str, ...], folder: Folder) -> Run:
+def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder) -> Run:
     """Put a run into the bench's queue, and start it if nothing else runs there."""
     if command not in COMMANDS:
         raise Refused(f"{command}: not a command for a bench")
@@ -91,7 +91,7 @@ def stop(run: Run) -> None:
         os.kill(pid, signal.SIGINT)
 
 
-def go_on(run: Run, bench: Path, folder: Folder) -> None:
+def resume(run: Run, bench: Path, folder: Folder) -> None:
     """Run the same command again; what it had finished it finds."""
     job = _json(run.folder / "job.json")
     for gone in ("stopped", "launched"):

@@ -13,13 +13,13 @@ from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTex
 from fastapi.staticfiles import StaticFiles
 
 from page import pictures
-from page.bring import Arrived, bring, check
+from page.downloads import card_files, packed_bench, sheet, zipped
 from page.folder import INCOMING, MARK, RESULTS, Folder, Refused
 from page.guard import Guard
-from page.hearing import waveform
-from page.looking import see
-from page.next_list import sheet
-from page.results import card_files, next_recordings, zipped
+from page.measuring import measure_recording
+from page.results import next_recordings
+from page.sound_impacts import waveform
+from page.upload import ReceivedFile, check, place_files
 from vision.evidence.sound import Sound
 from vision.measurement import MeasurementError, Observation
 from vision.motion.heard import listen, sound_of
@@ -41,7 +41,7 @@ class Site:
     observations: dict[tuple, Observation] = field(default_factory=dict)
     films: dict[Path, pictures.Film] = field(default_factory=dict)
     sounds: dict[tuple, tuple[Sound, Onsets]] = field(default_factory=dict)
-    batches: dict[str, list[Arrived]] = field(default_factory=dict)
+    batches: dict[str, list[ReceivedFile]] = field(default_factory=dict)
 
     def recording(self, name: str) -> Recording:
         """The recording of this name; Refused, in words, where it cannot be read or is gone."""
@@ -60,7 +60,7 @@ class Site:
         if key not in self.observations:
             if len(self.observations) >= KEPT_OBSERVATIONS:
                 self.observations.pop(next(iter(self.observations)))
-            self.observations[key] = see(recording)
+            self.observations[key] = measure_recording(recording)
         return self.observations[key]
 
     def film(self, recording: Recording) -> pictures.Film:
@@ -122,16 +122,16 @@ def _files(app: FastAPI, site: Site) -> None:
         except OSError as error:
             file.unlink(missing_ok=True)
             raise Refused(f"{name}: cannot be written: {error.strerror}") from error
-        site.batches[batch].append(Arrived(name, file))
+        site.batches[batch].append(ReceivedFile(name, file))
         return Response(status_code=204)
 
-    @app.post("/bring/{batch}")
+    @app.post("/sort/{batch}")
     async def sort(batch: str, bench: str) -> Response:
         arrived = site.batches.pop(batch, [])
         refused: list[str] = []
         made: list[Path] = []
         try:
-            made = await asyncio.to_thread(bring, arrived, folder.inside(bench), folder)
+            made = await asyncio.to_thread(place_files, arrived, folder.inside(bench), folder)
         except (Refused, OSError) as error:
             refused.append(str(error))
         finally:
@@ -153,8 +153,6 @@ def _files(app: FastAPI, site: Site) -> None:
 
     @app.get("/zip")
     async def packed(bench: str) -> Response:
-        from page.pack import packed_bench
-
         path = folder.inside(bench)
         file = await asyncio.to_thread(packed_bench, path, folder)
         return FileResponse(file, filename=f"{path.name}.zip", media_type="application/zip")

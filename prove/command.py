@@ -8,14 +8,14 @@ from rich.console import Console
 from rich.table import Table
 
 from prove.compare import compare
-from prove.keys import SealError
+from prove.keys import KeyMismatch
 from prove.report import number, write_all
-from prove.run import Asked, prove, seed_of
+from prove.run import Settings, prove, seed_of
 from prove.score import Row, table
 from prove.solve import SOLVER
 
-OURS = {  # what a proof leaves in its folder
-    "cases", "solutions", "baselines", "hashes.json", "keys.sealed", "keys.json", "submitted.json", "prove.json", "cases.csv",
+PROOF_FILES = {  # what a proof leaves in its folder
+    "cases", "solutions", "baselines", "hashes.json", "keys.json", "submitted.json", "prove.json", "cases.csv",
     "report.html",
 }  # fmt: skip
 
@@ -25,28 +25,28 @@ def prove_command(
     keep_frames: bool = False, quiet: bool = False,
 ) -> int:  # fmt: skip
     """Exit code 0: proved and scored, whatever the scores; 1: stopped or impossible; 2: misused."""
-    console, words = Console(quiet=quiet, highlight=False), Console(stderr=True, highlight=False)
+    console, errors = Console(quiet=quiet, highlight=False), Console(stderr=True, highlight=False)
     if cases < 1 or workers < 1:
-        words.print("benchtwin prove: --cases and --workers must be at least 1")
+        errors.print("benchtwin prove: --cases and --workers must be at least 1")
         return 2
-    if out.exists() and not (out.is_dir() and {p.name for p in out.iterdir() if not p.name.startswith(".")} <= OURS):
-        words.print(f"benchtwin prove: {out}: holds what no proof wrote, or is a file; choose another --out")
+    if out.exists() and not (out.is_dir() and {p.name for p in out.iterdir() if not p.name.startswith(".")} <= PROOF_FILES):
+        errors.print(f"benchtwin prove: {out}: holds what no proof wrote, or is a file; choose another --out")
         return 2
     seed = secrets.randbits(32) if rng is None else rng
     try:
-        judged = prove(Asked(out, cases, seed, workers, solver, limit_s, keep_frames), _progress(console))
+        judged = prove(Settings(out, cases, seed, workers, solver, limit_s, keep_frames), _progress(console))
         seed = seed_of(out)
         rows = table(judged, np.random.default_rng(seed))
         tables = compare(out, judged, workers, seed)
         write_all(out, judged, rows, tables, seed)
-    except SealError as error:
-        words.print(f"benchtwin prove: {error}")
+    except KeyMismatch as error:
+        errors.print(f"benchtwin prove: {error}")
         return 1
     except OSError as error:
-        words.print(f"benchtwin prove: {error.filename or out}: {error.strerror or error}")
+        errors.print(f"benchtwin prove: {error.filename or out}: {error.strerror or error}")
         return 1
     except KeyboardInterrupt:
-        words.print("benchtwin prove: stopped. The same command with the same --rng goes on from here.")
+        errors.print("benchtwin prove: stopped. The same command with the same --rng goes on from here.")
         return 1
     console.print(_printed("All rigs", [r for r in rows if r.rig == "all"]))
     console.print(f"Rig by rig, with figures and baselines: {out / 'report.html'}")
@@ -54,22 +54,18 @@ def prove_command(
 
 
 def _printed(title: str, rows: list[Row]) -> Table:
-    shown = Table(title=title)
-    for head in ("score", "target", "found", ""):
-        shown.add_column(head)
+    printed = Table("score", "target", "found", "", title=title)
     for row in rows:
-        shown.add_row(row.score, row.target, number(row), {None: "", True: "met", False: "not met"}[row.met])
-    return shown
+        printed.add_row(row.score, row.target, number(row), {None: "", True: "met", False: "not met"}[row.met])
+    return printed
 
 
 def _progress(console: Console):
-    """Says how far each stage is: every twentieth, and at its end."""
+    """Prints how far each stage is: every twentieth case, and at its end."""
 
-    def say(stage: str, done: int, total: int, left_s: float) -> None:
+    def show(stage: str, done: int, total: int, left_s: float) -> None:
         if done == total or done % max(1, total // 20) == 0:
-            left = (
-                f", about {left_s / 60:.0f} min left" if left_s > 90 else f", about {left_s:.0f} s left" if done < total else ""
-            )
-            console.print(f"{stage}: {done} of {total}{left}")
+            left = f"{left_s / 60:.0f} min" if left_s > 90 else f"{left_s:.0f} s"
+            console.print(f"{stage}: {done} of {total}" + (f", about {left} left" if done < total else ""))
 
-    return say
+    return show

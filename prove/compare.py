@@ -1,7 +1,5 @@
-"""The solver beside the baselines, on the same cases: drops with tracks."""
+"""The solver and the baseline methods scored on the same cases: drops with tracks."""
 
-import json
-import math
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from prove.baselines.methods import METHODS, diagnose
+from prove.files import read_json, write_json
 from prove.judge import Judged, judge
 from prove.score import Row, table
 from prove.solve import Attempt
@@ -31,8 +30,8 @@ def compare(out: Path, judged: list[Judged], workers: int, rng_seed: int) -> dic
     for method in METHODS:
         judged_here = []
         for j in some:
-            said, seconds = found[method, j.key.case]
-            judged_here.append(judge(j.key, said, Attempt(j.key.case, seconds, 0, "")))
+            answer, seconds = found[method, j.key.case]
+            judged_here.append(judge(j.key, answer, Attempt(j.key.case, seconds, 0, "")))
         tables[method] = _over(judged_here, rng_seed)
     return tables
 
@@ -42,18 +41,18 @@ def _over(judged: list[Judged], rng_seed: int) -> list[Row]:
 
 
 def _answer(task: tuple[str, Path, str]) -> tuple[dict | None, float]:
-    """What a method says of a case, and how long it took; kept beside the solver's solutions."""
+    """A method's diagnosis of a case and its seconds; kept, so that no case is diagnosed twice."""
     method, out, case = task
     file = out / "baselines" / method.replace(" ", "-") / f"{case}.json"
     if file.is_file():
-        stored = json.loads(file.read_text(encoding="utf8"))
+        stored = read_json(file)
         return stored["diagnosis"], stored["seconds"]
     begin = time.monotonic()
     try:
-        said = diagnose(out / "cases" / case, method)
+        answer = diagnose(out / "cases" / case, method)
     except (ValueError, np.linalg.LinAlgError):  # a baseline that breaks down has no answer
-        said = None
+        answer = None
     seconds = time.monotonic() - begin
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps({"diagnosis": said, "seconds": seconds if math.isfinite(seconds) else None}), encoding="utf8")
-    return said, seconds
+    write_json(file, {"diagnosis": answer, "seconds": seconds})
+    return answer, seconds

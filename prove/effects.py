@@ -1,4 +1,4 @@
-"""The vocabulary that solver and proof share: per rig, each effect's sectors, unit and sign."""
+"""The effects that solver and proof both know: of each its sectors, unit and sign, rig by rig."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ RESTITUTION = ("restitution-falls-with-speed", "viscoelastic-restitution", "plas
 
 @dataclass(frozen=True)
 class Effect:
-    """unit None: reported without a parameter. either: the sign is a matter of axes, values are compared in size."""
+    """One effect. unit None: reported without a parameter. either: its sign depends on the choice of axes; sizes are compared."""
 
     sectors: tuple[str, ...]
     unit: str | None

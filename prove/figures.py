@@ -34,7 +34,7 @@ def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:
 
 
 def _binned(judged: list[Judged]) -> dict:
-    x, y, up, down, said = [], [], [], [], []
+    x, y, up, down, labels = [], [], [], [], []
     concealed = [j for j in judged if j.key.kind != CLEAN and len(j.key.effects) == 1]
     for low, high in pairwise(BINS):
         some = [j for j in concealed if low <= j.key.snr < high]
@@ -45,10 +45,10 @@ def _binned(judged: list[Judged]) -> dict:
             y.append(k / len(some))
             up.append(b - y[-1])
             down.append(y[-1] - a)
-            said.append(f"{k} of {len(some)}")
+            labels.append(f"{k} of {len(some)}")
     bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down)}
     return {"type": "scatter", "mode": "markers", "name": "all, binned (95 %)", "x": _listed(x), "y": _listed(y), "error_y": bars,
-            "text": said, "marker": {"color": COLOURS["all"], "size": 8}}  # fmt: skip
+            "text": labels, "marker": {"color": COLOURS["all"], "size": 8}}  # fmt: skip
 
 
 def _theory() -> dict:
@@ -71,7 +71,7 @@ def confusion_figure(judged: list[Judged]) -> dict:
 def reliability_figure(judged: list[Judged]) -> dict:
     """Share of right verdicts, with its 95 % bounds, beside the mean probability that they were said with; by bins."""
     bins = reliability(judged)
-    x, y = [_logit(b.said) for b in bins], [_logit(b.share) for b in bins]
+    x, y = [_logit(b.mean_p) for b in bins], [_logit(b.share) for b in bins]
     up, down = [_logit(b.bounds[1]) - v for b, v in zip(bins, y)], [v - _logit(b.bounds[0]) for b, v in zip(bins, y)]
     bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down)}
     colours = [COLOURS["roll" if b.holds else "pile"] for b in bins]  # green and red

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from prove.cases import drop, drop_bench, drop_effects, drop_snr, pile, roll, slide
+from prove.cases.bench import Bench, Request
 from prove.cases.conditions import Condition, draw_conditions, stating
 from prove.cases.drop_effects import IN_CAMERA
 from prove.cases.folder import write_bench
-from prove.cases.snr import Seen
-from prove.cases.stated import left_out, strip
-from prove.cases.truth import Bench, Wish
+from prove.cases.snr import Visibility
+from prove.cases.stated import draw_absent_keys, without_absent_keys
 from prove.effects import EFFECTS, FOLLOWING, OUTSIDE
 from prove.plan import Spec
 
@@ -26,11 +26,13 @@ MATTERS, TRIFLES = 1.5, 0.17  # sds of a contact parameter: half an sd, give or 
 
 @dataclass(frozen=True)
 class Rig:
-    """What a rig's file offers: draw a scene, tell how visible an effect is, make the bench; (least, most, sign) of each effect;
-    what of a run is by design another in another run."""
+    """What a rig's module offers: it draws a scene, says how visible an effect is, makes the bench.
 
-    draw: Callable[[Wish, np.random.Generator], Any]
-    visibility: Callable[[Any, dict[str, float], str], Seen]
+    ranges: (least, most, sign) of each effect, sign 0 for either. design: fields of a run that differ between runs by design.
+    """
+
+    draw: Callable[[Request, np.random.Generator], Any]
+    visibility: Callable[[Any, dict[str, float], str], Visibility]
     bench: Callable[[Any, dict[str, float]], Bench]
     ranges: dict[str, tuple[float, float, int]]
     design: tuple[str, ...]
@@ -38,7 +40,7 @@ class Rig:
 
 @dataclass(frozen=True)
 class Concealed:
-    """One effect of a case. unit None: without a parameter; scored: whether one number is true of all recordings."""
+    """One effect of a case. unit None: without a parameter. scored: whether one number is true of all recordings."""
 
     name: str
     value: float
@@ -50,8 +52,11 @@ class Concealed:
 
 @dataclass(frozen=True)
 class Key:
-    """What is concealed in a case, and what was known of it when it was made. sectors: where it shows. matters: whether it moves
-    the rig's contact parameter; None: not told. absent: keys that the bench does not state; conditions: those that it does."""
+    """The answer key of a case.
+
+    sectors: where the effect shows. matters: whether it moves the rig's contact parameter, None where that is not known.
+    absent: keys that the bench does not state. conditions: those that it states.
+    """
 
     case: str
     rig: str
@@ -81,7 +86,7 @@ class Key:
 
 
 @dataclass(frozen=True)
-class Made:
+class MadeCase:
     """A scene, the sizes of what is concealed in it, and the conditions that its recordings state."""
 
     scene: Any
@@ -89,7 +94,7 @@ class Made:
     conditions: tuple[Condition, ...]
 
     def bench(self, rig: Rig) -> Bench:
-        return strip(stating(rig.bench(self.scene, self.sizes), self.conditions), self.scene.wish.absent)
+        return without_absent_keys(stating(rig.bench(self.scene, self.sizes), self.conditions), self.scene.request.absent)
 
 
 def _rig(module: ModuleType, *design: str) -> Rig:
@@ -97,7 +102,7 @@ def _rig(module: ModuleType, *design: str) -> Rig:
 
 
 RIGS = {
-    "drop": Rig(drop.draw, drop_snr.visibility, drop_bench.bench, drop_effects.RANGES, ("told_mm", "session")),
+    "drop": Rig(drop.draw, drop_snr.visibility, drop_bench.bench, drop_effects.RANGES, ("stated_mm", "session")),
     "slide": _rig(slide, "rate_deg_s", "count"),
     "roll": _rig(roll, "forwards"),
     "pile": _rig(pile, "half_mm", "gate_mm_s"),
@@ -110,16 +115,16 @@ def make(spec: Spec, seed: int) -> tuple[Bench, Key]:
     return made.bench(RIGS[spec.rig]), key
 
 
-def conceal(spec: Spec, seed: int) -> tuple[Made, Key]:
+def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
     """The scene in which the wished effects come nearest to the wished SNRs, and the key."""
     rig, tried = RIGS[spec.rig], []
     for attempt in range(SCENES if spec.effects else 1):
         rng = np.random.default_rng([seed, spec.index, attempt])
-        scene = rig.draw(Wish(spec.effects, spec.separated, spec.rendered, left_out(spec.effects, rng)), rng)
+        scene = rig.draw(Request(spec.effects, spec.separated, spec.rendered, draw_absent_keys(spec.effects, rng)), rng)
         scene, conditions = _with_conditions(scene, rig, spec, rng)
         sizes, seen = sized(rig, scene, spec, rng)
         off = max((abs(math.log(max(one.snr, 1e-3) / w)) for one, w in zip(seen, spec.wanted_snr)), default=0.0)
-        tried.append((off, Made(scene, sizes, conditions), seen))
+        tried.append((off, MadeCase(scene, sizes, conditions), seen))
         if off < math.log(NEAR):
             break
     _, made, seen = min(tried, key=lambda one: one[0])
@@ -137,7 +142,7 @@ def _with_conditions(scene: Any, rig: Rig, spec: Spec, rng: np.random.Generator)
     return scene, conditions
 
 
-def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[dict[str, float], list[Seen]]:
+def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[dict[str, float], list[Visibility]]:
     """Sizes with which the effects have about the SNR that is wanted, as far as sizes are believable; how visible they are."""
     sizes: dict[str, float] = {}
     for name, wanted in zip(spec.effects, spec.wanted_snr):
@@ -158,7 +163,7 @@ def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[d
     return sizes, [rig.visibility(scene, sizes, name) for name in spec.effects]
 
 
-def _key(spec: Spec, made: Made, seen: list[Seen]) -> Key:
+def _key(spec: Spec, made: MadeCase, seen: list[Visibility]) -> Key:
     listed, scene = EFFECTS[spec.rig], made.scene
     effects = []
     for name, one in zip(spec.effects, seen):
@@ -172,9 +177,9 @@ def _key(spec: Spec, made: Made, seen: list[Seen]) -> Key:
     # a compound shows in several places; where is then not asked
     sectors = _sectors(spec.rig, spec.effects[0]) if len(effects) == 1 else ()
     noise = {k: v if math.isfinite(v) else None for k, v in asdict(scene.noise).items()} if hasattr(scene, "noise") else {}
-    absent = tuple(sorted(k for k in scene.wish.absent if k.split(".")[0] not in set(RIGS) - {spec.rig}))
-    told = (_matters(spec, seen), absent, tuple(c.name for c in made.conditions))
-    return Key(spec.name, spec.rig, spec.kind, tuple(effects), sectors, spec.separated, spec.rendered, noise, *told)
+    absent = tuple(sorted(k for k in scene.request.absent if k.split(".")[0] not in set(RIGS) - {spec.rig}))
+    known = (_matters(spec, seen), absent, tuple(c.name for c in made.conditions))
+    return Key(spec.name, spec.rig, spec.kind, tuple(effects), sectors, spec.separated, spec.rendered, noise, *known)
 
 
 def _following(rig: str, condition: Condition, value: float, snr: float) -> Concealed:
@@ -183,9 +188,9 @@ def _following(rig: str, condition: Condition, value: float, snr: float) -> Conc
     return Concealed(f"{FOLLOWING[rig][0]}-follows-{condition.name}", slope, condition.unit, snr, False, bool(condition.unit))
 
 
-def _matters(spec: Spec, seen: list[Seen]) -> bool | None:
+def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:
     """Whether the effects, left out, put the contact parameter wrong; what is wrong with the measurement moves places as well, so
-    that it matters though the contact parameter stays is not told."""
+    that it matters though the contact parameter stays is not known."""
     moved = [one.moved for one in seen]
     if not moved or None in moved:
         return None

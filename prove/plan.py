@@ -1,5 +1,5 @@
-"""Which cases there are: half of them clean; single effects, twins with and without what separates them, pairs, conditions that
-matter, strangers."""
+"""Which cases there are: half of them clean; the others with one effect, with confounded effects (with or without the recordings
+that separate them), with two effects, with a condition that matters, or with an effect that no list holds."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,10 +8,10 @@ import numpy as np
 
 from prove.effects import FOLLOWING, OUTSIDE
 
-CLEAN, SINGLE, CONFOUNDED, SEPARATED, COMPOUND, STRANGE = "clean", "single", "confounded", "separated", "compound", "outside"
+CLEAN, SINGLE, CONFOUNDED, SEPARATED, COMPOUND, UNLISTED_KIND = "clean", "single", "confounded", "separated", "compound", "outside"
 CONDITION = "condition"
 CLEAN_SHARE, RENDERED_SHARE = 0.5, 0.22
-KIND_SHARES = {SINGLE: 0.43, CONFOUNDED: 0.12, SEPARATED: 0.11, COMPOUND: 0.11, STRANGE: 0.13, CONDITION: 0.10}
+KIND_SHARES = {SINGLE: 0.43, CONFOUNDED: 0.12, SEPARATED: 0.11, COMPOUND: 0.11, UNLISTED_KIND: 0.13, CONDITION: 0.10}
 RIG_SHARES = {"drop": 0.55, "slide": 0.18, "roll": 0.17, "pile": 0.10}
 MOST_SNR, LEAST_SNR = 40.0, {SINGLE: 2.0, CONDITION: 2.0, COMPOUND: 11.0}  # of the others 7
 
@@ -24,14 +24,14 @@ SINGLES = {
     "pile": ("cohesion", "gate-speed", "base-vibration", "base-tilt"),  # of the tilts the one whose flanks stay upright
 }  # fmt: skip
 NEED_SEPARATION = ("film-adhesion", "impact-damage", "adhesion", "clock-offset", "slope", "cohesion", "gate-speed")
-TWINS = {
+CONFOUNDED_EFFECTS = {
     "drop": ("scale-error", "clock-error", "film-adhesion", "impact-damage"),
     "slide": ("stribeck",),
     "roll": ("viscous-rolling", "drag"),
     # one kind of heap tells of no gate; a rolled picture is that of a heap tilted after it was poured
     "pile": ("gate-speed", "wall-friction", "particle-shape", "camera-roll"),
 }
-TOLD_APART = {
+SEPARABLE_EFFECTS = {
     "drop": ("film-adhesion", "impact-damage", "draught", "camera-roll"),
     "slide": ("clock-offset", "adhesion", "stribeck"),
     "roll": ("slope",),
@@ -44,7 +44,7 @@ PAIRS = {
     "slide": (("kinetic-friction", "viscous-sliding"), ("clock-offset", "kinetic-friction"), ("adhesion", "viscous-sliding")),
     "roll": (("slope", "corner-loss"), ("slope", "shape-barrier"), ("corner-loss", "shape-barrier")),
 }  # fmt: skip
-STRANGERS = {rig: tuple(names) for rig, names in OUTSIDE.items()}
+UNLISTED_EFFECTS = {rig: tuple(names) for rig, names in OUTSIDE.items()}
 CONDITIONS = {rig: ("follows",) for rig in FOLLOWING}
 
 
@@ -66,12 +66,12 @@ class Spec:
 
 
 def plan(cases: int, rng: np.random.Generator) -> list[Spec]:
-    """`cases` specs in random order; what a case is cannot be told from its number."""
-    kinds = _dealt({CLEAN: CLEAN_SHARE} | {k: (1 - CLEAN_SHARE) * s for k, s in KIND_SHARES.items()}, cases)
+    """`cases` specs in random order; the number of a case says nothing about it."""
+    kinds = _apportioned({CLEAN: CLEAN_SHARE} | {k: (1 - CLEAN_SHARE) * s for k, s in KIND_SHARES.items()}, cases)
     drawn = []
     for kind in dict.fromkeys(kinds):
         shares = {rig: s for rig, s in RIG_SHARES.items() if rig in _offered(kind)}
-        drawn += [(kind, rig) for rig in _dealt(shares, kinds.count(kind))]
+        drawn += [(kind, rig) for rig in _apportioned(shares, kinds.count(kind))]
     turn: dict[tuple, int] = {}
     order, drops, specs = rng.permutation(cases), 0, {}
     for index, (kind, rig) in zip(order, drawn):
@@ -101,12 +101,13 @@ def _offered(kind: str) -> dict[str, Any]:
     if kind == CLEAN:
         return dict.fromkeys(RIG_SHARES, ((),))
     offered: dict[str, dict[str, Any]] = {
-        SINGLE: SINGLES, CONFOUNDED: TWINS, SEPARATED: TOLD_APART, COMPOUND: PAIRS, STRANGE: STRANGERS, CONDITION: CONDITIONS,
+        SINGLE: SINGLES, CONFOUNDED: CONFOUNDED_EFFECTS, SEPARATED: SEPARABLE_EFFECTS, COMPOUND: PAIRS,
+        UNLISTED_KIND: UNLISTED_EFFECTS, CONDITION: CONDITIONS,
     }  # fmt: skip
     return offered[kind]
 
 
-def _dealt(shares: dict[str, float], count: int) -> list[str]:
+def _apportioned(shares: dict[str, float], count: int) -> list[str]:
     """`count` names in these shares, as nearly as whole numbers go (largest remainders)."""
     total = sum(shares.values())
     exact = {name: count * s / total for name, s in shares.items()}

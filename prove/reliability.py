@@ -1,4 +1,4 @@
-"""Whether said probabilities hold: shares of right verdicts beside what was said of them, and the log score."""
+"""Whether stated probabilities hold: shares of right verdicts at each level of probability, and the log score."""
 
 import math
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ FLOOR = 1e-6  # of the log score: who rules the truth out loses 13.8, not everyt
 
 @dataclass(frozen=True)
 class Bin:
-    """Verdicts said with probabilities from low up to high: k of n are right, said is their mean probability."""
+    """Verdicts said with probabilities from low up to high: k of n are right, mean_p is their mean probability."""
 
     low: float
     high: float
     n: int
     k: int
-    said: float
+    mean_p: float
 
     @property
     def share(self) -> float:
@@ -34,11 +34,11 @@ class Bin:
 
     @property
     def holds(self) -> bool:
-        return self.bounds[0] <= self.said <= self.bounds[1]
+        return self.bounds[0] <= self.mean_p <= self.bounds[1]
 
     def to_dict(self) -> dict:
         found = {"share": self.share, "low95": self.bounds[0], "high95": self.bounds[1], "holds": self.holds}
-        return {"from": self.low, "to": self.high, "n": self.n, "right": self.k, "mean_p": self.said} | found
+        return {"from": self.low, "to": self.high, "n": self.n, "right": self.k, "mean_p": self.mean_p} | found
 
 
 def reliability(judged: list[Judged]) -> list[Bin]:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from prove.figures import calibration_figure, confusion_figure, power_figure, reliability_figure
+from prove.files import write_whole
 from prove.judge import Judged
 from prove.reliability import reliability
 from prove.score import Row
@@ -22,9 +23,9 @@ def write_all(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str
         "reliability": [one.to_dict() for one in reliability(judged)],
         "drops_with_tracks": {name: [_plain(row) for row in some] for name, some in tables.items()},
     }  # fmt: skip
-    _whole(out / "prove.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
-    _whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
-    _whole(out / "report.html", render(judged, rows, tables, seed))
+    write_whole(out / "prove.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
+    write_whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
+    write_whole(out / "report.html", render(judged, rows, tables, seed))
 
 
 def cases_table(judged: list[Judged]) -> pd.DataFrame:
@@ -88,9 +89,3 @@ def number(row: Row | None) -> str:
 def _plain(row: Row) -> dict:
     """The row without what JSON has no number for."""
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(row).items()}
-
-
-def _whole(file: Path, text: str) -> None:
-    part = file.with_name(f".{file.name}.part")
-    part.write_text(text, encoding="utf8")
-    part.replace(file)

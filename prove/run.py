@@ -1,4 +1,4 @@
-"""The proof from end to end: make, publish hashes, solve, submit, open, score. Run again, it goes on where it was stopped."""
+"""The proof from end to end: make cases, publish hashes of their keys, solve, compare. A stopped proof goes on where it was."""
 
 import hashlib
 import json
@@ -12,17 +12,18 @@ from pathlib import Path
 import numpy as np
 
 from prove.cases.folder import drop_frames
+from prove.files import read_json, write_json
 from prove.judge import Judged, judge
-from prove.keys import Seal, SealError, canonical, hashed, salt_of, verify
+from prove.keys import KeyMismatch, canonical, hashed, salt_of, verify
 from prove.make import Key, make_folder
 from prove.plan import Spec, plan
 from prove.solve import SOLVER, read_attempt, read_diagnosis, solve
 
-Say = Callable[[str, int, int, float], None]  # stage, done, of, seconds left (NaN: not known)
+Progress = Callable[[str, int, int, float], None]  # stage, done, of, seconds left (NaN: not known)
 
 
 @dataclass(frozen=True)
-class Asked:
+class Settings:
     """out: the proof's folder. seed: of the random numbers. limit_s: how long one case may take."""
 
     out: Path
@@ -33,25 +34,27 @@ class Asked:
     limit_s: float = 600.0
     keep_frames: bool = False
 
+    def bench(self, spec: Spec) -> Path:
+        """A case's bench folder."""
+        return self.out / "cases" / spec.name
 
-def prove(asked: Asked, say: Say) -> list[Judged]:
-    """Every case judged. SealError when what is in asked.out was made by another proof; OSError when it cannot be written."""
-    specs = plan(asked.cases, np.random.default_rng(asked.seed))
-    asked.out.mkdir(parents=True, exist_ok=True)
-    if not (asked.out / "keys.json").is_file():
-        seal = _make_all(asked, specs, say)
-        _solve_all(asked, specs, say)
-        _submit(asked.out, specs)
-        keys, salts = seal.open((asked.out / "keys.sealed").read_bytes())
-        verify(keys, salts, _read(asked.out / "hashes.json"))
-        _write(asked.out / "keys.json", {"keys": keys, "salts": salts, "seed": asked.seed})
-    return judged(asked.out)
+
+def prove(settings: Settings, progress: Progress) -> list[Judged]:
+    """Every case judged. Raises KeyMismatch when the folder was made by another proof; OSError when it cannot be written."""
+    specs = plan(settings.cases, np.random.default_rng(settings.seed))
+    settings.out.mkdir(parents=True, exist_ok=True)
+    if not (settings.out / "keys.json").is_file():
+        keys, salts = _make_all(settings, specs, progress)
+        _solve_all(settings, specs, progress)
+        _submit(settings.out, specs)
+        write_json(settings.out / "keys.json", {"keys": keys, "salts": salts, "seed": settings.seed})
+    return judged(settings.out)
 
 
 def judged(out: Path) -> list[Judged]:
     """The cases of a proof whose keys are open, each beside its solution."""
-    opened = _read(out / "keys.json")
-    verify(opened["keys"], opened["salts"], _read(out / "hashes.json"))
+    opened = read_json(out / "keys.json")
+    verify(opened["keys"], opened["salts"], read_json(out / "hashes.json"))
     folders = {case: out / "solutions" / case for case in opened["keys"]}
     return [
         judge(Key.from_dict(key), read_diagnosis(folders[case]), read_attempt(folders[case]))
@@ -61,51 +64,44 @@ def judged(out: Path) -> list[Judged]:
 
 def seed_of(out: Path) -> int:
     """The seed of a proof whose keys are open."""
-    return _read(out / "keys.json")["seed"]
+    return read_json(out / "keys.json")["seed"]
 
 
-def _make_all(asked: Asked, specs: list[Spec], say: Say) -> Seal:
-    """Bench folders, published hashes, sealed keys. The keys leave this function only sealed."""
-    cases = asked.out / "cases"
+def _make_all(settings: Settings, specs: list[Spec], progress: Progress) -> tuple[dict, dict]:
+    """Write bench folders and the hashes of their keys; returns keys and salts by case."""
+    cases = settings.out / "cases"
     cases.mkdir(exist_ok=True)
-    with ProcessPoolExecutor(asked.workers) as pool:
-        jobs = {pool.submit(make_folder, spec, asked.seed, _bench(asked, spec)): spec.name for spec in specs}
-        keys = dict(_followed("making", jobs, say))
+    with ProcessPoolExecutor(settings.workers) as pool:
+        jobs = {pool.submit(make_folder, spec, settings.seed, settings.bench(spec)): spec.name for spec in specs}
+        keys = dict(_followed("making", jobs, progress))
     keys = json.loads(canonical(keys))  # as they will be read again
-    salts = {case: salt_of(asked.seed, case) for case in keys}
+    salts = {case: salt_of(settings.seed, case) for case in keys}
     published = {case: hashed(keys[case], salts[case]) for case in sorted(keys)}
-    file = asked.out / "hashes.json"
-    if file.is_file() and _read(file) != published:
-        raise SealError(f"{file}: the hashes are those of another proof (other cases, seed or version); use another --out")
-    _write(file, published)
-    seal = Seal()
-    (asked.out / "keys.sealed").write_bytes(seal.close(keys, salts))
-    return seal
+    file = settings.out / "hashes.json"
+    if file.is_file() and read_json(file) != published:
+        raise KeyMismatch(f"{file}: the hashes are those of another proof (other cases, seed or version); use another --out")
+    write_json(file, published)
+    return keys, salts
 
 
-def _bench(asked: Asked, spec: Spec) -> Path:
-    """A case's folder. One that is solved already need not be written again."""
-    return asked.out / "cases" / spec.name
-
-
-def _solve_all(asked: Asked, specs: list[Spec], say: Say) -> None:
+def _solve_all(settings: Settings, specs: list[Spec], progress: Progress) -> None:
     """One attempt at each case that has none yet."""
-    left = [s for s in specs if read_attempt(asked.out / "solutions" / s.name) is None]
+    left = [s for s in specs if read_attempt(settings.out / "solutions" / s.name) is None]
 
     def attempt(spec: Spec):
-        bench = _bench(asked, spec)
+        bench = settings.bench(spec)
         if spec.rendered and not any(bench.glob("*/frames")):  # of an attempt that is gone
             shutil.rmtree(bench, ignore_errors=True)
-            make_folder(spec, asked.seed, bench)
-        done = solve(spec.name, bench, asked.out / "solutions" / spec.name, asked.solver, asked.limit_s)
-        if not asked.keep_frames:
+            make_folder(spec, settings.seed, bench)
+        done = solve(spec.name, bench, settings.out / "solutions" / spec.name, settings.solver, settings.limit_s)
+        if not settings.keep_frames:
             drop_frames(bench)
         return done
 
-    with ThreadPoolExecutor(max(asked.workers, 1)) as pool:
+    with ThreadPoolExecutor(max(settings.workers, 1)) as pool:
         jobs = {pool.submit(attempt, spec): spec.name for spec in left}
         try:
-            for _ in _followed("solving", jobs, say):
+            for _ in _followed("solving", jobs, progress):
                 pass
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
@@ -115,24 +111,13 @@ def _solve_all(asked: Asked, specs: list[Spec], say: Say) -> None:
 def _submit(out: Path, specs: list[Spec]) -> None:
     """Hashes of all solutions, written before any key is opened."""
     files = {s.name: out / "solutions" / s.name / "diagnosis.json" for s in specs}
-    _write(
-        out / "submitted.json", {n: hashlib.sha256(f.read_bytes()).hexdigest() if f.is_file() else None for n, f in files.items()}
-    )
+    hashes = {n: hashlib.sha256(f.read_bytes()).hexdigest() if f.is_file() else None for n, f in files.items()}
+    write_json(out / "submitted.json", hashes)
 
 
-def _followed(stage: str, jobs: dict[Future, str], say: Say) -> Iterable[tuple[str, object]]:
+def _followed(stage: str, jobs: dict[Future, str], progress: Progress) -> Iterable[tuple[str, object]]:
     """(name, result) of jobs as they end."""
     begin = time.monotonic()
     for done, job in enumerate(as_completed(jobs), 1):
         yield jobs[job], job.result()
-        say(stage, done, len(jobs), (time.monotonic() - begin) / done * (len(jobs) - done))
-
-
-def _read(file: Path) -> dict:
-    return json.loads(file.read_text(encoding="utf8"))
-
-
-def _write(file: Path, content: dict) -> None:
-    part = file.with_name(f".{file.name}.part")
-    part.write_text(json.dumps(content, indent=1, sort_keys=True, allow_nan=False), encoding="utf8")
-    part.replace(file)
+        progress(stage, done, len(jobs), (time.monotonic() - begin) / done * (len(jobs) - done))

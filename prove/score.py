@@ -8,7 +8,7 @@ import numpy as np
 
 from prove.intervals import Power, binomial_interval, power_curve
 from prove.judge import Judged
-from prove.plan import CLEAN, COMPOUND, CONDITION, CONFOUNDED, RIG_SHARES, SEPARATED, SINGLE, STRANGE
+from prove.plan import CLEAN, COMPOUND, CONDITION, CONFOUNDED, RIG_SHARES, SEPARATED, SINGLE, UNLISTED_KIND
 from prove.reliability import log_score, reliability
 
 NAMED_SNR, PAIR_SNR, HELD_OUT_SNR = 7.0, 10.0, 10.0
@@ -65,8 +65,8 @@ SHARES = (
     Share("without the separator: wrong definite name", "≤ 2 %", _strong(CONFOUNDED, NAMED_SNR), lambda j: j.wrong_name,
           most=0.02),
     Share("compound, exact set, SNR ≥ 10 each", "≥ 90 %", _strong(COMPOUND, PAIR_SNR), lambda j: j.right, least=0.90),
-    Share("outside the library: said to be unknown", "≥ 85 %", _strong(STRANGE, NAMED_SNR), lambda j: j.unknown, least=0.85),
-    Share("outside the library: sector right", "≥ 95 %", _strong(STRANGE, NAMED_SNR), lambda j: j.sector_right, least=0.95),
+    Share("outside the library: said to be unknown", "≥ 85 %", _strong(UNLISTED_KIND, NAMED_SNR), lambda j: j.unknown, least=0.85),
+    Share("outside the library: sector right", "≥ 95 %", _strong(UNLISTED_KIND, NAMED_SNR), lambda j: j.sector_right, least=0.95),
     Share("said rightly whether it matters", "≥ 90 %", lambda j: j.matters is not None, lambda j: bool(j.matters), least=0.90),
     Share("no p_verdict", "0", lambda j: True, lambda j: j.p is None, most=0.0),
     Share("no explanations", "0", lambda j: True, lambda j: j.p_truth is None, most=0.0),
@@ -103,7 +103,7 @@ def _reliability_rows(rig: str, judged: list[Judged]) -> list[Row]:
     """Of verdicts said with about the same probability the share that is right; and what the explanations gave to the truth."""
     rows = []
     for one in reliability(judged):
-        name, target = f"right, of verdicts said with {one.low:g}–{one.high:g}", f"{100 * one.said:.1f} % within"
+        name, target = f"right, of verdicts said with {one.low:g}–{one.high:g}", f"{100 * one.mean_p:.1f} % within"
         rows.append(Row(name, target, rig, one.share, *one.bounds, one.k, one.n, one.holds))
     for name, clean in (("log score, clean", True), ("log score, something missing", False)):
         mean, error, n = log_score([j for j in judged if _clean(j) == clean])
@@ -139,7 +139,7 @@ def _coverage_row(rig: str, judged: list[Judged]) -> list[Row]:
 
 
 def _held_out_row(rig: str, judged: list[Judged]) -> list[Row]:
-    """Mean of the removed fractions; a case without one counts as nought."""
+    """Mean of the removed fractions; a case without one counts as zero."""
     some = [j.removed or 0.0 for j in judged if j.key.kind in (SINGLE, SEPARATED, COMPOUND) and j.key.snr >= HELD_OUT_SNR]
     if not some:
         return []

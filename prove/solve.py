@@ -1,6 +1,5 @@
-"""The solver, met as a stranger: `benchtwin diagnose BENCH --out DIR` in a process of its own."""
+"""Runs the solver on one case: `benchtwin diagnose BENCH --out DIR` in a process of its own."""
 
-import json
 import os
 import shlex
 import subprocess
@@ -10,13 +9,15 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from prove.files import read_json, write_json
+
 SOLVER = "{python} -m benchtwin diagnose {bench} --out {out} --no-twin --quiet"  # verdicts alone: no new DEM runs
 PASSED_ON = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONPATH", "SYSTEMROOT", "NUMBA_CACHE_DIR")
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """One case's one try. trouble: why there is no diagnosis, "" when there is."""
+    """The one attempt at a case. trouble: why there is no diagnosis, "" when there is one."""
 
     case: str
     seconds: float
@@ -25,42 +26,40 @@ class Attempt:
 
 
 def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Attempt:
-    """Run the solver on a bench folder; it writes out/diagnosis.json. What it says goes into out/said.txt.
+    """Run the solver on a bench folder; it writes out/diagnosis.json. What it prints goes into out/printed.txt.
 
     It works in an empty folder with a bare environment on one core, and gets nothing but the two paths.
     """
     out.mkdir(parents=True, exist_ok=True)
-    words = [w.format(python=sys.executable, bench=bench.resolve(), out=out.resolve()) for w in shlex.split(solver)]
+    command = [w.format(python=sys.executable, bench=bench.resolve(), out=out.resolve()) for w in shlex.split(solver)]
     begin = time.monotonic()
     code, trouble = None, ""
     with tempfile.TemporaryDirectory() as empty:
         try:
-            done = subprocess.run(words, cwd=empty, env=_environment(empty), capture_output=True, timeout=limit_s, check=False)
-            code, said = done.returncode, done.stdout[-20_000:] + done.stderr[-20_000:]
+            done = subprocess.run(command, cwd=empty, env=_environment(empty), capture_output=True, timeout=limit_s, check=False)
+            code, printed = done.returncode, done.stdout[-20_000:] + done.stderr[-20_000:]
         except subprocess.TimeoutExpired as late:
-            said, trouble = (late.stdout or b"") + (late.stderr or b""), f"stopped after {limit_s:g} s"
+            printed, trouble = (late.stdout or b"") + (late.stderr or b""), f"stopped after {limit_s:g} s"
         except OSError as error:
-            said, trouble = b"", f"cannot be run: {error}"
+            printed, trouble = b"", f"cannot be run: {error}"
     seconds = time.monotonic() - begin
-    (out / "said.txt").write_bytes(said)
+    (out / "printed.txt").write_bytes(printed)
     trouble = trouble or _missing(out / "diagnosis.json", code)
     attempt = Attempt(case, round(seconds, 3), code, trouble)
-    part = out / "attempt.part"
-    part.write_text(json.dumps(asdict(attempt)), encoding="utf8")
-    part.replace(out / "attempt.json")
+    write_json(out / "attempt.json", asdict(attempt))
     return attempt
 
 
 def read_attempt(out: Path) -> Attempt | None:
     """The case's attempt, if it was made."""
     file = out / "attempt.json"
-    return Attempt(**json.loads(file.read_text(encoding="utf8"))) if file.is_file() else None
+    return Attempt(**read_json(file)) if file.is_file() else None
 
 
 def read_diagnosis(out: Path) -> dict | None:
     """diagnosis.json; None where there is none that can be read."""
     try:
-        content = json.loads((out / "diagnosis.json").read_text(encoding="utf8"))
+        content = read_json(out / "diagnosis.json")
     except (OSError, ValueError):
         return None
     return content if isinstance(content, dict) and isinstance(content.get("rigs"), dict) else None

@@ -15,7 +15,7 @@ from calibrate.statistics.posterior import Observable, Posterior, on_grid, summa
 from calibrate.statistics.prior import Prior
 from calibrate.statistics.resolution import Candidate, directions, narrowing
 from calibrate.statistics.sampling import sample
-from calibrate.statistics.shrunk import shrink
+from calibrate.statistics.shrinkage import shrink
 
 GRID_CELLS = 40_001  # of a single parameter: fine beside any interval, and quicker than a chain
 ON_SEED = {

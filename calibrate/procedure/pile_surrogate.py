@@ -18,7 +18,7 @@ from calibrate.statistics.bench import pooled_mean
 from calibrate.statistics.box import Box
 from calibrate.statistics.posterior import Observable
 from calibrate.statistics.resolution import Candidate
-from calibrate.statistics.shrunk import shrink
+from calibrate.statistics.shrinkage import shrink
 from calibrate.statistics.surface import Surface, fit_surface
 
 RIDE = 0.25  # of a seed–steel parameter: how far to either side it rides at least

@@ -11,7 +11,7 @@ from calibrate.procedure.steel import SteelFit
 from calibrate.statistics.ascent import check_published, relative_error
 from calibrate.statistics.assessment import natural_coefficients
 from calibrate.statistics.optimum import stand
-from calibrate.statistics.printed import compare, flatten
+from calibrate.statistics.published_values import compare, flatten
 
 ANOVA_COLUMNS = ("sum_of_squares", "df", "mean_square", "f", "p")
 POWERS = ("1", "x", "x²", "x³")

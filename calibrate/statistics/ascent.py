@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from calibrate.statistics.box import Box
 from calibrate.statistics.columns import numbers
-from calibrate.statistics.surface import Surface
 
 
 def equal_steps(box: Box, steps: int) -> pd.DataFrame:
@@ -23,25 +22,6 @@ def equal_steps(box: Box, steps: int) -> pd.DataFrame:
     table = pd.DataFrame(path, columns=list(box.names)).map(lambda v: float(f"{v:.12g}"))
     table.insert(0, "group", np.arange(1, steps + 1))
     return table
-
-
-def along_gradient(surface: Surface, target: float, steps: int, *, step: float = 0.25) -> pd.DataFrame:
-    """Path from the surface's centre along its first-order gradient, towards `target` (unit of the response).
-
-    step: coded length of the largest component of a step. Points may leave the box (that is what the path is for).
-    Columns group, the factors (natural), predicted. Raises ValueError where the surface has no slope, steps < 1 or step ≤ 0.
-    """
-    if steps < 1 or step <= 0:
-        raise ValueError(f"steps: at least 1, not {steps}; step: above 0, not {step:g}")
-    centre = np.zeros((1, len(surface.names)))
-    gradient = surface.gradient(centre)[0]
-    if not np.abs(gradient).max() > 0:
-        raise ValueError(f"{surface.response_name}: no slope at the centre; no direction to go")
-    sign = np.sign(target - surface.mean(centre)[0]) or 1.0
-    coded = sign * step * np.arange(steps + 1)[:, None] * gradient / np.abs(gradient).max()
-    table = pd.DataFrame(surface.box.natural(coded), columns=list(surface.names))
-    table.insert(0, "group", np.arange(1, steps + 2))
-    return table.assign(predicted=surface.mean(coded))
 
 
 def relative_error(simulated: ArrayLike, bench: float) -> np.ndarray:

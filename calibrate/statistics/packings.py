@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 MOST = 1e4  # λ beyond which packings explain everything: the scatter within them is then 1 % of that between
 
 
-def share(x: np.ndarray, y: np.ndarray, packing: np.ndarray) -> tuple[float, np.ndarray]:
+def decorrelate(x: np.ndarray, y: np.ndarray, packing: np.ndarray) -> tuple[float, np.ndarray]:
     """λ and V^(−½) (n, n) for model matrix x (n, p), responses y (n,) and packing labels (n,).
 
     λ = 0 where the likelihood sees nothing shared. Raises ValueError where no packing has two runs, or all runs have the same.

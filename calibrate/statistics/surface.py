@@ -17,7 +17,7 @@ from scipy import stats
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.box import Box
 from calibrate.statistics.columns import numbers
-from calibrate.statistics.packings import share
+from calibrate.statistics.packings import decorrelate
 
 LACK_P = 0.10  # lack of fit this unlikely by chance is believed, and added to the surface's own error
 
@@ -133,7 +133,7 @@ def fit_surface(
         return _solve(response, box, chosen, points, y)
     if packing not in table:
         raise ValueError(f"column {packing} is missing")
-    shared, root = share(x, y, table[packing].to_numpy())
+    shared, root = decorrelate(x, y, table[packing].to_numpy())
     return _solve(response, box, chosen, points, y, root=root, shared=shared, packings=table[packing].nunique())
 
 

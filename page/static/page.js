@@ -11,8 +11,8 @@
     }
     return inside;
   };
-  const say = text => { const place = document.querySelector('#bring-progress'); if (place) place.textContent = text; };
-  const bring = async found => {
+  const say = text => { const place = document.querySelector('#upload-progress'); if (place) place.textContent = text; };
+  const upload = async found => {
     const bench = document.querySelector('[data-bench]')?.dataset.bench;
     if (!bench || !found.length) return;
     const batch = crypto.randomUUID(), refused = [];
@@ -24,20 +24,20 @@
       } catch (error) { refused.push(`${name}: the copy was interrupted (${error.message})`); }
     }
     say('Sorting …');
-    const answer = await fetch(`/bring/${batch}?bench=${encodeURIComponent(bench)}`, {method: 'POST'});
+    const answer = await fetch(`/sort/${batch}?bench=${encodeURIComponent(bench)}`, {method: 'POST'});
     const told = answer.ok ? await answer.json() : {refused: [await answer.text()], open: null};
     refused.push(...told.refused);
     if (refused.length) sessionStorage.setItem('refused', JSON.stringify(refused));
     if (told.open) location.href = told.open; else location.reload();
   };
-  window.bringFiles = input => bring([...input.files].map(f => [f.webkitRelativePath || f.name, f]));
+  window.uploadFiles = input => upload([...input.files].map(f => [f.webkitRelativePath || f.name, f]));
   addEventListener('dragover', e => { if (e.dataTransfer.types.includes('Files')) { e.preventDefault(); body.classList.add('dropping'); } });
   addEventListener('dragleave', e => { if (!e.relatedTarget) body.classList.remove('dropping'); });
   addEventListener('drop', async e => {
     if (!e.dataTransfer.types.includes('Files')) return;
     e.preventDefault(); body.classList.remove('dropping');
     const entries = [...e.dataTransfer.items].map(i => i.webkitGetAsEntry()).filter(Boolean);
-    bring((await Promise.all(entries.map(files))).flat());
+    upload((await Promise.all(entries.map(files))).flat());
   });
   addEventListener('DOMContentLoaded', () => {
     const refused = JSON.parse(sessionStorage.getItem('refused') || '[]');

@@ -10,8 +10,9 @@ from nicegui import ui
 from page import runs
 from page.folder import Refused, clean_name
 from page.server import Site
-from page.views import believe, run, say
-from page.views.frame import frame, told
+from page.views import keys_form, results
+from page.views import runs as runs_panel
+from page.views.frame import errors_shown, frame
 from vision.measurement import MeasurementError
 from vision.new_bench import new_bench
 from vision.recording import Recording, find_recordings
@@ -48,7 +49,7 @@ def _benches(site: Site, benches: list[Path]) -> None:
     with ui.row().classes("items-center"):
         name_of_new = ui.input("name").props("dense")
 
-        @told
+        @errors_shown
         def make() -> None:
             if not (name_of_new.value or "").strip():
                 raise Refused("say a name for the bench first")
@@ -86,13 +87,13 @@ async def _bench(site: Site, name: str, tab: str) -> None:
                 _recordings(site, entries)
             with ui.tab_panel(TABS[1]):
                 ui.label("A key stated here holds for every recording that does not say otherwise (bench.toml).").classes("soft")
-                say.form_for(folder / "bench.toml", None, {}, set(), lambda: None)
+                keys_form.form_for(folder / "bench.toml", None, {}, set(), lambda: None)
             with ui.tab_panel(TABS[2]):
-                run.panel(site, folder)
+                runs_panel.panel(site, folder)
             with ui.tab_panel(TABS[3]):
-                results = ui.refreshable(believe.panel)
-                results(site, folder)
-        tabs.on_value_change(lambda e: results.refresh() if e.value == TABS[3] else None)
+                results_panel = ui.refreshable(results.panel)
+                results_panel(site, folder)
+        tabs.on_value_change(lambda e: results_panel.refresh() if e.value == TABS[3] else None)
     runs.advance(folder, site.folder)
 
 
@@ -100,8 +101,8 @@ def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None
     good = [e for e in entries if isinstance(e, Recording)]
     trouble = [e for e in entries if not isinstance(e, Recording) and "nothing to measure here" not in str(e)]
     with ui.row().classes("items-center"):
-        ui.html('<label class="q-btn bg-primary text-white" style="padding:.5rem 1rem;cursor:pointer">Bring files'
-                '<input type="file" multiple style="display:none" onchange="bringFiles(this)"></label>', sanitize=False)  # fmt: skip
+        ui.html('<label class="q-btn bg-primary text-white" style="padding:.5rem 1rem;cursor:pointer">Add files'
+                '<input type="file" multiple style="display:none" onchange="uploadFiles(this)"></label>', sanitize=False)  # fmt: skip
         ui.label("or drop photos, films, tables or whole folders anywhere on this page. A photo is measured at once.").classes("soft")
     if not good and not trouble:
         ui.label("Nothing here yet. Drop the photo of a pile to begin with.").classes("text-lg")

@@ -1,9 +1,11 @@
 """What every page has: heading, way back, style, the words for what went wrong."""
 
+import inspect
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from typing import Any
+from urllib.parse import quote
 
 from nicegui import ui
 
@@ -22,7 +24,7 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
             ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to(back)).props('flat color=white dense aria-label="Back"')
         ui.label(title).classes("text-lg")
         ui.space()
-        ui.label().props('id="bring-progress" role="status"')
+        ui.label().props('id="upload-progress" role="status"')
         dark = ui.dark_mode(None)
         turn = ui.button(icon="contrast", on_click=lambda: dark.set_value(not dark.value))
         turn.props('flat color=white dense aria-label="Dark or light"')
@@ -32,15 +34,26 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
         yield
 
 
+def neighbours(names: list[str], here: str, caption: str) -> None:
+    """Buttons and arrow keys to the recordings before and after `here`."""
+    at = names.index(here) if here in names else 0
+    with ui.row():
+        for icon, step, key in (("navigate_before", -1, "j"), ("navigate_next", 1, "k")):
+            if 0 <= at + step < len(names):
+                where = f"/recording?r={quote(names[at + step])}"
+                label = "The recording before" if step < 0 else "The next recording"
+                button = ui.button(icon=icon, on_click=lambda w=where: ui.navigate.to(w))
+                button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
+        ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft")
+
+
 def bench_attribute(name: str) -> str:
     """A folder's name as it can stand in an attribute of NiceGUI's."""
     return name.replace("&", "&amp;").replace('"', "&quot;")
 
 
-def told(work: Callable[..., Any]) -> Callable[..., Any]:
-    """`work` of a button, what is refused or fails told on the page in words."""
-    import inspect
-
+def errors_shown(work: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorates the work of a button: what it refuses, or fails at, is shown on the page."""
     def say(error: Exception) -> None:
         text = str(error) if isinstance(error, Refused) else f"{getattr(error, 'filename', None) or ''} {error}".strip()
         ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="OK")

@@ -10,15 +10,14 @@ import numpy as np
 from nicegui import ui
 from PIL import Image
 
-from page import hearing, looking, toml_file
+from page import measuring, sound_impacts, toml_file
 from page.folder import Refused
 from page.form import needed
 from page.server import Site
-from page.views import say
-from page.views.frame import frame, told
+from page.views import keys_form
+from page.views.elements import Picture, Wave
+from page.views.frame import errors_shown, frame, neighbours
 from page.views.numbers import quantities_table
-from page.views.picture import Picture
-from page.views.wave import Wave
 from vision.evidence.keys import read_toml
 from vision.measurement import MeasurementError
 from vision.motion.heard import sound_of
@@ -57,7 +56,7 @@ def _only_keys(site: Site, name: str) -> None:
     except Refused:
         return
     if (folder / "recording.toml").is_file():
-        say.form_for(folder / "recording.toml", None, {}, set(), ui.navigate.reload)
+        keys_form.form_for(folder / "recording.toml", None, {}, set(), ui.navigate.reload)
 
 
 class View:
@@ -68,10 +67,10 @@ class View:
         self.bench = recording.path.parent
         self.picture: Picture | None = None
         self.wave: Wave | None = None
-        self.heard: hearing.Hearing | None = None
+        self.heard: sound_impacts.SoundImpacts | None = None
         self.size = (1, 1)
         self.ruler: list[float] | None = None
-        self.uncorrected: looking.Seen | None = None  # measured once: a reload forgets it
+        self.uncorrected: measuring.PileOverlay | None = None  # measured once: a reload forgets it
 
     @property
     def is_pile(self) -> bool:
@@ -80,7 +79,9 @@ class View:
     async def build(self) -> None:
         back = f"/bench?b={quote(self.site.folder.name_of(self.bench))}"
         with frame(self.recording.id, back=back):
-            await self._neighbours()
+            entries = await asyncio.to_thread(find_recordings, self.bench)
+            names = [self.site.folder.name_of(e.path) for e in entries if isinstance(e, Recording)]
+            neighbours(names, self.name, f"{self.recording.rig or 'which rig?'} · {self.recording.evidence}")
             if self.recording.rig is None:
                 self._which_rig()
             with ui.row().classes("w-full no-wrap items-start max-lg:flex-wrap"):
@@ -105,20 +106,6 @@ class View:
             ui.label("What was done?").classes("text-lg failed")
             for rig, means in RIG_NAMES.items():
                 ui.button(f"{rig}: {means}", on_click=partial(say, rig)).props("no-caps outline")
-
-    async def _neighbours(self) -> None:
-        """Buttons and arrow keys to the recordings before and after."""
-        entries = [e for e in await asyncio.to_thread(find_recordings, self.bench) if isinstance(e, Recording)]
-        names = [self.site.folder.name_of(e.path) for e in entries]
-        at = names.index(self.name) if self.name in names else 0
-        with ui.row():
-            for icon, step, key in (("navigate_before", -1, "j"), ("navigate_next", 1, "k")):
-                if 0 <= at + step < len(names):
-                    where = f"/recording?r={quote(names[at + step])}"
-                    label = "The recording before" if step < 0 else "The next recording"
-                    button = ui.button(icon=icon, on_click=lambda w=where: ui.navigate.to(w))
-                    button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
-            ui.label(f"{at + 1} of {len(names)} · {self.recording.rig or 'which rig?'} · {self.recording.evidence}").classes("soft")
 
     async def _picture(self) -> None:
         if self.is_pile:
@@ -145,22 +132,22 @@ class View:
         with ui.row().classes("items-center"):
             ui.element("audio").props(f'controls preload=none src="/sound?r={quote(self.name)}"').style("height: 2.2rem")
             if self.picture is None:
-                ui.button("Automatic again", on_click=told(self._automatic)).props("flat dense no-caps")
+                ui.button("Automatic again", on_click=errors_shown(self._automatic)).props("flat dense no-caps")
         self.wave = Wave(f"/wave?r={quote(self.name)}", sound.start_s, sound.start_s + sound.duration_s, self._clicked)
 
     async def _clicked(self, at_s: float, reach_s: float) -> None:
         """An impact was added or struck out."""
         if self.heard is not None:
-            await self._keep(hearing.clicked(at_s, reach_s, self.heard, self.recording.drop))
+            await self._keep(sound_impacts.changes_of_click(at_s, reach_s, self.heard, self.recording.drop))
 
     def _tools(self, tools: tuple[str, ...]) -> None:
         with ui.row().classes("items-center"):
             self.tool = ui.toggle({t: TOOL_NAMES[t] for t in tools}, value="").props("dense no-caps")
             self.tool.on_value_change(lambda e: self._show(tool=e.value or ""))
-            ui.button("Automatic again", on_click=told(self._automatic)).props("flat dense no-caps")
+            ui.button("Automatic again", on_click=errors_shown(self._automatic)).props("flat dense no-caps")
             with ui.row().classes("items-center").bind_visibility_from(self.tool, "value", value="ruler"):
                 self.length = ui.number("ruler, mm", value=100, min=0).props("dense").classes("w-24")
-                ui.button("Set scale", on_click=told(self._set_scale)).props("dense no-caps")
+                ui.button("Set scale", on_click=errors_shown(self._set_scale)).props("dense no-caps")
 
     async def _film(self) -> None:
         film = await asyncio.to_thread(self.site.film, self.recording)
@@ -206,22 +193,22 @@ class View:
             self._keys(said)
 
     async def _measure_pile(self) -> list[str]:
-        options = looking.corrected(self.recording)
-        found = await asyncio.to_thread(looking.see_pile, self.recording, options)
+        options, plain = measuring.corrected_options(self.recording), measuring.automatic_options(self.recording)
+        found = await asyncio.to_thread(measuring.measure_pile, self.recording, options)
         columns = {"automatic": found.quantities}
-        if options != looking.automatic(self.recording):
+        if options != plain:
             if self.uncorrected is None:
-                self.uncorrected = await asyncio.to_thread(looking.see_pile, self.recording, looking.automatic(self.recording))
+                self.uncorrected = await asyncio.to_thread(measuring.measure_pile, self.recording, plain)
             columns = {"corrected": found.quantities, "automatic": self.uncorrected.quantities}
         self._show(layers={k: v for k, v in asdict(found).items() if k not in ("quantities", "notes", "trouble")})
         self.numbers.set_content(quantities_table(columns))
         said = [q.reason for q in found.quantities if q.reason]
-        return [looking.shorten(text) for text in dict.fromkeys([*([found.trouble] if found.trouble else []), *said, *found.notes])]
+        return [measuring.shorten_paths(text) for text in dict.fromkeys([*([found.trouble] if found.trouble else []), *said, *found.notes])]
 
     async def _listen(self) -> list[str]:
         """The impacts on the waveform and what they say; where there are pictures too, that is the sound's part alone."""
         sound, onsets = await asyncio.to_thread(self.site.sound, self.recording)
-        now = self.heard = await asyncio.to_thread(hearing.hearing, sound, onsets, self.recording)
+        now = self.heard = await asyncio.to_thread(sound_impacts.find_with_corrections, sound, onsets, self.recording)
         assert self.wave is not None
         self.wave.show(impacts=now.impacts, added=now.added, struck=now.struck, others=now.others)
         drop = self.recording.drop
@@ -232,7 +219,7 @@ class View:
         with self.plots:
             self._overlay("sound")
         said = [now.trouble, *(q.reason for q in now.quantities if q.reason), *now.said]
-        return [looking.shorten(text) for text in dict.fromkeys(filter(None, said))]
+        return [measuring.shorten_paths(text) for text in dict.fromkeys(filter(None, said))]
 
     def _overlay(self, name: str) -> None:
         version = hash((self.recording.toml.stat().st_mtime_ns if self.recording.toml.exists() else 0, name))
@@ -252,7 +239,7 @@ class View:
         with self.plots:
             for picture in found.pictures:
                 self._overlay(picture)
-        return looking.reasons(found)
+        return measuring.reasons(found)
 
     def _keys(self, said: list[str]) -> None:
         if not self.recording.path.is_dir():
@@ -265,14 +252,14 @@ class View:
             defaults = {}
             ui.label(str(error)).classes("failed")
         ui.label("What is known of this recording").classes("text-h6")
-        say.form_for(self.recording.path / "recording.toml", self.recording.rig, defaults, needed(said), ui.navigate.reload)
+        keys_form.form_for(self.recording.path / "recording.toml", self.recording.rig, defaults, needed(said), ui.navigate.reload)
 
     async def _moved(self, what: str, value: Any) -> None:
         """A handle was let go: keep it, measure anew."""
         if what == "ruler":
             self.ruler = value
         elif what == "plumb":
-            await self._keep({("camera", "plumb_deg"): round(looking.plumb(value), 3)})
+            await self._keep({("camera", "plumb_deg"): round(measuring.plumb(value), 3)})
         elif what == "follow":
             await self._keep({("track", "follow_px"): [round(float(v), 1) for v in value]})
         elif what == "strike":
@@ -285,7 +272,7 @@ class View:
     async def _set_scale(self) -> None:
         points = self.ruler or [0.35 * self.size[0], 0.5 * self.size[1], 0.65 * self.size[0], 0.5 * self.size[1]]
         try:
-            scale, sd = looking.ruler(points, float(self.length.value or np.nan))
+            scale, sd = measuring.ruler(points, float(self.length.value or np.nan))
         except MeasurementError as error:
             raise Refused(str(error)) from error
         await self._keep({("camera", "mm_per_px"): float(f"{scale:.6g}"), ("camera", "mm_per_px_sd"): float(f"{sd:.2g}")})

@@ -18,7 +18,7 @@ IMPACT_NAMES = ("viscoelastic-restitution", "plastic-restitution", "film-adhesio
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """One free flight: times [s], places [mm], spin in the picture [rad/s] and angle [rad] (nought where not seen)."""
+    """One free flight: times [s], places [mm], spin in the picture [rad/s] and angle [rad] (zero where not seen)."""
 
     t: np.ndarray
     x: np.ndarray
@@ -44,17 +44,17 @@ class Flight:
     def columns(self) -> np.ndarray:
         """What each of FLIGHT_NAMES does to residual() per unit of its parameter, (2n, 7); magnus in arbitrary units."""
         vx, vy = self.speeds()
-        size, nought = np.hypot(vx, vy), np.zeros(len(self.t))
+        size, zero = np.hypot(vx, vy), np.zeros(len(self.t))
         drag = (-G * size * vx / 4e6, -G * size * vy / 4e6)
         pushes = {
             0: drag,
-            1: (size / 1e3 * 10.0, nought),
-            2: (nought - G * np.pi / 180, nought),
+            1: (size / 1e3 * 10.0, zero),
+            2: (zero - G * np.pi / 180, zero),
             5: (-self.spin * vy, self.spin * vx),
         }
         middle = self.y - self.y.mean()
         moved = {k: (_twice(ax, self.t), _twice(ay, self.t)) for k, (ax, ay) in pushes.items()}
-        moved |= {3: (nought, 0.5 * G * self.t**2), 4: (middle * self.x * 1e-3, middle**2 * 1e-3)}
+        moved |= {3: (zero, 0.5 * G * self.t**2), 4: (middle * self.x * 1e-3, middle**2 * 1e-3)}
         moved[6] = (np.cos(2 * self.angle), np.sin(2 * self.angle))
         pairs = [moved[k] for k in range(len(FLIGHT_NAMES))]
         return np.column_stack([np.r_[self.bare(x), self.bare(y)] for x, y in pairs])

@@ -26,9 +26,9 @@ POINTS = 60  # of a flight: a process that needs more is noise
 def answer(alarm: bool, verdict: str, names: Sequence[str] = (), sector: str = "flight", parameters: dict | None = None) -> dict:
     """A diagnosis of the drop in the solver's schema."""
     sectors = [{"name": sector, "explained": 1.0, "p": 0.0}]
-    said = {"alarm": bool(alarm), "verdict": verdict, "names": list(names), "sectors": sectors, "held_out": {}}
-    said["parameters"] = parameters or {}
-    return {"schema": 1, "rigs": {"drop": said}}
+    rig = {"alarm": bool(alarm), "verdict": verdict, "names": list(names), "sectors": sectors, "held_out": {}}
+    rig["parameters"] = parameters or {}
+    return {"schema": 1, "rigs": {"drop": rig}}
 
 
 def sector_of(name: str) -> str:
@@ -72,7 +72,7 @@ def _parameter(name: str, residual: np.ndarray, columns: np.ndarray) -> dict:
 
 
 def all_free(drops: list[list[Flight]]) -> dict:
-    """Everything fitted at once by least squares; what lies FREE_T standard errors off nought is named."""
+    """Everything fitted at once by least squares; what lies FREE_T standard errors off zero is named."""
     residual, columns = _stacked(drops)
     names = _significant(residual, columns, FLIGHT_NAMES)
     found = bounces(drops)

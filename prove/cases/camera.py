@@ -34,18 +34,18 @@ class Camera:
         return replace(self, **changes)
 
 
-def nearness(camera: Camera, depth_mm: Any) -> Any:
+def magnification(camera: Camera, depth_mm: Any) -> Any:
     """By how much larger than in the plane of the motion something `depth_mm` behind it looks [1]: d / (d + depth)."""
     return 1 / (1 + depth_mm / camera.distance_mm)
 
 
-def seen(
+def project(
     camera: Camera, x_mm: np.ndarray, y_mm: np.ndarray, angle_rad: np.ndarray, depth_mm: np.ndarray | float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places in the picture, in stated millimetres, from its middle."""
     x = x_mm + camera.wobble_mm * np.cos(2 * angle_rad) - camera.centre_mm[0]
     y = y_mm + camera.wobble_mm * np.sin(2 * angle_rad) - camera.centre_mm[1]
-    larger = (1 + camera.perspective * y * 1e-3) * nearness(camera, depth_mm)
+    larger = (1 + camera.perspective * y * 1e-3) * magnification(camera, depth_mm)
     x, y = x * larger, y * larger
     bent = 1 + camera.distortion * (x**2 + y**2) / camera.half_mm**2
     turn = np.radians(camera.roll_deg + camera.plumb_deg)

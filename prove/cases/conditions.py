@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from prove.cases.truth import Bench
+from prove.cases.bench import Bench
 
 NUMBERS = {  # name with its unit → least, most, digits
     "moisture_pct": (8.0, 20.0, 1), "pressure_mbar": (980.0, 1030.0, 0), "humidity_pct": (30.0, 70.0, 0),
@@ -17,11 +17,11 @@ TRIES = 40
 
 @dataclass(frozen=True)
 class Condition:
-    """told: of each recording, None where it is not stated. follows (n,): −1 … 1; per: so much of its unit is 1 there, None of
-    words."""
+    """One condition of a bench. values: of each recording, None where it is not stated. follows (n,): the same scaled to
+    −1 … 1; per: how much of its unit is 1 on that scale, None for words."""
 
     name: str
-    told: tuple[float | str | None, ...]
+    values: tuple[float | str | None, ...]
     follows: tuple[float, ...]
     per: float | None
 
@@ -32,7 +32,7 @@ class Condition:
 
 def draw_conditions(design: np.ndarray, matters: bool, clean: bool, rng: np.random.Generator) -> tuple[Condition, ...]:
     """What a bench states. design (n, k): what else changes from recording to recording. What matters stands first, and nothing
-    that is stated goes with the design where there is something to be told from it."""
+    that is stated goes with the design where there is something to be learnt from it."""
     names = [str(name) for name in rng.permutation([*NUMBERS, *WORDS])][: 1 + (rng.random() < SECOND)]
     if not matters and rng.random() > SHARE:
         return ()
@@ -56,20 +56,20 @@ def _drawn(name: str, count: int, rng: np.random.Generator) -> Condition:
     low, high, digits = NUMBERS[name]
     half = rng.uniform(0.2, 0.5) * (high - low)
     middle = rng.uniform(low + half, high - half)
-    told = np.round(middle + half * place[level], digits)
-    return Condition(name, tuple(told.tolist()), tuple(((told - middle) / half).tolist()), float(half))
+    values = np.round(middle + half * place[level], digits)
+    return Condition(name, tuple(values.tolist()), tuple(((values - middle) / half).tolist()), float(half))
 
 
 def _idle(one: Condition, clean: bool, rng: np.random.Generator) -> Condition:
     """As benches state what does nothing: the same all along, in order, or in some recordings only."""
-    told, kind = one.told, rng.random()
+    values, kind = one.values, rng.random()
     if kind < CONSTANT:
-        told = (told[0],) * len(told)
+        values = (values[0],) * len(values)
     elif kind < CONSTANT + IN_ORDER and clean:
-        told = tuple(np.sort(np.array(told)).tolist())
+        values = tuple(np.sort(np.array(values)).tolist())
     elif kind < CONSTANT + IN_ORDER + PARTLY:
-        told = tuple(None if rng.random() < 0.4 else value for value in told)
-    return replace(one, told=told)
+        values = tuple(None if rng.random() < 0.4 else value for value in values)
+    return replace(one, values=values)
 
 
 def _likeness(follows: tuple[float, ...], beside: np.ndarray) -> float:
@@ -83,6 +83,6 @@ def stating(bench: Bench, conditions: tuple[Condition, ...]) -> Bench:
     """The bench with [conditions] in its recordings."""
     made = []
     for i, recording in enumerate(bench.recordings):
-        told = {c.name: c.told[i] for c in conditions if c.told[i] is not None}
-        made.append(replace(recording, toml=recording.toml | {"conditions": told}) if told else recording)
+        values = {c.name: c.values[i] for c in conditions if c.values[i] is not None}
+        made.append(replace(recording, toml=recording.toml | {"conditions": values}) if values else recording)
     return Bench(bench.toml, tuple(made))

@@ -6,13 +6,13 @@ from functools import lru_cache
 import numpy as np
 
 from prove.cases import ellipsoid as body
-from prove.cases.air import AIR_DENSITY, AIR_VISCOSITY, facing
+from prove.cases.air import AIR_DENSITY, AIR_VISCOSITY, drag_scale
+from prove.cases.bench import Request, log_uniform
 from prove.cases.camera import Camera, true_times
 from prove.cases.drop_effects import FOLLOWS, IN_CAMERA, Air, flight_changes, impact_changes
 from prove.cases.flight_laws import drag_number, impact_array, law_array
 from prove.cases.noise import Noise, draw_noise
-from prove.cases.stated import UNSTATED_PLUMB_SD_DEG, draw_distance_mm, draw_scale_sd, told_distance_mm
-from prove.cases.truth import Wish, spread
+from prove.cases.stated import UNSTATED_PLUMB_SD_DEG, draw_distance_mm, draw_scale_sd, stated_distance_mm
 
 CONTACT_S = 1e-4  # half a swing of seed on plate; Hertz at 1 GPa: 0.07 ms
 LEAST_IMPACT_M_S = 0.22
@@ -25,17 +25,17 @@ HEIGHTS_MM = ((310.0,), (310.0, 100.0, 30.0), (310.0, 150.0), (250.0, 60.0), (20
 
 @dataclass(frozen=True)
 class Run:
-    """One drop: height of the lowest point [mm] as it was, as told; the seed's half axes [m], orientation, spin [rad/s]."""
+    """One drop: height of the lowest point [mm] as it was, as stated; the seed's half axes [m], orientation, spin [rad/s]."""
 
     height_mm: float
-    told_mm: float
+    stated_mm: float
     axes: tuple[float, float, float]
     turned: tuple[float, float, float, float]
     spin: tuple[float, float, float]
     pull: float  # this seed's drag beside the lot's
     e_off: float  # its restitution
     push: tuple[float, float]  # and its release, sideways and away from the camera [m/s]
-    depth_mm: float  # so far behind the plane that the scale is told for
+    depth_mm: float  # so far behind the plane that the scale is stated for
     held_s: float  # in view before the release; negative: the recording begins after it
     session: int
     noise_seed: int
@@ -44,10 +44,10 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """All that a case has beside its effects. told_axes_mm: length, width, thickness of the lot, full."""
+    """All that a case has beside its effects. stated_axes_mm: length, width, thickness of the lot, full."""
 
     runs: tuple[Run, ...]
-    told_axes_mm: tuple[float, float, float]
+    stated_axes_mm: tuple[float, float, float]
     density: float
     e: float
     friction: float
@@ -62,12 +62,12 @@ class Scene:
     most_bounces: int
     field_m: float
     one_session: bool  # a camera's effect is in the first session only
-    told_distance_mm: tuple[float, ...]
-    wish: Wish
+    stated_distance_mm: tuple[float, ...]
+    request: Request
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
+class SimulatedDrop:
     """A drop as it was: frames' stated times (from the first), true times, states (n, 13), impacts, and its world."""
 
     run: Run
@@ -80,79 +80,79 @@ class Flown:
     camera: Camera
 
 
-def draw(wish: Wish, rng: np.random.Generator) -> Scene:
+def draw(request: Request, rng: np.random.Generator) -> Scene:
     """A bench with everything that is always open drawn as a good bench leaves it."""
     length = rng.uniform(6.0, 10.0)
     flat = rng.uniform(*SHAPES[rng.integers(len(SHAPES))])  # mustard, pea, bean
-    told = (length, length * max(flat), length * min(flat))
+    axes_mm = (length, length * max(flat), length * min(flat))
     density, fps = rng.uniform(1050, 1350), float(rng.choice([1000.0, 2000.0, 5200.0]))
-    if wish.rendered:
+    if request.rendered:
         fps = float(rng.choice([400.0, 500.0]))
-    airy = bool({"draught", "magnus", "updraught"} & set(wish.effects)) or (
-        "drag" not in wish.effects and ("air" in wish.absent or rng.random() < 0.6)
+    airy = bool({"draught", "magnus", "updraught"} & set(request.effects)) or (
+        "drag" not in request.effects and ("air" in request.absent or rng.random() < 0.6)
     )
-    heights = (310.0, 100.0, 30.0) if wish.separated else (310.0,) if wish.separated is False else HEIGHTS_MM[rng.integers(6)]
-    sessions = 2 if wish.separated or (not set(IN_CAMERA) & set(wish.effects) and rng.random() < 0.25) else 1
-    count = 3 if wish.rendered else int(rng.integers(6, 10))
-    if wish.rendered:
+    heights = (310.0, 100.0, 30.0) if request.separated else (310.0,) if request.separated is False else HEIGHTS_MM[rng.integers(6)]
+    sessions = 2 if request.separated or (not set(IN_CAMERA) & set(request.effects) and rng.random() < 0.25) else 1
+    count = 3 if request.rendered else int(rng.integers(6, 10))
+    if request.rendered:
         heights = (110.0, 60.0) if len(heights) > 1 else (110.0,)
-    pixel = 0.3 if wish.rendered else float(rng.uniform(0.15, 0.3))
-    scale_sd, plumb_sd = draw_scale_sd(wish, rng), _draw_plumb_sd(wish, rng)
+    pixel = 0.3 if request.rendered else float(rng.uniform(0.15, 0.3))
+    scale_sd, plumb_sd = draw_scale_sd(request, rng), _draw_plumb_sd(request, rng)
     noise = draw_noise(rng, sd=(0.02, 0.09), pixel=pixel)
-    if wish.rendered:
+    if request.rendered:
         noise = Noise(0.03 * pixel, 0.0, 1.0, np.inf, 0.0, pixel, 0.0)
-    lot = (1 + rng.normal(0, 0.14)) * _plain_drag(told, density)
-    runs = tuple(_run(heights[i % len(heights)], told, sessions, i, count, fps, rng) for i in range(count))
-    cameras = tuple(_camera(wish, max(heights) / 2, scale_sd, plumb_sd, rng) for _ in range(sessions))
+    lot = (1 + rng.normal(0, 0.14)) * _plain_drag(axes_mm, density)
+    runs = tuple(_run(heights[i % len(heights)], axes_mm, sessions, i, count, fps, rng) for i in range(count))
+    cameras = tuple(_camera(request, max(heights) / 2, scale_sd, plumb_sd, rng) for _ in range(sessions))
     return Scene(
-        runs, told, density, rng.uniform(0.42, 0.66), rng.uniform(0.15, 0.45),
-        Air(lot if airy else 0.0, _magnus_unit(told, density), AIR_DENSITY if airy else 0.0),
+        runs, axes_mm, density, rng.uniform(0.42, 0.66), rng.uniform(0.15, 0.45),
+        Air(lot if airy else 0.0, _magnus_unit(axes_mm, density), AIR_DENSITY if airy else 0.0),
         cameras, scale_sd, plumb_sd, noise,
-        _angle_sd(wish, flat, rng), fps, pixel, 4 if wish.rendered else 6,
-        float(rng.choice([-1, 1]) * rng.uniform(0.05, 0.2)), bool(wish.separated),
-        tuple(told_distance_mm(camera.distance_mm, rng) for camera in cameras), wish,
+        _angle_sd(request, flat, rng), fps, pixel, 4 if request.rendered else 6,
+        float(rng.choice([-1, 1]) * rng.uniform(0.05, 0.2)), bool(request.separated),
+        tuple(stated_distance_mm(camera.distance_mm, rng) for camera in cameras), request,
     )  # fmt: skip
 
 
-def _angle_sd(wish: Wish, flat, rng: np.random.Generator) -> float | None:
+def _angle_sd(request: Request, flat, rng: np.random.Generator) -> float | None:
     """How well the silhouette's angle is read [deg], the worse the rounder; None: nobody looked."""
-    looked = rng.random() < 0.8 or bool(TURNING & set(wish.effects))
+    looked = rng.random() < 0.8 or bool(TURNING & set(request.effects))
     return 0.4 / (1.02 - min(flat)) * rng.uniform(0.3, 1.0) if looked else None
 
 
-def _plain_drag(told_mm, density) -> float:
+def _plain_drag(axes_mm, density) -> float:
     """Natural air: drag over weight at 2 m/s of a sphere of the same volume."""
-    size, re_per_speed = facing(told_mm, density)
+    size, re_per_speed = drag_scale(axes_mm, density)
     return size * drag_number(re_per_speed * 2) * 4 / body.G_M_S2
 
 
-def _magnus_unit(told_mm, density) -> float:
-    r = np.prod(told_mm) ** (1 / 3) * 5e-4
+def _magnus_unit(axes_mm, density) -> float:
+    r = np.prod(axes_mm) ** (1 / 3) * 5e-4
     return AIR_DENSITY * np.pi * r**3 / (2 * density * 4 / 3 * np.pi * r**3)
 
 
-def _run(told_height, told_mm, sessions, i, count, fps, rng) -> Run:
+def _run(stated_mm, axes_mm, sessions, i, count, fps, rng) -> Run:
     turned = rng.normal(size=4)
     turned = turned / np.linalg.norm(turned)
-    axes = np.array(told_mm) * 5e-4 * (1 + rng.normal(0, 0.012, 3))
+    axes = np.array(axes_mm) * 5e-4 * (1 + rng.normal(0, 0.012, 3))
     spin = rng.normal(0, rng.choice([2.0, 15.0]), 3)
     return Run(
-        float(told_height + np.clip(rng.normal(0, 1), -2.5, 2.5)), told_height, tuple(axes), tuple(turned),
+        float(stated_mm + np.clip(rng.normal(0, 1), -2.5, 2.5)), stated_mm, tuple(axes), tuple(turned),
         tuple(spin), float(1 + rng.normal(0, 0.01)), float(rng.normal(0, RUN_SD)),
         tuple(rng.normal(0, PUSH_SD_M_S, 2).tolist()), float(rng.normal(0, DEPTH_SD_MM)), float(rng.uniform(-0.02, 0.02)),
         int(i * sessions >= count) if sessions > 1 else 0, int(rng.integers(2**62)),
     )  # fmt: skip
 
 
-def _draw_plumb_sd(wish: Wish, rng: np.random.Generator) -> float:
+def _draw_plumb_sd(request: Request, rng: np.random.Generator) -> float:
     """sd [deg] of the plumb that is stated, or of a camera that was set up by eye."""
-    if "camera.plumb_deg" in wish.absent:
+    if "camera.plumb_deg" in request.absent:
         return UNSTATED_PLUMB_SD_DEG
-    return spread(0.05, UNSTATED_PLUMB_SD_DEG, rng) if "camera.plumb_sd_deg" in wish.absent else spread(0.02, 0.1, rng)
+    return log_uniform(0.05, UNSTATED_PLUMB_SD_DEG, rng) if "camera.plumb_sd_deg" in request.absent else log_uniform(0.02, 0.1, rng)
 
 
-def _camera(wish: Wish, middle_mm, scale_sd, plumb_sd, rng) -> Camera:
-    plumb_deg = 0.0 if "camera.plumb_deg" in wish.absent or rng.random() < 0.6 else float(rng.uniform(-2, 2))
+def _camera(request: Request, middle_mm, scale_sd, plumb_sd, rng) -> Camera:
+    plumb_deg = 0.0 if "camera.plumb_deg" in request.absent or rng.random() < 0.6 else float(rng.uniform(-2, 2))
     return Camera(
         (float(rng.uniform(-5, 5)), middle_mm), middle_mm + 20, plumb_deg=plumb_deg,
         scale_error=rng.normal(0, scale_sd), roll_deg=rng.normal(0, plumb_sd), perspective=rng.normal(0, 1e-3),
@@ -160,13 +160,13 @@ def _camera(wish: Wish, middle_mm, scale_sd, plumb_sd, rng) -> Camera:
     )  # fmt: skip
 
 
-def fly_all(scene: Scene, sizes: dict[str, float]) -> list[Flown]:
+def fly_all(scene: Scene, sizes: dict[str, float]) -> list[SimulatedDrop]:
     """Every drop of the scene with these effects."""
     return [_fly(scene, run, tuple(sorted(sizes.items()))) for run in scene.runs]
 
 
 @lru_cache(maxsize=64)
-def _fly(scene: Scene, run: Run, items: tuple) -> Flown:
+def _fly(scene: Scene, run: Run, items: tuple) -> SimulatedDrop:
     sizes = dict(items)
     axes = np.array(run.axes)
     if "shape-conversion" in sizes:
@@ -184,7 +184,7 @@ def _fly(scene: Scene, run: Run, items: tuple) -> Flown:
     state[2] = run.height_mm * 1e-3 + body.lowest(body.rotation(state[6:10]), axes, np.array([0.0, 0.0, 1.0]))[0]
     longest = 5.0 * np.sqrt(2 * run.height_mm * 1e-3 / body.G_M_S2)
     stated = np.arange(int(longest * scene.fps)) / scene.fps
-    true = true_times(camera, stated) - run.held_s  # the release is at nought
+    true = true_times(camera, stated) - run.held_s  # the release is at zero
     flying = true >= 0
     rows = np.tile(state, (len(true), 1))
     flown, log, reached = body.fly(state, np.r_[0.0, true[flying]], axes, inertia, plate, law, impact, scene.most_bounces,
@@ -193,7 +193,7 @@ def _fly(scene: Scene, run: Run, items: tuple) -> Flown:
     rows[first : first + reached - 1] = flown[1:reached]
     rows = rows[: first + reached - 1]
     n = len(rows)
-    return Flown(run, stated[:n], true[:n], rows, log, law, impact, camera)
+    return SimulatedDrop(run, stated[:n], true[:n], rows, log, law, impact, camera)
 
 
 def world(scene: Scene, run: Run, sizes: dict[str, float]) -> tuple[np.ndarray, np.ndarray, Camera]:

@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 from scipy.integrate import cumulative_trapezoid
 
-from prove.cases.camera import nearness, seen, stated_times
-from prove.cases.drop import DEPTH_SD_MM, PUSH_SD_M_S, RUN_SD, Flown, Scene, fly_all, world
+from prove.cases.camera import magnification, project, stated_times
+from prove.cases.drop import DEPTH_SD_MM, PUSH_SD_M_S, RUN_SD, Scene, SimulatedDrop, fly_all, world
 from prove.cases.drop_effects import IN_CAMERA, IN_FLIGHT
 from prove.cases.ellipsoid import (
     E_LAW,
@@ -30,7 +30,7 @@ from prove.cases.ellipsoid import (
 )
 from prove.cases.flight_laws import acceleration, restitution
 from prove.cases.silhouette import angle, outlines
-from prove.cases.snr import Channel, Fitted, Seen, Visible, fitted, scatter_snr, spread_snr
+from prove.cases.snr import Channel, Fitted, RecordingChange, Visibility, fitted, scatter_snr, spread_snr
 from prove.cases.stated import known_plumb_deg, known_scale
 
 MARGIN_S = 4e-4
@@ -41,7 +41,7 @@ LITTLE = 0.15  # sds of restitution
 ROUGHNESS = 0.02  # of the radius: how far beside the centre the roundest of seeds is touched
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
     """How visible the effect `name` is in the world of all `sizes`."""
     drops = fly_all(scene, sizes)
     if name in IN_FLIGHT or name in IN_CAMERA:
@@ -49,11 +49,11 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
     return _by_impact(scene, drops, sizes, name)
 
 
-def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> Seen:
+def _by_track(scene: Scene, drops: list[SimulatedDrop], sizes: dict[str, float], name: str) -> Visibility:
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
     sessions = len(scene.cameras)
-    scale_sd, plumb_sd = known_scale(scene.wish, scene.scale_sd), known_plumb_deg(scene.wish, scene.plumb_sd_deg)
-    drag_sd = DRAG_SD[not scene.wish.sizes_known()]
+    scale_sd, plumb_sd = known_scale(scene.request, scene.scale_sd), known_plumb_deg(scene.request, scene.plumb_sd_deg)
+    drag_sd = DRAG_SD[not scene.request.sizes_known()]
     shared_sd = np.r_[np.tile([np.hypot(scale_sd, GRAVITY_SD), plumb_sd, 2e-4, 1e-3], sessions), drag_sd]
     kick_sd = float(np.std(np.concatenate([d.log[:, VX_OUT] - d.log[:, VX_IN] for d in drops])))
     for drop in drops:
@@ -71,16 +71,16 @@ def _by_track(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: s
             moved = _places(drop, replace(drop.camera, **{key: getattr(drop.camera, key) + sd}))
             for axis in range(2):
                 shared[axis][:, 4 * drop.run.session + i] = (moved[axis] - base[axis]) / sd
-        told, still = drop.law.copy(), drop.law.copy()
-        told[1], still[1] = scene.air.drag, 0.0  # of the air that the recording states
-        for axis, pushed in enumerate(_pushed(drop, told, still)):
+        stated_air, no_air = drop.law.copy(), drop.law.copy()
+        stated_air[1], no_air[1] = scene.air.drag, 0.0  # of the air that the recording states
+        for axis, pushed in enumerate(_pushed(drop, stated_air, no_air)):
             shared[axis][:, -1] = pushed
-        recordings.append(_visible(drop, change, shared, kick_sd, timed=name.startswith("clock")))
+        recordings.append(_recording_change(drop, change, shared, kick_sd, timed=name.startswith("clock")))
     fit = fitted(recordings, shared_sd, scene.noise)
-    return Seen(fit.snr, _moved(drops, recordings, fit) if name in IN_FLIGHT else None)
+    return Visibility(fit.snr, _moved(drops, recordings, fit) if name in IN_FLIGHT else None)
 
 
-def _moved(drops: list[Flown], recordings: list[Visible], fit: Fitted) -> float | None:
+def _moved(drops: list[SimulatedDrop], recordings: list[RecordingChange], fit: Fitted) -> float | None:
     """By how many of its sds restitution is off where a force is left out: each flight's own speed takes its part of the force,
     and the speeds before and after a bounce are read off it. δe/e = δv_out/v_out − δv_in/v_in.
 
@@ -107,7 +107,7 @@ def _moved(drops: list[Flown], recordings: list[Visible], fit: Fitted) -> float 
     return float(plain) if alike else None
 
 
-def _visible(drop: Flown, change, shared, kick_sd: float, timed: bool = False) -> Visible:
+def _recording_change(drop: SimulatedDrop, change, shared, kick_sd: float, timed: bool = False) -> RecordingChange:
     """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick, of sd kick_sd [m/s]
     towards the camera.
 
@@ -123,15 +123,15 @@ def _visible(drop: Flown, change, shared, kick_sd: float, timed: bool = False) -
     deep, p, q = np.column_stack(across[: 1 + count]), len(across), len(up)
     own = [np.zeros((len(t), p + q + 1 + count)) for _ in range(2)]
     own[0][:, :p], own[1][:, p : p + q] = np.column_stack(across), np.column_stack(up)
-    smaller = -(nearness(drop.camera, 1e3 * drop.rows[:, 1]) ** 2) / drop.camera.distance_mm  # for each mm behind
+    smaller = -(magnification(drop.camera, 1e3 * drop.rows[:, 1]) ** 2) / drop.camera.distance_mm  # for each mm behind
     for axis, (column, centre) in enumerate(zip((0, 2), drop.camera.centre_mm)):
         own[axis][:, p + q :] = deep * ((1e3 * drop.rows[:, column] - centre) * smaller)[:, None]
     deep_sd = [DEPTH_SD_MM, 1e3 * PUSH_SD_M_S, *[max(1e3 * kick_sd, 1.0)] * (count - 1)]
     channels = tuple(Channel(change[i][inside], own[i][inside], shared[i][inside]) for i in range(2))
-    return Visible(channels, np.r_[np.full(p + q, np.inf), deep_sd])
+    return RecordingChange(channels, np.r_[np.full(p + q, np.inf), deep_sd])
 
 
-def _flights(drop: Flown) -> np.ndarray:
+def _flights(drop: SimulatedDrop) -> np.ndarray:
     """Which flight each frame is in; −1 while held or near a contact."""
     t, flight = drop.true_s, np.zeros(len(drop.true_s), int)
     for k, row in enumerate(drop.log):
@@ -142,12 +142,12 @@ def _flights(drop: Flown) -> np.ndarray:
     return flight
 
 
-def _places(drop: Flown, camera) -> tuple[np.ndarray, np.ndarray]:
+def _places(drop: SimulatedDrop, camera) -> tuple[np.ndarray, np.ndarray]:
     turned = angle(outlines(drop.rows, np.array(drop.run.axes)))
-    return seen(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned, drop.rows[:, 1] * 1e3)
+    return project(camera, drop.rows[:, 0] * 1e3, drop.rows[:, 2] * 1e3, turned, drop.rows[:, 1] * 1e3)
 
 
-def _pushed(drop: Flown, law: np.ndarray, other: np.ndarray) -> list[np.ndarray]:
+def _pushed(drop: SimulatedDrop, law: np.ndarray, other: np.ndarray) -> list[np.ndarray]:
     """What the difference of two flight laws moves [mm], (x, z); the speed is put right at every bounce, the height too."""
     flight, moved, across = _flights(drop), [np.zeros(len(drop.rows)) for _ in range(2)], 0.0
     for k in range(flight.max() + 1):
@@ -178,24 +178,24 @@ def differences(rows, law, other):
     return out
 
 
-def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: str) -> Seen:
+def _by_impact(scene: Scene, drops: list[SimulatedDrop], sizes: dict[str, float], name: str) -> Visibility:
     log = np.concatenate([d.log for d in drops])
     if len(log) < 4:
-        return Seen(0.0)
+        return Visibility(0.0)
     speed = -log[:, VZ_IN]
     returned, kicked = log[:, VZ_OUT] / speed - log[:, E_LAW], (log[:, VX_OUT] - log[:, VX_IN]) / speed
     measured = LEAST_MEASURED_E + 3 * scene.noise.sd * 1e-3 / (speed * 0.1)
     if name == "shape-conversion":
         before = np.concatenate([d.log for d in fly_all(scene, {k: v for k, v in sizes.items() if k != name})])
-        now, told = (np.hypot(np.std(_offsets(scene, rows)), ROUGHNESS) for rows in (log, before))
-        return Seen(spread_snr(now / told, len(log)))
+        now, usual = (np.hypot(np.std(_offsets(scene, rows)), ROUGHNESS) for rows in (log, before))
+        return Visibility(spread_snr(now / usual, len(log)))
     if name == "plate-tilt":
         change = -(1 + log[:, E_LAW]) * np.radians(sizes[name])
-        turning = log[:, TURN_IN] * np.mean(scene.told_axes_mm) * 5e-4 if scene.angle_sd_deg else 0.0
+        turning = log[:, TURN_IN] * np.mean(scene.stated_axes_mm) * 5e-4 if scene.angle_sd_deg else 0.0
         slip = (log[:, VX_IN] + turning) / speed  # nobody states how much of it friction takes
-        return Seen(scatter_snr(change, np.hypot(np.std(kicked), measured), slip[:, None]))
+        return Visibility(scatter_snr(change, np.hypot(np.std(kicked), measured), slip[:, None]))
     change = np.concatenate([_restitution_change(scene, d, sizes, name) for d in drops])
-    radius = np.mean(scene.told_axes_mm) * 5e-4
+    radius = np.mean(scene.stated_axes_mm) * 5e-4
     turned = (log[:, TURN_OUT] ** 2 - log[:, TURN_IN] ** 2) * (radius / speed) ** 2  # what the picture shows of the exchange
     floating = np.column_stack([np.ones(len(log)), turned])
     rest = returned - floating @ np.linalg.lstsq(floating, returned, rcond=None)[0]
@@ -206,7 +206,7 @@ def _by_impact(scene: Scene, drops: list[Flown], sizes: dict[str, float], name: 
     snr = scatter_snr(change, sd, np.column_stack([floating, own]), known)
     mean_sd = np.hypot(np.mean(sd) / np.sqrt(len(log)), RUN_SD / np.sqrt(len(drops)))
     # of a law, of a loss that grows and of a condition: at which speed, impact or value is e to be compared?
-    return Seen(snr, float(np.mean(change) / mean_sd) if name == "film-adhesion" else None)
+    return Visibility(snr, float(np.mean(change) / mean_sd) if name == "film-adhesion" else None)
 
 
 def _offsets(scene: Scene, log: np.ndarray) -> np.ndarray:
@@ -214,12 +214,12 @@ def _offsets(scene: Scene, log: np.ndarray) -> np.ndarray:
 
     The scatter of e, which shape widens too, tells nothing: every lot's e scatters by some amount that nobody states.
     """
-    radius = np.prod(scene.told_axes_mm) ** (1 / 3) * 5e-4
+    radius = np.prod(scene.stated_axes_mm) ** (1 / 3) * 5e-4
     turn, kick = log[:, TURN_OUT] - log[:, TURN_IN], log[:, VX_OUT] - log[:, VX_IN]
     return (0.4 * radius * turn - kick) / (log[:, VZ_OUT] - log[:, VZ_IN])
 
 
-def _restitution_change(scene: Scene, drop: Flown, sizes: dict[str, float], name: str) -> np.ndarray:
+def _restitution_change(scene: Scene, drop: SimulatedDrop, sizes: dict[str, float], name: str) -> np.ndarray:
     """What the effect makes of e at each impact of one drop."""
     if name == "film-adhesion":
         e, lost = drop.log[:, E_LAW], sizes[name] / drop.log[:, V_NORMAL]

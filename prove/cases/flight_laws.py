@@ -67,7 +67,7 @@ def restitution(speed, count, upright, impact):
 
 
 def law_array(**values: float | np.floating) -> np.ndarray:
-    """`law` with the named entries, the others nought."""
+    """`law` with the named entries, the others zero."""
     return np.array([float(values.get(name, 0.0)) for name in LAW])
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import tomli_w
 
-from prove.cases.truth import Bench, Made
+from prove.cases.bench import Bench, Recording
 
 
 def write_bench(bench: Bench, folder: Path) -> None:
@@ -20,7 +20,7 @@ def write_bench(bench: Bench, folder: Path) -> None:
     part.replace(folder)
 
 
-def _write(recording: Made, folder: Path) -> None:
+def _write(recording: Recording, folder: Path) -> None:
     folder.mkdir()
     (folder / "recording.toml").write_text(tomli_w.dumps(recording.toml), encoding="utf8")
     if recording.track is not None:

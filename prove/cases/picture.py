@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from prove.cases.camera import Camera, seen
+from prove.cases.camera import Camera, project
 
 MARGIN_PX = 14
 SEED, PLATE, GROUND = 205.0, 95.0, 42.0
@@ -18,7 +18,7 @@ def film(
     low = np.floor(places.min(axis=0) - reach - MARGIN_PX)
     high = np.ceil(places.max(axis=0) + reach + MARGIN_PX)
     low[0], high[0] = min(low[0], -45), max(high[0], 45)
-    _, plate = seen(camera, np.array([0.0]), np.array([0.0]), np.zeros(1))
+    _, plate = project(camera, np.array([0.0]), np.array([0.0]), np.zeros(1))
     ground = _bench(low, high, plate[0] / mm_per_px, camera, rng)
     turn = _turn(camera)
     return tuple(_frame(ground, p, turn @ s @ turn.T, low, high, rng) for p, s in zip(places, shapes))

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
+from prove.cases.bench import Bench, Recording, Request, log_uniform
 from prove.cases.noise import Noise
-from prove.cases.snr import Channel, Seen, Visible, fitted
+from prove.cases.snr import Channel, RecordingChange, Visibility, fitted
 from prove.cases.stated import PLUMB, UNSTATED_PLUMB_SD_DEG, camera_keys, known_plumb_deg
-from prove.cases.truth import Bench, Made, Wish, spread
 
 RANGES = {
     "cohesion": (0.3, 10.0, 1), "wall-friction": (0.2, 10.0, 1), "gate-speed": (0.3, 25.0, 1), "base-vibration": (0.2, 20.0, 1),
@@ -53,26 +53,26 @@ class Scene:
     grain_mm: float
     roll_off_deg: float
     mm_per_px: float
-    wish: Wish
+    request: Request
     gate_power: float = 0.0
     gate_deg: float = 0.0  # flatter by itself where the gate is e times as fast
 
 
-def draw(wish: Wish, rng: np.random.Generator) -> Scene:
-    gates = wish.separated and "gate-speed" in wish.effects
-    several = (wish.separated and not gates) or rng.random() < 0.4
+def draw(request: Request, rng: np.random.Generator) -> Scene:
+    gates = request.separated and "gate-speed" in request.effects
+    several = (request.separated and not gates) or rng.random() < 0.4
     halves, grain = ((45.0, 80.0) if several else (75.0,)), float(rng.uniform(2.0, 4.0))
     runs = tuple(
-        Run(halves[i % len(halves)] * (1 + rng.normal(0, 0.02)), rng.normal(0, PACKING_DEG), grain * spread(0.8, 1.2, rng) * 1.5,
-            grain * spread(0.8, 1.2, rng) * 2, int(rng.integers(2**62)))
+        Run(halves[i % len(halves)] * (1 + rng.normal(0, 0.02)), rng.normal(0, PACKING_DEG), grain * log_uniform(0.8, 1.2, rng) * 1.5,
+            grain * log_uniform(0.8, 1.2, rng) * 2, int(rng.integers(2**62)))
         for i in range(int(rng.integers(5, 9)))
     )  # fmt: skip
-    plumb_sd = UNSTATED_PLUMB_SD_DEG if set(PLUMB) & wish.absent else PLUMB_SD_DEG
+    plumb_sd = UNSTATED_PLUMB_SD_DEG if set(PLUMB) & request.absent else PLUMB_SD_DEG
     scene = Scene(
-        runs, rng.uniform(22, 33), round(grain, 2), rng.normal(0, plumb_sd), round(float(rng.uniform(0.3, 0.4)), 3), wish,
+        runs, rng.uniform(22, 33), round(grain, 2), rng.normal(0, plumb_sd), round(float(rng.uniform(0.3, 0.4)), 3), request,
         rng.normal(0, GATE_POWER_SD), abs(rng.normal(0, GATE_DEG)),
     )  # fmt: skip
-    if not (gates or (wish.separated is None and not several and rng.random() < 0.3)):
+    if not (gates or (request.separated is None and not several and rng.random() < 0.3)):
         return scene
     return replace(scene, runs=tuple(replace(run, gate_mm_s=GATES[i % len(GATES)]) for i, run in enumerate(runs)))
 
@@ -141,18 +141,18 @@ def _width_mm(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> fl
     return float(out[np.argmax(deep < 0.35 * scene.grain_mm)]) + 20
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
     """How visible `name` is in the world of all `sizes`: the heaps' mean photos beside what packings vary and what is not known
     of a material, and what goes on between photos. The skin is taken for noise correlated over a grain."""
     grain = scene.grain_mm
     rough = SKIN + 0.02 * sizes.get("particle-shape", 0.0)
     noise = Noise(rough * grain, float(np.exp(-scene.mm_per_px * 2 / grain)), 0.02, np.inf, 0, 1, 0)
-    recordings = [_visible(scene, run, sizes, name) for run in scene.runs]
-    known = np.array([known_plumb_deg(scene.wish, PLUMB_SD_DEG), *[1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM])
-    return Seen(fitted(recordings, known, noise).snr)
+    recordings = [_recording_change(scene, run, sizes, name) for run in scene.runs]
+    known = np.array([known_plumb_deg(scene.request, PLUMB_SD_DEG), *[1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM])
+    return Visibility(fitted(recordings, known, noise).snr)
 
 
-def _visible(scene: Scene, run: Run, sizes: dict[str, float], name: str) -> Visible:
+def _recording_change(scene: Scene, run: Run, sizes: dict[str, float], name: str) -> RecordingChange:
     """Beside the nearest heap without the effect. Own nuisances: level, shift, angle, size, rounding, toe; between photos level,
     shift, turn. Shared: roll, the material's crest, toe, bow and angle, what size and gate do to them by themselves, settling."""
     x, without = np.arange(-run.half_mm, run.half_mm, scene.mm_per_px), {k: v for k, v in sizes.items() if k != name}
@@ -193,7 +193,7 @@ def _visible(scene: Scene, run: Run, sizes: dict[str, float], name: str) -> Visi
     )  # fmt: skip
     between = Channel(*(part / REGISTERED for part in (between.change, between.own, between.shared)))
     own_sd = np.array([np.inf, np.inf, PACKING_DEG, np.inf, PACKING_LOG_SD, PACKING_LOG_SD, *[np.inf] * 3])
-    return Visible((shape, between) if np.ptp(between.change) > 0 else (shape,), own_sd)
+    return RecordingChange((shape, between) if np.ptp(between.change) > 0 else (shape,), own_sd)
 
 
 def _nearest(x: np.ndarray, seen: np.ndarray, scene: Scene, run: Run, without: dict[str, float]) -> Run:
@@ -221,7 +221,7 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 
-def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
+def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
     run, name = scene.runs[i], f"pile-{i + 1:02d}"
     toml = {
         "rig": "pile", "id": name, "session": "day-1",
@@ -229,4 +229,4 @@ def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
         "pile": {"cylinder_mm": [round(0.9 * run.half_mm, 1), 200.0], "gate_speed_mm_s": run.gate_mm_s},
     }  # fmt: skip
     photos = tuple(photograph(scene, run, sizes, k) for k in range(PHOTOS))
-    return Made(name, toml, photos=photos)
+    return Recording(name, toml, photos=photos)

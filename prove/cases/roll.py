@@ -13,15 +13,15 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import SHARE, facing, stated
-from prove.cases.camera import Camera, nearness
+from prove.cases.air import AIRY_SHARE, air_keys, drag_scale
+from prove.cases.bench import Bench, Recording, Request, log_uniform
+from prove.cases.camera import Camera, magnification
 from prove.cases.noise import Noise, draw_noise, kept, noisy
-from prove.cases.snr import Channel, Seen, Visible, fitted
-from prove.cases.stated import camera_keys, draw_distance_mm, draw_scale_sd, known_scale, told_distance_mm
-from prove.cases.truth import Bench, Made, Wish, spread
+from prove.cases.snr import Channel, RecordingChange, Visibility, fitted
+from prove.cases.stated import camera_keys, draw_distance_mm, draw_scale_sd, known_scale, stated_distance_mm
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
-BESIDE_PLATE, BESIDE_PLATE_SD = (0.7, 2.0), (0.4, 1.0)  # of a sphere's drag in free air, in all runs; size and mass known or not
+DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (0.7, 2.0), (0.4, 1.0)  # of a sphere's drag in free air, in all runs; size and mass known or not
 SEED_SD = 0.04  # each seed's own
 ASTRAY_SD = 0.009  # tangent of the angle in which a seed runs away from the camera
 FOLLOWS = ("follows", "order-drift")
@@ -67,25 +67,26 @@ class Scene:
     air: float
     patch: tuple[float, float]  # of the run-out
     distance_mm: float
-    wish: Wish
+    request: Request
 
 
-def draw(wish: Wish, rng: np.random.Generator) -> Scene:
-    both = wish.separated or (wish.separated is None and rng.random() < 0.5)
-    pixel, scale_sd = float(rng.uniform(0.1, 0.3)), draw_scale_sd(wish, rng)
+def draw(request: Request, rng: np.random.Generator) -> Scene:
+    both = request.separated or (request.separated is None and rng.random() < 0.5)
+    pixel, scale_sd = float(rng.uniform(0.1, 0.3)), draw_scale_sd(request, rng)
     runs = tuple(
         Run(not (both and i % 2), float(1 + rng.normal(0, RUN_SD)), float(rng.normal(0, START_SD_MM)),
             float(rng.uniform(0, 2 * np.pi)), float(rng.uniform(-0.05, 0.01)),
             float(1 + rng.normal(0, SEED_SD)), float(rng.normal(0, ASTRAY_SD)), int(rng.integers(2**62)))
         for i in range(int(rng.integers(6, 10)))
     )  # fmt: skip
-    mu, way = spread(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
+    mu, way = log_uniform(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
     return Scene(
         runs, mu, round(float(rng.uniform(5, 8)), 2), rng.uniform(1050, 1350), way, 15.0, rng.normal(0, INCLINE_SD_DEG),
         rng.normal(0, LEVEL_SD_DEG), rng.normal(0, scale_sd), scale_sd, float(rng.choice([240.0, 500.0, 1000.0])),
         draw_noise(rng, sd=(0.015, 0.08), pixel=pixel),
-        float(rng.uniform(*BESIDE_PLATE)) * bool("drag" not in wish.effects and ("air" in wish.absent or rng.random() < SHARE)),
-        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), draw_distance_mm(rng), wish,
+        float(rng.uniform(*DRAG_NEAR_PLATE))
+        * bool("drag" not in request.effects and ("air" in request.absent or rng.random() < AIRY_SHARE)),
+        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), draw_distance_mm(rng), request,
     )  # fmt: skip
 
 
@@ -104,7 +105,7 @@ def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0
         incline = np.radians(scene.incline_deg + scene.incline_off_deg)
         out[ground.SLIP_FRICTION] = slip_friction(incline, scene.way_mm, sizes["initial-slip"], out[ground.ROLLING])
     out[ground.LOST], out[ground.PATCH] = sizes.get("corner-loss", 0.0), sizes.get("sticky-patch", 0.0)
-    lone, out[ground.RE] = facing((scene.diameter_mm,) * 3, scene.density)
+    lone, out[ground.RE] = drag_scale((scene.diameter_mm,) * 3, scene.density)
     out[ground.BLOWN] = lone * (scene.air * run.pull + air_more)
     ends = np.array(scene.patch) if run.forwards else 1 - np.array(scene.patch[::-1])
     out[[ground.PATCH_FROM, ground.PATCH_TO]] = ends * reach_mm(scene) * 1e-3
@@ -144,7 +145,7 @@ def travel(
     return t[:n], 1e3 * x[:n], 1e3 * v[:n]
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
     """How visible `name` is in the world of all `sizes`, beside the corner that hides it best."""
     others = {k: v for k, v in sizes.items() if k != name}
     sharp = 5 / 7 * (1 - np.cos(np.radians(scene.incline_deg)))
@@ -154,7 +155,7 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
     return replace(seen, moved=None) if name in FOLLOWS else seen
 
 
-def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float) -> Seen:
+def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float) -> Visibility:
     """How visible it is what the world of `sizes` has beyond the one `without`."""
     recordings = []
     unit = scene.noise.sd / RUN_SD
@@ -177,18 +178,18 @@ def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, fl
         # its friction is the pair's within RUN_SD: that it was moved to run as far is paid for by one more row
         paid = Channel(np.array([(like - 1) * unit]), -unit * np.eye(6)[2:3], unit * np.eye(6)[:1])
         own_sd = np.array([np.inf, np.inf, np.inf, START_SD_MM, SEED_SD, ASTRAY_SD])
-        recordings.append(Visible((Channel(x - other, own, shared), paid), own_sd))
-    scale_sd, beside = known_scale(scene.wish, scene.scale_sd), BESIDE_PLATE_SD[not scene.wish.sizes_known()]
+        recordings.append(RecordingChange((Channel(x - other, own, shared), paid), own_sd))
+    scale_sd, beside = known_scale(scene.request, scene.scale_sd), DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
     known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scale_sd, CORNER_SD * sharp, beside])
     fit = fitted(recordings, known, scene.noise)
-    return Seen(fit.snr, float(fit.shared[0] / fit.shared_sd[0]))
+    return Visibility(fit.snr, float(fit.shared[0] / fit.shared_sd[0]))
 
 
 def _seen(scene: Scene, run: Run, x_mm: np.ndarray) -> np.ndarray:
     """Travel as the camera sees it, above the middle of the way [mm]: who runs away from it looks slower."""
     middle = (scene.way_mm + reach_mm(scene)) / 2
     camera = Camera((middle, 0.0), middle, distance_mm=scene.distance_mm)
-    return middle + (x_mm - middle) * nearness(camera, run.astray * x_mm)
+    return middle + (x_mm - middle) * magnification(camera, run.astray * x_mm)
 
 
 def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]) -> float:
@@ -209,19 +210,19 @@ def _padded(x: np.ndarray, n: int) -> np.ndarray:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     d = scene.diameter_mm
-    told = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
-    toml = {"provenance": "measured", "seed": told, "air": stated(scene.air > 0)}
+    size = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
+    toml = {"provenance": "measured", "seed": size, "air": air_keys(scene.air > 0)}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 
-def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
+def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
     run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
     name = f"roll-{i + 1:02d}"
     way = {"incline_deg": scene.incline_deg, "incline_length_mm": scene.way_mm, "direction": "+x" if run.forwards else "-x"}
     toml = {
         "rig": "roll", "id": name, "session": "day-1", "roll": way,
         "camera": camera_keys(
-            scene.noise.pixel, scene.scale_sd, fps=scene.fps, distance_mm=told_distance_mm(scene.distance_mm, rng)
+            scene.noise.pixel, scene.scale_sd, fps=scene.fps, distance_mm=stated_distance_mm(scene.distance_mm, rng)
         ),
     }  # fmt: skip
     t, x, _ = travel(scene, run, sizes)
@@ -229,4 +230,4 @@ def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
         "t_s": t.round(6), "x_mm": noisy(_seen(scene, run, x) / (1 + scene.scale_off), scene.noise, rng).round(5),
         "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5), "sd_mm": float(f"{scene.noise.sd:.3g}"),
     }  # fmt: skip
-    return Made(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])
+    return Recording(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])

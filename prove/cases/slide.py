@@ -14,16 +14,16 @@ import numpy as np
 import pandas as pd
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import SHARE, facing, stated
+from prove.cases.air import AIRY_SHARE, air_keys, drag_scale
+from prove.cases.bench import Bench, Recording, Request
 from prove.cases.noise import Noise, draw_noise, kept, noisy
-from prove.cases.snr import Channel, Seen, Visible, fitted, scatter_snr
-from prove.cases.stated import Reading, camera_keys, draw_distance_mm, draw_reading, draw_scale_sd, known_scale, told_distance_mm
-from prove.cases.truth import Bench, Made, Wish
+from prove.cases.snr import Channel, RecordingChange, Visibility, fitted, scatter_snr
+from prove.cases.stated import Reading, camera_keys, draw_distance_mm, draw_reading, draw_scale_sd, known_scale, stated_distance_mm
 
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
 START_SD_DEG, UNSTATED_START_SD_DEG = 0.2, 10.0  # of a tilt that nobody recorded, at the film's first moment
 COLUMN_GRIDS, COLUMN_SHARES = (0.0, 0.1, 0.5), (0.65, 0.23, 0.12)  # [deg] on which a recorded tilt lies
-BESIDE_PLATE, BESIDE_PLATE_SD = (0.4, 1.6), (0.35, 1.0)  # of a lone seed's drag; as sd, its size and mass known or not
+DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (0.4, 1.6), (0.35, 1.0)  # of a lone seed's drag; as sd, its size and mass known or not
 SHADE, SHADE_SD = (0.0, 0.5), 0.15  # among n seeds each is blown at by n^−shade as much
 READ = ("reading-delay",)
 FOLLOWS = ("follows", "order-drift")
@@ -48,7 +48,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """told: seed's mass [kg], axes [mm], travel [mm]. tilt_off_deg, scale_off: this session's own. air: beside the plate, of
+    """Stated: seed's mass [kg], axes [mm], travel [mm]. tilt_off_deg, scale_off: this session's own. air: beside the plate, of
     free flight's (0: none); shade: by how little it blows among others."""
 
     runs: tuple[Run, ...]
@@ -69,34 +69,34 @@ class Scene:
     reading: Reading
     column_grid_deg: float
     distance_mm: float
-    wish: Wish
+    request: Request
 
 
-def draw(wish: Wish, rng: np.random.Generator) -> Scene:
-    read = bool(set(READ) & set(wish.effects)) or (not wish.effects and rng.random() < 0.2)
+def draw(request: Request, rng: np.random.Generator) -> Scene:
+    read = bool(set(READ) & set(request.effects)) or (not request.effects and rng.random() < 0.2)
     count = int(rng.integers(3, 5)) if read else int(rng.integers(5, 9))
-    several = wish.separated or read or (wish.separated is None and rng.random() < 0.5)
+    several = request.separated or read or (request.separated is None and rng.random() < 0.5)
     rates = (0.5, 2.0, 5.0) if read else (1.0, 5.0) if several else (float(rng.choice([1.0, 2.0, 4.0])),)
-    loads = (2, 8) if "adhesion" in wish.effects or (several and rng.random() < 0.4) else (4,)
+    loads = (2, 8) if "adhesion" in request.effects or (several and rng.random() < 0.4) else (4,)
     length = rng.uniform(6, 10)
     axes = (round(length, 2), round(length * rng.uniform(0.75, 0.95), 2), round(length * rng.uniform(0.65, 0.74), 2))
-    pixel, scale_sd, mu = float(rng.uniform(0.08, 0.3)), draw_scale_sd(wish, rng), rng.uniform(0.25, 0.5)
-    ahead = 3.5 if set(FOLLOWS) & set(wish.effects) or rng.random() < 0.2 else 0.0  # it may let go so much sooner
+    pixel, scale_sd, mu = float(rng.uniform(0.08, 0.3)), draw_scale_sd(request, rng), rng.uniform(0.25, 0.5)
+    ahead = 3.5 if set(FOLLOWS) & set(request.effects) or rng.random() < 0.2 else 0.0  # it may let go so much sooner
     runs = tuple(
         Run(rate, float(np.degrees(np.arctan(mu)) - _margin(rate) - ahead - rng.uniform(0, 0.5)), loads[i // 2 % len(loads)],
             float(rng.normal(0, RUN_SD)), round(float(rng.uniform(0.12, 0.25)), 3), int(rng.integers(2**62)))
         for i, rate in enumerate((rates * count)[:count])
     )  # fmt: skip
     filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
-    stribeck = rng.uniform(0.004, 0.01) if wish.separated is False else rng.uniform(0.08, 0.16)
-    air = rng.uniform(*BESIDE_PLATE) if "air" in wish.absent or rng.random() < SHARE else 0.0
+    stribeck = rng.uniform(0.004, 0.01) if request.separated is False else rng.uniform(0.08, 0.16)
+    air = rng.uniform(*DRAG_NEAR_PLATE) if "air" in request.absent or rng.random() < AIRY_SHARE else 0.0
     return Scene(
         runs=runs, mu=mu, mass=np.pi / 6 * math.prod(axes) * 1e-9 * rng.uniform(1050, 1350), axes_mm=axes,
         tilt_off_deg=rng.normal(0, TILT_SD_DEG), scale_off=rng.normal(0, scale_sd), scale_sd=scale_sd,
         travel_mm=round(float(rng.uniform(50, 90))), fps=float(rng.choice([120.0, 240.0, 500.0])), noise=filmed,
         shake_hz=rng.uniform(15, 40), stribeck_m_s=stribeck, air=air,
         shade=rng.uniform(*SHADE), readings=int(rng.integers(10, 16)) if read else 0, reading=draw_reading(rng),
-        column_grid_deg=float(rng.choice(COLUMN_GRIDS, p=COLUMN_SHARES)), distance_mm=draw_distance_mm(rng), wish=wish,
+        column_grid_deg=float(rng.choice(COLUMN_GRIDS, p=COLUMN_SHARES)), distance_mm=draw_distance_mm(rng), request=request,
     )  # fmt: skip
 
 
@@ -112,7 +112,7 @@ def block(scene: Scene, run: Run, sizes: dict[str, float], mu_more: float = 0.0,
     out[ground.SHAKE], out[ground.SHAKE_HZ] = sizes.get("plate-vibration", 0.0), scene.shake_hz
     out[ground.ADDED], out[ground.HINGE] = sizes.get("partial-rolling", 0.0), run.hinge_m
     out[ground.STAIR] = np.radians(sizes.get("stepped-tilt", 0.0))
-    lone, out[ground.REYNOLDS] = facing(scene.axes_mm, scene.mass / (np.pi / 6 * math.prod(scene.axes_mm) * 1e-9))
+    lone, out[ground.REYNOLDS] = drag_scale(scene.axes_mm, scene.mass / (np.pi / 6 * math.prod(scene.axes_mm) * 1e-9))
     out[ground.AIR] = lone * (scene.air * run.count**-scene.shade + air_more)
     return out
 
@@ -138,7 +138,7 @@ def travel(
     return t[:n], 1e3 * x[:n], 1e3 * v[:n]
 
 
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
     """How visible `name` is in the world of all `sizes`."""
     if scene.readings:
         return _visible_in_readings(scene, sizes, name)
@@ -161,18 +161,18 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
         # its friction is the pair's within RUN_SD: that it was moved to let go at the same moment is paid for by one more row
         unit = scene.noise.sd / RUN_SD
         friction = Channel(np.array([(mean - more) * unit]), np.array([[0.0, unit, 0.0]]), np.zeros((1, 5)))
-        recordings.append(Visible((track, friction), np.array([np.inf, np.inf, _own_tilt_sd(scene)])))
-    beside = BESIDE_PLATE_SD[not scene.wish.sizes_known()]
-    known = np.array([np.inf, TILT_SD_DEG, known_scale(scene.wish, scene.scale_sd), beside, SHADE_SD])
+        recordings.append(RecordingChange((track, friction), np.array([np.inf, np.inf, _own_tilt_sd(scene)])))
+    beside = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
+    known = np.array([np.inf, TILT_SD_DEG, known_scale(scene.request, scene.scale_sd), beside, SHADE_SD])
     fit = fitted(recordings, known, scene.noise)
-    told = name not in FOLLOWS  # at which value of a condition friction is to be compared nobody says
-    return Seen(fit.snr, (mean + float(fit.shared[0])) / float(fit.shared_sd[0]) if told else None)
+    comparable = name not in FOLLOWS  # at which value of a condition friction is to be compared nobody says
+    return Visibility(fit.snr, (mean + float(fit.shared[0])) / float(fit.shared_sd[0]) if comparable else None)
 
 
 def _own_tilt_sd(scene: Scene) -> float:
     """How well each recording's tilt is known beside the others' [deg]: by its column, else by the start that is stated."""
-    if "track.tilt_deg" in scene.wish.absent:
-        return scene.wish.known("slide.start_deg", START_SD_DEG, UNSTATED_START_SD_DEG)
+    if "track.tilt_deg" in scene.request.absent:
+        return scene.request.known("slide.start_deg", START_SD_DEG, UNSTATED_START_SD_DEG)
     return max(scene.column_grid_deg / 8, 1e-4)
 
 
@@ -202,13 +202,13 @@ def _padded(x: np.ndarray, n: int) -> np.ndarray:
     return np.r_[x, x[-1] + (x[-1] - x[-2]) * np.arange(1, n - len(x) + 1)]
 
 
-def _visible_in_readings(scene: Scene, sizes: dict[str, float], name: str) -> Seen:
+def _visible_in_readings(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
     """Of a reading's delay: what it adds to the angles, beside a friction of any size."""
     shift = np.array([overshoot_deg(scene.mu, run.rate_deg_s, sizes[name]) for run in scene.runs])
     scatter = np.hypot(np.degrees(RUN_SD * np.cos(np.arctan(scene.mu)) ** 2), READING_SD_DEG)
     sd = scene.reading.mean_sd_deg(float(scatter), scene.readings)
     snr = scatter_snr(shift, np.full(len(shift), sd), np.ones((len(shift), 1)))
-    return Seen(snr, float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG)))
+    return Visibility(snr, float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG)))
 
 
 def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
@@ -221,22 +221,22 @@ def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {"mass_g": float(f"{scene.mass * 1e3:.4g}")}
-    toml = {"provenance": "measured", "seed": seed, "air": stated(scene.air > 0)}
+    toml = {"provenance": "measured", "seed": seed, "air": air_keys(scene.air > 0)}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 
-def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
+def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
     run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
     name = f"slide-{i + 1:02d}"
     toml: dict = {"rig": "slide", "id": name, "session": "day-1", "seed": {"count": run.count},
             "slide": {"tilt_rate_deg_s": run.rate_deg_s, "travel_mm": scene.travel_mm}}  # fmt: skip
     if scene.readings:
         toml["reading"] = {"resolution_deg": scene.reading.grid_deg}
-        return Made(name, toml, readings=pd.DataFrame({"slide_angle_deg": _read(scene, run, sizes, rng)}))
-    away = told_distance_mm(scene.distance_mm, rng)
+        return Recording(name, toml, readings=pd.DataFrame({"slide_angle_deg": _read(scene, run, sizes, rng)}))
+    away = stated_distance_mm(scene.distance_mm, rng)
     toml["camera"] = camera_keys(scene.noise.pixel, scene.scale_sd, fps=scene.fps, distance_mm=away)
     toml["slide"]["start_mm"] = 1e3 * run.hinge_m
-    if "track.tilt_deg" in scene.wish.absent:
+    if "track.tilt_deg" in scene.request.absent:
         toml["slide"]["start_deg"] = round(float(run.start_deg + rng.normal(0, START_SD_DEG)), 1)
     t, x, _ = travel(scene, run, sizes)
     table = {
@@ -244,7 +244,7 @@ def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Made:
         "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5), "sd_mm": float(f"{scene.noise.sd:.3g}"),
         "tilt_deg": _column(scene, run, sizes, t, rng),
     }  # fmt: skip
-    return Made(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])
+    return Recording(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])
 
 
 def _read(scene: Scene, run: Run, sizes: dict[str, float], rng) -> np.ndarray:

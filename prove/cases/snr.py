@@ -1,4 +1,4 @@
-"""How visible an effect is: √Δχ² of its change of the tracks, after what floats anyway has taken its part.
+"""How visible an effect is: √Δχ² of its change of the tracks, after the nuisance parameters were fitted.
 
     SNR² = sᵀ C⁻¹ s − sᵀ C⁻¹ B (Bᵀ C⁻¹ B + P)⁻¹ Bᵀ C⁻¹ s
 
@@ -22,7 +22,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Visible:
+class RecordingChange:
     """One recording: its coordinates, and the sds of its own nuisances (inf: free)."""
 
     channels: tuple[Channel, ...]
@@ -30,9 +30,9 @@ class Visible:
 
 
 @dataclass(frozen=True)
-class Seen:
-    """How visible an effect is. moved: left out, by how many of its own sds it puts the rig's contact parameter wrong, signed;
-    None: not told."""
+class Visibility:
+    """How visible an effect is. moved: the error of the rig's contact parameter where the effect is left out, in sds of that
+    parameter, signed; None: not known."""
 
     snr: float
     moved: float | None = None
@@ -48,7 +48,7 @@ class Fitted:
     own: list[np.ndarray]
 
 
-def fitted(recordings: list[Visible], shared_sd: np.ndarray, noise: Noise) -> Fitted:
+def fitted(recordings: list[RecordingChange], shared_sd: np.ndarray, noise: Noise) -> Fitted:
     """The change over all recordings; `shared_sd` are the prior sds of what recordings share."""
     q, parts = len(shared_sd), []
     corner, side, total = np.diag(_precision(shared_sd)), np.zeros(q), 0.0
@@ -90,5 +90,5 @@ def scatter_snr(change: np.ndarray, sd: np.ndarray, floating: np.ndarray, floati
 
 
 def spread_snr(ratio: float, count: int) -> float:
-    """SNR of `count` numbers scattering `ratio` times as much as told: 2 ln of the likelihoods' ratio, expected."""
+    """SNR of `count` numbers scattering `ratio` times as much as stated: 2 ln of the likelihoods' ratio, expected."""
     return float(np.sqrt(max(count * (ratio**2 - 1 - 2 * np.log(max(ratio, 1e-9))), 0.0)))

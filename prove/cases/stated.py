@@ -1,10 +1,10 @@
-"""What a bench states of itself, and what it leaves out; what people read an angle to."""
+"""Which keys a bench states, which it leaves out, and how people round the angles that they read."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from prove.cases.truth import Bench, Made, Wish, spread
+from prove.cases.bench import Bench, Recording, Request, log_uniform
 
 SHARES = {  # of benches that leave a key out; "seed.sizes": all three, "track.â€¦": a column
     "camera.distance_mm": 0.5, "camera.mm_per_px_sd": 0.25, "camera.plumb_deg": 0.15, "camera.plumb_sd_deg": 0.25,
@@ -15,14 +15,14 @@ SHARES = {  # of benches that leave a key out; "seed.sizes": all three, "track.â
 }  # fmt: skip
 PLUMB, SEED, ANGLE = ("camera.plumb_deg", "camera.plumb_sd_deg"), ("seed.sizes", "seed.mass_g"), ("track.tilt_deg",)
 RATE = ("slide.tilt_rate_deg_s",)
-NEEDED = {  # without which an effect is not itself, or not to be told from its twins
+NEEDED = {  # keys without which an effect is not defined, or confounded with another
     "drag": ("air",), "magnus": SEED, "draught": PLUMB, "camera-roll": PLUMB, "base-tilt": PLUMB, "plate-tilt": PLUMB,
     "field": PLUMB, "scale-error": ("camera.mm_per_px_sd",), "clock-error": ("camera.mm_per_px_sd",), "shape-conversion": SEED,
     "adhesion": (*SEED, *ANGLE), "clock-offset": ANGLE, "stepped-tilt": ANGLE, "follows": ANGLE, "order-drift": ANGLE,
     "stribeck": ANGLE, "worn-track": ANGLE, "reading-delay": RATE, "shape-barrier": SEED, "slope": ("roll.direction",),
     "gate-speed": ("pile.gate_speed_mm_s",),
 }  # fmt: skip
-APART = ("session", "roll.direction", "pile.gate_speed_mm_s")
+DISTINGUISHING = ("session", "roll.direction", "pile.gate_speed_mm_s")
 UNSTATED_SCALE, UNSTATED_PLUMB_DEG, UNSTATED_PLUMB_SD_DEG = 0.01, 1.0, 0.5  # to what benches know them that do not say
 DISTANCE_M, TAPE = (0.3, 20.0), 0.01  # camera to motion; how well that is measured, where it is
 GRIDS_DEG, GRID_SHARES = (0.1, 0.2, 0.25, 0.5, 1.0), (0.3, 0.1, 0.1, 0.4, 0.1)
@@ -51,7 +51,7 @@ def draw_reading(rng: np.random.Generator) -> Reading:
     return Reading(float(rng.choice(GRIDS_DEG, p=GRID_SHARES)), str(rng.choice(list(WAYS), p=[p for _, p in WAYS.values()])))
 
 
-def left_out(effects: tuple[str, ...], rng: np.random.Generator) -> frozenset[str]:
+def draw_absent_keys(effects: tuple[str, ...], rng: np.random.Generator) -> frozenset[str]:
     """Keys that a bench with these effects does not state, each by itself."""
     needed = {key for name in effects for key in NEEDED.get(name, ())}
     absent = {key for key, share in SHARES.items() if rng.random() < share and key not in needed}
@@ -62,16 +62,16 @@ def left_out(effects: tuple[str, ...], rng: np.random.Generator) -> frozenset[st
     return frozenset(absent)
 
 
-def draw_scale_sd(wish: Wish, rng: np.random.Generator) -> float:
+def draw_scale_sd(request: Request, rng: np.random.Generator) -> float:
     """sd of mm per pixel, relative; who does not say it knows it less well."""
-    return spread(1e-3, UNSTATED_SCALE, rng) if "camera.mm_per_px_sd" in wish.absent else spread(3e-4, 2e-3, rng)
+    return log_uniform(1e-3, UNSTATED_SCALE, rng) if "camera.mm_per_px_sd" in request.absent else log_uniform(3e-4, 2e-3, rng)
 
 
 def draw_distance_mm(rng: np.random.Generator) -> float:
-    return 1e3 * spread(*DISTANCE_M, rng)
+    return 1e3 * log_uniform(*DISTANCE_M, rng)
 
 
-def told_distance_mm(distance_mm: float, rng: np.random.Generator) -> float:
+def stated_distance_mm(distance_mm: float, rng: np.random.Generator) -> float:
     return float(f"{distance_mm * (1 + TAPE * rng.standard_normal()):.3g}")
 
 
@@ -81,20 +81,20 @@ def camera_keys(mm_per_px: float, scale_sd: float, plumb_deg: float = 0.0, plumb
     return scale | {"plumb_deg": plumb_deg, "plumb_sd_deg": plumb_sd_deg} | more
 
 
-def known_scale(wish: Wish, scale_sd: float) -> float:
-    return wish.known("camera.mm_per_px_sd", scale_sd, UNSTATED_SCALE)
+def known_scale(request: Request, scale_sd: float) -> float:
+    return request.known("camera.mm_per_px_sd", scale_sd, UNSTATED_SCALE)
 
 
-def known_plumb_deg(wish: Wish, plumb_sd_deg: float) -> float:
-    stated = wish.known("camera.plumb_sd_deg", plumb_sd_deg, UNSTATED_PLUMB_SD_DEG)
-    return wish.known("camera.plumb_deg", stated, UNSTATED_PLUMB_DEG)
+def known_plumb_deg(request: Request, plumb_sd_deg: float) -> float:
+    stated = request.known("camera.plumb_sd_deg", plumb_sd_deg, UNSTATED_PLUMB_SD_DEG)
+    return request.known("camera.plumb_deg", stated, UNSTATED_PLUMB_DEG)
 
 
-def strip(bench: Bench, absent: frozenset[str]) -> Bench:
+def without_absent_keys(bench: Bench, absent: frozenset[str]) -> Bench:
     """The bench without what it does not state; what tells recordings apart is stated."""
-    told = {key: {_value(made.toml, key) for made in bench.recordings} for key in APART}
-    absent = absent - {key for key, values in told.items() if len(values) > 1}
-    return Bench(_without(bench.toml, absent), tuple(_bare(made, absent) for made in bench.recordings))
+    values_of = {key: {_value(made.toml, key) for made in bench.recordings} for key in DISTINGUISHING}
+    absent = absent - {key for key, values in values_of.items() if len(values) > 1}
+    return Bench(_without(bench.toml, absent), tuple(_recording_without(made, absent) for made in bench.recordings))
 
 
 def _value(toml: dict, key: str) -> str:
@@ -102,7 +102,7 @@ def _value(toml: dict, key: str) -> str:
     return str(toml[section].get(name) if name and section in toml else toml.get(key))
 
 
-def _bare(made: Made, absent: frozenset[str]) -> Made:
+def _recording_without(made: Recording, absent: frozenset[str]) -> Recording:
     track = made.track
     if track is not None:
         track = track.drop(columns=[c for c in track.columns if f"track.{c}" in absent])

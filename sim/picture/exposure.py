@@ -31,7 +31,7 @@ def photo(motion: Motion, camera: Camera, look: Look | None = None, *, frame: in
     with Stage(motion, camera, look, of=of) as stage:
         _check(stage, [frame])
         whole = (0, 0, camera.width_px, camera.height_px)
-        image = _expose(stage, look, frame, _moments(stage, frame), whole, fine)
+        image = _expose(stage, look, frame, _subframe_times(stage, frame), whole, fine)
     return _digitise(image, look, rng)
 
 
@@ -41,13 +41,13 @@ def film(motion: Motion, camera: Camera, look: Look | None = None, *, of: str = 
     look = look or Look()
     with Stage(motion, camera, look, of=of) as stage:
         _check(stage, range(motion.frames))
-        moving = _moving(motion)
+        moving = _ever_moving(motion)
         stage.place(0, only=~moving)
         whole = (0, 0, camera.width_px, camera.height_px)
         scene = _develop(stage, look, whole, fine)
         still = _digitise(scene, look, None) if not look.noise else None
         for frame in range(motion.frames):
-            moments = _moments(stage, frame)
+            moments = _subframe_times(stage, frame)
             box = _box(stage, frame, moments, moving)
             if box is None:
                 yield still.copy() if still is not None else _digitise(scene, look, rng)
@@ -88,14 +88,14 @@ def _check(stage: Stage, frames) -> None:
     )
 
 
-def _moving(motion: Motion) -> Array:
+def _ever_moving(motion: Motion) -> Array:
     """Which of seeds and parts (seeds + parts,) are ever elsewhere than at the first frame."""
     same = (motion.positions_m == motion.positions_m[:1]).all(axis=(0, 2))
     same &= (motion.orientations == motion.orientations[:1]).all(axis=(0, 2))
     return ~np.r_[same, [bool((p.poses == p.poses[:1]).all()) for p in motion.parts]]
 
 
-def _moments(stage: Stage, frame: int) -> Array:
+def _subframe_times(stage: Stage, frame: int) -> Array:
     """Middles of the sub-frames, from the frame's moment [s]: one a STEP_PX that anything moves, camera.subframes at most."""
     camera, motion = stage.camera, stage.motion
     if not camera.exposure_s:
@@ -160,13 +160,13 @@ def _layer(stage: Stage, box: Box, fine: int) -> Array:
     """Seeds and parts alone, averaged over the samples of a pixel: uint8 (rows, columns, 4), colour times alpha, and alpha."""
     x0, y0, x1, y1 = box
     if stage.camera.distortion:
-        samples = _bent(stage, box, fine)
+        samples = _distort(stage, box, fine)
     else:
         samples = stage.draw(box, fine)
     return samples if fine == 1 else cv2.resize(samples, (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
 
 
-def _bent(stage: Stage, box: Box, fine: int) -> Array:
+def _distort(stage: Stage, box: Box, fine: int) -> Array:
     """The samples of `box` as the lens bends them, from a straight picture of where they come from."""
     x0, y0, x1, y1 = box
     grid = np.meshgrid(np.arange(x0 - 1, x1 + 1, dtype=np.float32), np.arange(y0 - 1, y1 + 1, dtype=np.float32))

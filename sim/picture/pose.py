@@ -1,21 +1,23 @@
-"""Where things are a little before or after a frame's moment: what an exposure sees."""
+"""Poses of seeds and parts a little before or after a frame's moment, for the sub-frames of an exposure."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from sim.motion import Motion
 
 Array = np.ndarray
 
 
-def moved(motion: Motion, frame: int, later_s: float) -> tuple[Array, Array]:
+def poses_at(motion: Motion, frame: int, later_s: float) -> tuple[Array, Array]:
     """Positions (n, 3) [m] and unit quaternions (n, 4) of the seeds, then the parts, at t[frame] + later_s.
 
-    p + v τ and exp(ω τ/2) q with the frame's own velocities and spins; a part that moves is taken along its neighbouring frames.
+    Seeds: p + v τ and exp(ω τ/2) q, with the frame's velocities and spins. Parts: interpolated between neighbouring frames.
     """
     places, turns = [motion.positions_m[frame]], [motion.orientations[frame]]
     if later_s:
         places[0] = places[0] + later_s * motion.velocities_m_s[frame]
-        turns[0] = product(turn_by(later_s * motion.spins_rad_s[frame]), turns[0])
+        turned = Rotation.from_rotvec(later_s * motion.spins_rad_s[frame]) * _rotation(turns[0])
+        turns[0] = turned.as_quat()[:, [3, 0, 1, 2]]
     for part in motion.parts:
         pose = _part_pose(motion, part, frame, later_s)
         places.append(pose[None, :3])
@@ -40,24 +42,13 @@ def _part_pose(motion: Motion, part, frame: int, later_s: float) -> Array:
     return np.r_[pose[:3], pose[3:] / np.linalg.norm(pose[3:])]
 
 
-def turn_by(angles_rad: Array) -> Array:
-    """Unit quaternions (n, 4) that turn about the vectors (n, 3) by their lengths [rad]."""
-    half = 0.5 * np.linalg.norm(angles_rad, axis=1, keepdims=True)
-    return np.hstack([np.cos(half), 0.5 * angles_rad * np.sinc(half / np.pi)])
-
-
-def product(a: Array, b: Array) -> Array:
-    """Quaternion products a b (n, 4): first b, then a."""
-    scalar = a[:, :1] * b[:, :1] - (a[:, 1:] * b[:, 1:]).sum(axis=1, keepdims=True)
-    return np.hstack([scalar, a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])])
-
-
 def matrices(places_m: Array, turns: Array) -> Array:
     """Homogeneous matrices (n, 4, 4) of positions (n, 3) and unit quaternions (n, 4)."""
-    w, x, y, z = turns.T
     out = np.zeros((len(turns), 4, 4))
-    out[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1)
-    out[:, 1, :3] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1)
-    out[:, 2, :3] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
-    out[:, :3, 3], out[:, 3, 3] = places_m, 1.0
+    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = _rotation(turns).as_matrix(), places_m, 1.0
     return out
+
+
+def _rotation(quaternions: Array) -> Rotation:
+    """Unit quaternions (n, 4), the scalar first, as SciPy's rotations."""
+    return Rotation.from_quat(quaternions[:, [1, 2, 3, 0]])

@@ -10,7 +10,7 @@ from sim.picture import look as looks
 from sim.picture.camera import Camera, axes, view
 from sim.picture.context import Context
 from sim.picture.outline import flat, level_for, silhouette_true
-from sim.picture.pose import matrices, moved
+from sim.picture.pose import matrices, poses_at
 from sim.seed.surface import Mesh
 
 Array = np.ndarray
@@ -86,7 +86,7 @@ class Stage:
 
     def place(self, frame: int, later_s: float = 0.0, *, only: Array | None = None) -> None:
         """Put everything where it is at a frame's moment plus `later_s`; only (seeds + parts,) bool: leave out the others."""
-        self.places_m, turns = moved(self.motion, frame, later_s)
+        self.places_m, turns = poses_at(self.motion, frame, later_s)
         self.there = np.isfinite(self.places_m).all(axis=1) & (True if only is None else only)
         self.poses = matrices(self.places_m, turns)
         self.poses[:, 3, :3] = self.colours

@@ -50,7 +50,7 @@ class Seed:
         arrangement: "axial", the paper's row of balls along the long axis (`arrange.axial`; width and thickness become
         their geometric mean), or "planar" (`arrange.planar`; keeps the two apart, 6, 7 or 8 balls).
         mass_of: "union", what the balls enclose, or "ellipsoid", the closed form π ρ L W T/6, m (b² + c²)/5.
-        `fidelity` tells what the choice costs. Raises ValueError naming the parameter and its range.
+        `clump_error.clump_error` gives what the choice costs. Raises ValueError naming the parameter and its range.
 
         >>> seed = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3)
         >>> len(seed.radii_m), round(1e3 * 2 * seed.bounding_radius_m, 3), round(1e6 * seed.mass_kg)
@@ -133,44 +133,6 @@ class Seed:
         if of == "union" or self.dimensions_m is None:
             return surface.union_mesh(self.centres_m, self.radii_m, level)
         return surface.ellipsoid_mesh(self.dimensions_m / 2.0, level)
-
-    def fidelity(self, rays: int = 4000) -> "Fidelity":
-        """How far the balls' surface, volume and inertia are from the intended ellipsoid's; ValueError without dimensions."""
-        if self.shape is not None:
-            raise ValueError("fidelity: this seed stands for a shape of its own; clump.clump_error compares with that")
-        if self.dimensions_m is None:
-            raise ValueError("fidelity: this seed was given ball by ball and has no dimensions to compare with")
-        halves = self.dimensions_m / 2.0
-        # Rays evenly spread over the ellipsoid's parameter sphere, each weighted by the patch of surface it stands for.
-        unit, _ = surface.directions(rays)
-        patch = np.linalg.norm(unit / halves, axis=1)
-        u = unit * halves / np.linalg.norm(unit * halves, axis=1)[:, None]
-        gap = surface.union_radius(u, self.centres_m, self.radii_m) - surface.ellipsoid_radius(u, halves)
-        balls, whole = solid.union_of_balls(self.centres_m, self.radii_m), solid.ellipsoid(*self.dimensions_m)
-        return Fidelity(
-            surface_rms_m=float(np.sqrt(np.average(gap**2, weights=patch))),
-            surface_mean_m=float(np.average(gap, weights=patch)),
-            outside_m=float(max(gap.max(), 0.0)),
-            inside_m=float(max(-gap.min(), 0.0)),
-            volume_ratio=balls.volume_m3 / whole.volume_m3,
-            inertia_ratio=np.diag(balls.inertia(1.0)) / np.diag(whole.inertia(1.0)),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Fidelity:
-    """A clump's balls against the ellipsoid they stand for, measured along rays from the centre.
-
-    surface_rms_m, surface_mean_m: distance of the surfaces, over the ellipsoid's area, positive where the balls reach
-    farther [m]; outside_m, inside_m: the largest either way [m]; volume_ratio, inertia_ratio (3,): balls over ellipsoid.
-    """
-
-    surface_rms_m: float
-    surface_mean_m: float
-    outside_m: float
-    inside_m: float
-    volume_ratio: float
-    inertia_ratio: Array
 
 
 def _check_balls(centres: Array, radii: Array) -> None:

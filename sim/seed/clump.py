@@ -7,13 +7,11 @@ Price, Murariu, Morrison, Proc. Discrete Element Methods (2007) have it, by alte
 each ball's own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they are least missed.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sim.seed.clump_error import CHECKED_POINTS, ClumpError, clump_error
 from sim.seed.shape import Shape
-from sim.seed.solid import union_of_balls
 
 Array = np.ndarray
 Balls = tuple[Array, Array]
@@ -21,31 +19,12 @@ Balls = tuple[Array, Array]
 METHODS = ("distance-map", "medial-axis", "least-squares")
 MOST_BALLS = 100
 POINTS_A_BALL, LEAST_POINTS = 60, 900  # of the surface, to which balls are fitted
-CHECKED_POINTS = 4000  # others, by which they are judged
 VOXELS = 40  # of the distance map along the longest extent
 KEPT_SHARE = 0.5  # of a ball's radius, taken out of the distance map when it is chosen: the later ones may overlap the rest
 LEAST_RADIUS = 0.05  # of the mean radius: smaller balls are dents of the mesh
 SAME_SIDE_DEG = 40.0  # a point this near, seen from a ball's centre, is a facet beside the one it touches: not another side
 STEPS, MOVES = 60, 3  # of a fit; how often each ball may be moved elsewhere
 STARTS, BEST_STARTS = 24, 3  # fits from balls drawn at random, and how many of the best are improved
-
-
-@dataclass(frozen=True, eq=False)
-class ClumpError:
-    """How far a clump's surface and solid are from the shape's, all without dimension.
-
-    surface_rms, surface_max: distance between the surfaces over the shape's area, over its mean radius; surface_mean: positive
-    where the balls stand out. Where they do it is the way out along the shape's normal, elsewhere the shortest way to a ball.
-    volume: of the union over the shape's, less 1; moments (3,): principal moments likewise, in the shape's axes; centre: distance
-    of the centres of mass over the mean radius. The last three are what is put right by giving the seed the shape's own.
-    """
-
-    surface_rms: float
-    surface_mean: float
-    surface_max: float
-    volume: float
-    moments: Array
-    centre: float
 
 
 def fit_clump(shape: Shape, spheres: int, *, method: str = "least-squares") -> tuple[Array, Array, ClumpError]:
@@ -87,38 +66,6 @@ def spheres_for(shape: Shape, tolerance: float, most: int, *, method: str = "lea
     raise ValueError(f"tolerance = {100 * tolerance:g} %: {most} balls reach {100 * best:.2g} % of the mean radius, not less")
 
 
-def clump_error(shape: Shape, centres_m: Array, radii_m: Array) -> ClumpError:
-    """A clump (n, 3), (n,) [m] in the shape's frame against the shape."""
-    points, normals = shape.points(CHECKED_POINTS)
-    gap = -surface_gap(points, normals, centres_m, radii_m) / shape.mean_radius_m
-    balls, whole = union_of_balls(centres_m, radii_m), shape.solid
-    axes = shape.principal()[1]
-    moments = [np.diag(axes.T @ body.inertia(1.0) @ axes) for body in (balls, whole)]
-    return ClumpError(
-        surface_rms=float(np.sqrt(np.mean(gap**2))), surface_mean=float(gap.mean()), surface_max=float(np.abs(gap).max()),
-        volume=balls.volume_m3 / whole.volume_m3 - 1.0, moments=moments[0] / moments[1] - 1.0,
-        centre=float(np.linalg.norm(balls.centre_m - whole.centre_m)) / shape.mean_radius_m,
-    )  # fmt: skip
-
-
-def surface_gap(points: Array, normals: Array, centres: Array, radii: Array) -> Array:
-    """How far points (k, 3) lie outside the balls; inside, minus the way out along their normals (k, 3), through ball after ball."""
-    outside = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
-    out = np.zeros(len(points))
-    inside = np.flatnonzero(outside < 0.0)
-    offset = points[inside][:, None] - centres
-    along = np.einsum("kij,kj->ki", offset, normals[inside])
-    root = along**2 - np.sum(offset**2, axis=2) + radii**2
-    enter = np.where(root > 0, -along - np.sqrt(np.maximum(root, 0)), np.inf)
-    leave = np.where(root > 0, -along + np.sqrt(np.maximum(root, 0)), -np.inf)
-    way = np.zeros(len(inside))
-    for _ in range(len(radii)):
-        further = np.where(enter <= way[:, None] + 1e-12, leave, -np.inf).max(axis=1)
-        way = np.maximum(way, further)
-    out[inside] = way
-    return np.where(outside < 0.0, -out, outside)
-
-
 def connected(centres: Array, radii: Array) -> bool:
     """Whether the balls make one piece."""
     touch = np.linalg.norm(centres[:, None] - centres, axis=2) < radii[:, None] + radii
@@ -157,8 +104,8 @@ def _depth(shape: Shape, at: Array) -> Array:
 
 def _medial_axis(shape: Shape, spheres: int) -> Balls:
     """Balls of the medial axis, each time the one that leaves the least square distance between surface and balls."""
-    points, _ = shape.points(_count(spheres))
-    return _greedy(points, *_medial_balls(shape), spheres)
+    points, _ = shape.points(_point_count(spheres))
+    return _choose_greedily(points, *_medial_balls(shape), spheres)
 
 
 def _medial_balls(shape: Shape) -> Balls:
@@ -182,7 +129,7 @@ def _medial_balls(shape: Shape) -> Balls:
     return (points - radii[:, None] * normals)[keep], radii[keep]
 
 
-def _greedy(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
+def _choose_greedily(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
     gap = np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]  # (candidates, points)
     least = np.full(len(points), np.inf)
     chosen: list[int] = []
@@ -194,43 +141,43 @@ def _greedy(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
     return centres[kept], radii[kept]
 
 
-def _count(spheres: int) -> int:
+def _point_count(spheres: int) -> int:
     return max(LEAST_POINTS, POINTS_A_BALL * spheres)
 
 
 def _least_squares(shape: Shape, spheres: int) -> Balls:
     """The best of fits that start from the medial axis' balls, and from others of its balls; from the best, balls are moved."""
-    points, _ = shape.points(_count(spheres))
+    points, _ = shape.points(_point_count(spheres))
     candidates = _medial_balls(shape)
     gaps = np.linalg.norm(points - candidates[0][:, None], axis=2) - candidates[1][:, None]
     rng = np.random.default_rng(0)  # the same starts each time
     drawn = [rng.permutation(len(candidates[1]))[:spheres] for _ in range(STARTS)]
-    starts = [_greedy(points, *candidates, spheres), *((candidates[0][k], candidates[1][k]) for k in drawn)]
-    fits = [_fitted(points, *_filled_up(points, start, candidates, gaps, spheres)) for start in starts]
-    fits = [_improved(points, fit, candidates, gaps) for fit in sorted(fits, key=_worth)[:BEST_STARTS]]
-    best = min(fits, key=_worth)
-    return _none_hidden(best[0], best[1])
+    starts = [_choose_greedily(points, *candidates, spheres), *((candidates[0][k], candidates[1][k]) for k in drawn)]
+    fits = [_fit_balls(points, *_add_balls(points, start, candidates, gaps, spheres)) for start in starts]
+    fits = [_improve(points, fit, candidates, gaps) for fit in sorted(fits, key=_cost)[:BEST_STARTS]]
+    best = min(fits, key=_cost)
+    return _drop_hidden(best[0], best[1])
 
 
 Fit = tuple[Array, Array, float]  # centres, radii, sum of squares
 
 
-def _worth(fit: Fit) -> float:
+def _cost(fit: Fit) -> float:
     """The sum of squares; a clump in pieces is worth less than any in one piece."""
     return fit[2] if connected(fit[0], fit[1]) else 1e6 + fit[2]
 
 
-def _improved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
+def _improve(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
     """The fit after its balls were moved, one at a time, as long as that helps; at most MOVES times as many moves as balls."""
     for _ in range(MOVES * len(fit[1])):
-        moved = _one_moved(points, fit, candidates, gaps)
-        if _worth(moved) >= _worth(fit) * (1 - 1e-4):
+        moved = _move_one_ball(points, fit, candidates, gaps)
+        if _cost(moved) >= _cost(fit) * (1 - 1e-4):
             break
         fit = moved
     return fit
 
 
-def _filled_up(points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int) -> Balls:
+def _add_balls(points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int) -> Balls:
     """The balls and so many candidates, each where it helps most, that there are `spheres`."""
     centres, radii = balls
     while len(radii) < spheres:
@@ -240,7 +187,7 @@ def _filled_up(points: Array, balls: Balls, candidates: Balls, gaps: Array, sphe
     return centres, radii
 
 
-def _one_moved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
+def _move_one_ball(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
     """One ball taken from where the others miss it least and put where it helps most; the best of three tries."""
     centres, radii, _ = fit
     n = len(radii)
@@ -253,15 +200,15 @@ def _one_moved(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
     tries = []
     for ball in np.argsort(missed, kind="stable")[:3]:
         left = np.arange(n) != ball
-        start = _filled_up(points, (centres[left], radii[left]), candidates, gaps, n)
-        tries.append(_fitted(points, *start))
-    return min(tries, key=_worth)
+        start = _add_balls(points, (centres[left], radii[left]), candidates, gaps, n)
+        tries.append(_fit_balls(points, *start))
+    return min(tries, key=_cost)
 
 
-def _fitted(points: Array, centres: Array, radii: Array) -> Fit:
+def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
     """Balls whose surface is nearest to the points in the mean square; each point belongs to the ball that it is deepest in."""
     n, damping = len(radii), 1e-3
-    gap, toward, ball = _belonging(points, centres, radii)
+    gap, toward, ball = _assign_points(points, centres, radii)
     cost = float(gap @ gap)
     for _ in range(STEPS):
         row = np.concatenate([toward, np.ones((len(points), 1))], axis=1)  # minus the gap's derivative
@@ -271,7 +218,7 @@ def _fitted(points: Array, centres: Array, radii: Array) -> Fit:
         weight = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-9
         step = np.linalg.solve(normal + damping * weight * np.eye(4), right[:, :, None])[:, :, 0]
         new = centres + step[:, :3], np.maximum(radii + step[:, 3], LEAST_RADIUS)
-        found = _belonging(points, *new)
+        found = _assign_points(points, *new)
         lower = float(found[0] @ found[0])
         if lower < cost:
             (centres, radii), (gap, toward, ball), damping = new, found, max(damping / 3, 1e-9)
@@ -285,7 +232,7 @@ def _fitted(points: Array, centres: Array, radii: Array) -> Fit:
     return centres, radii, cost
 
 
-def _belonging(points: Array, centres: Array, radii: Array) -> tuple[Array, Array, Array]:
+def _assign_points(points: Array, centres: Array, radii: Array) -> tuple[Array, Array, Array]:
     """Of each point the gap to its ball, the direction from the ball's centre to it, and which ball."""
     offset = points[:, None] - centres
     far = np.sqrt(np.einsum("kij,kij->ki", offset, offset))
@@ -294,7 +241,7 @@ def _belonging(points: Array, centres: Array, radii: Array) -> tuple[Array, Arra
     return far[k, ball] - radii[ball], offset[k, ball] / np.maximum(far[k, ball], 1e-12)[:, None], ball
 
 
-def _none_hidden(centres: Array, radii: Array) -> Balls:
+def _drop_hidden(centres: Array, radii: Array) -> Balls:
     """The balls without those wholly inside another, largest first."""
     order = np.argsort(-radii, kind="stable")
     centres, radii = centres[order], radii[order]

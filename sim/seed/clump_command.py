@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 
 from sim.seed import MOST_SPHERES, Seed
-from sim.seed.clump import ClumpError, clump_error, spheres_for
+from sim.seed.clump import spheres_for
+from sim.seed.clump_error import ClumpError, clump_error
 from sim.seed.clump_files import files
 from sim.seed.shape import Shape
 
@@ -45,7 +46,7 @@ def clump_command(
         print(f"benchtwin clump: {error}", file=sys.stderr)
         return MISUSED
     if not quiet:
-        print("\n".join([*_told(own, seed, clump_error(own, seed.centres_m, seed.radii_m), tried), *shape.notes]))
+        print("\n".join([*_summary(own, seed, clump_error(own, seed.centres_m, seed.radii_m), tried), *shape.notes]))
         print(f"Files for LAMMPS, LIGGGHTS, YADE and EDEM: {out}; look at {out / 'clump.png'}")
     return DONE
 
@@ -70,7 +71,7 @@ def read_shape(source: Path, unit: str | None, voxel_mm: float | None) -> Shape:
         raise ValueError(f"{source}: {error}") from error
 
 
-def _told(shape: Shape, seed: Seed, error: ClumpError, tried: list[ClumpError | None]) -> list[str]:
+def _summary(shape: Shape, seed: Seed, error: ClumpError, tried: list[ClumpError | None]) -> list[str]:
     length, width, thickness = 1e3 * np.ptp(shape.vertices_m, axis=0)
     lines = [
         f"{len(seed.radii_m)} balls: surface {100 * error.surface_rms:.2f} % rms, {100 * error.surface_max:.1f} % at most, "

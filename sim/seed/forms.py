@@ -32,7 +32,7 @@ def flattened_ellipsoid(length_m: float, width_m: float, thickness_m: float, fla
     radius = np.concatenate([np.linspace(1 / 8, 1.0, 8) * rim, np.cos(cap[1:])])
     vertices, faces = _rings(radius, z, -flat_at, 1.0)
     volume = math.pi * (2.0 / 3.0 + flat_at - flat_at**3 / 3.0)
-    return _enclosing(vertices * halves, faces, volume * float(np.prod(halves)))
+    return _enlarge_to_volume(vertices * halves, faces, volume * float(np.prod(halves)))
 
 
 def superquadric(
@@ -51,7 +51,7 @@ def superquadric(
     vertices, faces = _rings(radius, z, -1.0, 1.0, unit)
     vertices = vertices * halves
     volume = 2.0 * across * along * beta(across / 2 + 1, across) * beta(along / 2, along / 2) * float(np.prod(halves))
-    vertices, faces = _enclosing(vertices, faces, volume)
+    vertices, faces = _enlarge_to_volume(vertices, faces, volume)
     vertices[:, 1] *= 1.0 + taper * vertices[:, 0] / halves[0]
     return vertices, faces
 
@@ -78,8 +78,8 @@ def creased_ellipsoid(length_m: float, width_m: float, thickness_m: float, depth
     far = 1.0 - np.sin(polar)[:, None] ** 2 * furrow
     x, across = far * np.cos(polar)[:, None], far * np.sin(polar)[:, None]
     rows = np.stack([x, across * np.sin(psi), -across * np.cos(psi)], axis=2)
-    vertices, faces = _stacked(rows, np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]))
-    return _enclosing(vertices * halves, faces, float(np.prod(halves)) * creased_volume(depth, w))
+    vertices, faces = _join_rings(rows, np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]))
+    return _enlarge_to_volume(vertices * halves, faces, float(np.prod(halves)) * creased_volume(depth, w))
 
 
 def creased_volume(depth: float, w: float) -> float:
@@ -104,7 +104,7 @@ def over_outline(outline_m: Array, thickness_m: float) -> Surface:
     area, centre = _area_and_centroid(outline_m)
     if area < 0:
         outline_m, area = outline_m[::-1], -area
-    rim = _thinner(outline_m - centre)
+    rim = _thin_outline(outline_m - centre)
     ahead = np.roll(rim, -1, axis=0)
     if (rim[:, 0] * ahead[:, 1] - rim[:, 1] * ahead[:, 0] <= 0).any():
         raise ValueError("outline_m: a ray from its centroid crosses it more than once; such an outline has no thickness over it")
@@ -112,10 +112,10 @@ def over_outline(outline_m: Array, thickness_m: float) -> Surface:
     polar = np.linspace(-np.pi / 2, np.pi / 2, RINGS + 1)[1:-1]
     vertices, faces = _rings(np.cos(polar), np.sin(polar), -1.0, 1.0, rim)
     vertices[:, 2] *= thickness_m / 2.0
-    return _enclosing(vertices, faces, 2.0 / 3.0 * area * thickness_m)
+    return _enlarge_to_volume(vertices, faces, 2.0 / 3.0 * area * thickness_m)
 
 
-def _thinner(rim: Array) -> Array:
+def _thin_outline(rim: Array) -> Array:
     """At most MOST_OUTLINE of the points, evenly along the outline."""
     if len(rim) <= MOST_OUTLINE:
         return rim
@@ -150,10 +150,10 @@ def _rings(radius: Array, z: Array, bottom: float, top: float, unit: Array | Non
     rows = np.concatenate(
         [radius[:, None, None] * unit, np.broadcast_to(z[:, None, None], (len(z), len(unit), 1))], axis=2
     )
-    return _stacked(rows, np.array([0.0, 0.0, bottom]), np.array([0.0, 0.0, top]))
+    return _join_rings(rows, np.array([0.0, 0.0, bottom]), np.array([0.0, 0.0, top]))
 
 
-def _stacked(rows: Array, first: Array, last: Array) -> Surface:
+def _join_rings(rows: Array, first: Array, last: Array) -> Surface:
     """Rows (k, m, 3) of vertices, each a ring counter-clockwise as seen from `last`, joined, and closed by the two points."""
     k, m = rows.shape[:2]
     number = np.arange(k * m).reshape(k, m)
@@ -167,7 +167,7 @@ def _stacked(rows: Array, first: Array, last: Array) -> Surface:
     return np.vstack([rows.reshape(-1, 3), first, last]), faces
 
 
-def _enclosing(vertices: Array, faces: Array, volume_m3: float) -> Surface:
+def _enlarge_to_volume(vertices: Array, faces: Array, volume_m3: float) -> Surface:
     """Enlarged all round so that the flat faces enclose the volume of the curved form; by some tenths of a percent at most."""
     return vertices * (volume_m3 / enclosed_volume(vertices, faces)) ** (1 / 3), faces
 

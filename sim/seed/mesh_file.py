@@ -29,7 +29,7 @@ def read_mesh(file: Path | str, unit: str | None) -> Shape:
     file = Path(file)
     if unit is not None and unit not in UNITS_M:
         raise ValueError(f"{file}: unit = {unit!r}: must be one of {', '.join(UNITS_M)}")
-    vertices, faces = _loaded(file)
+    vertices, faces = _load(file)
     size = float(np.ptp(vertices, axis=0).max())
     if unit is None:
         raise ValueError(f"{file}: {size:.4g} long, in no unit; say which with --unit: {_choices(size)}")
@@ -39,7 +39,7 @@ def read_mesh(file: Path | str, unit: str | None) -> Shape:
             f"{_choices(size)}"
         )
     try:
-        vertices, faces, notes = _mended(vertices, faces)
+        vertices, faces, notes = _repair(vertices, faces)
         return Shape(vertices * UNITS_M[unit], faces, tuple(notes))
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from error
@@ -51,7 +51,7 @@ def _choices(size: float) -> str:
     return ", ".join(f"{unit} makes it {1e3 * size * UNITS_M[unit]:.4g} mm" for unit in usual)
 
 
-def _loaded(file: Path) -> tuple[Array, Array]:
+def _load(file: Path) -> tuple[Array, Array]:
     import trimesh
 
     if not file.is_file():
@@ -73,18 +73,18 @@ def _loaded(file: Path) -> tuple[Array, Array]:
     return vertices, faces
 
 
-def _mended(vertices: Array, faces: Array) -> tuple[Array, Array, list[str]]:
+def _repair(vertices: Array, faces: Array) -> tuple[Array, Array, list[str]]:
     """One closed surface, and what was done."""
     notes: list[str] = []
-    vertices, faces = _joined(vertices, faces)
+    vertices, faces = _merge_vertices(vertices, faces)
     vertices, faces = _largest_piece(vertices, faces, notes)
     if len(faces) > MOST_FACES:
         before = len(faces)
-        vertices, faces = _joined(*thinned(vertices, faces, MOST_FACES))
+        vertices, faces = _merge_vertices(*thinned(vertices, faces, MOST_FACES))
         notes.append(f"thinned from {before:,} to {len(faces):,} faces")
     if open_edges(faces):
-        faces = _wound(vertices, faces, notes)
-        vertices, faces = _holes_closed(vertices, faces, notes)
+        faces = _orient_faces(vertices, faces, notes)
+        vertices, faces = _close_holes(vertices, faces, notes)
     if open_edges(faces):
         raise ValueError(f"the surface is not closed: {open_edges(faces)} edges do not lie between two faces that agree")
     crossing = crossing_faces(vertices, faces)
@@ -97,7 +97,7 @@ def _mended(vertices: Array, faces: Array) -> tuple[Array, Array, list[str]]:
     return vertices, faces, notes
 
 
-def _joined(vertices: Array, faces: Array) -> tuple[Array, Array]:
+def _merge_vertices(vertices: Array, faces: Array) -> tuple[Array, Array]:
     """Vertices at one place made one, faces without area and doubles left out."""
     size = float(np.ptp(vertices, axis=0).max())
     if not size > 0:
@@ -122,7 +122,7 @@ def _largest_piece(vertices: Array, faces: Array, notes: list[str]) -> tuple[Arr
         return vertices, faces
     extent = [float(np.prod(np.ptp(vertices[label == k], axis=0))) for k in range(pieces)]
     order = np.argsort(extent)[::-1]
-    if extent[order[1]] > 0.2 * extent[order[0]] and not _holds(vertices[label == order[0]], vertices[label == order[1]]):
+    if extent[order[1]] > 0.2 * extent[order[0]] and not _contains(vertices[label == order[0]], vertices[label == order[1]]):
         raise ValueError(f"it holds {pieces} separate surfaces, two of them nearly as large: give each seed a file of its own")
     notes.append(f"the largest of {pieces} separate surfaces was taken: voids and dust are left out")
     faces = faces[label[faces[:, 0]] == order[0]]
@@ -130,11 +130,11 @@ def _largest_piece(vertices: Array, faces: Array, notes: list[str]) -> tuple[Arr
     return vertices[used], renamed.reshape(-1, 3)
 
 
-def _holds(outer: Array, inner: Array) -> bool:
+def _contains(outer: Array, inner: Array) -> bool:
     return bool((inner.min(axis=0) >= outer.min(axis=0)).all() and (inner.max(axis=0) <= outer.max(axis=0)).all())
 
 
-def _wound(vertices: Array, faces: Array, notes: list[str]) -> Array:
+def _orient_faces(vertices: Array, faces: Array, notes: list[str]) -> Array:
     """Faces turned so that neighbours agree."""
     import trimesh
 
@@ -146,7 +146,7 @@ def _wound(vertices: Array, faces: Array, notes: list[str]) -> Array:
     return np.array(mesh.faces, np.int64)
 
 
-def _holes_closed(vertices: Array, faces: Array, notes: list[str]) -> tuple[Array, Array]:
+def _close_holes(vertices: Array, faces: Array, notes: list[str]) -> tuple[Array, Array]:
     """A fan to its middle over every hole that is small; ValueError for a large one."""
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     codes = ends @ [len(vertices), 1]
@@ -213,7 +213,7 @@ def crossing_faces(vertices: Array, faces: Array) -> Array:
         triangle = vertices[faces[pairs[:, other]]]
         for k in range(3):
             start, end = (vertices[faces[pairs[:, one], j % 3]] for j in (k, k + 1))
-            hit |= _passes(start, end, triangle)
+            hit |= _segments_cross_triangles(start, end, triangle)
     return pairs[hit]
 
 
@@ -243,7 +243,7 @@ def _near_pairs(vertices: Array, faces: Array) -> Array:
     return np.unique(np.concatenate(found), axis=0)
 
 
-def _passes(start: Array, end: Array, triangle: Array) -> Array:
+def _segments_cross_triangles(start: Array, end: Array, triangle: Array) -> Array:
     """Whether segments (n, 3) to (n, 3) pass through triangles (n, 3, 3) (Möller & Trumbore 1997)."""
     a, u, v = triangle[:, 0], triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
     along = end - start

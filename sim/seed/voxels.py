@@ -1,7 +1,5 @@
 """Voxels of a grain, as computed tomography gives them, to a closed surface: naive surface nets (Gibson 1998)."""
 
-from pathlib import Path
-
 import numpy as np
 from scipy import ndimage
 
@@ -15,32 +13,6 @@ Array = np.ndarray
 SMOOTHING = ((0.8, 0), (1.2, 1), (1.2, 2), (1.8, 3))
 LEAST_VOXELS = 200
 MOST_FACES = 20_000
-MOST_VOXELS = 4e8
-
-
-def read_voxels(file: Path | str) -> Array:
-    """Bool voxels (i, j, k) from a .npy array or a .tif stack: those above half way between the least and greatest value."""
-    file = Path(file)
-    try:
-        if file.suffix.lower() == ".npy":
-            values = np.load(file, allow_pickle=False)
-        else:
-            from PIL import Image, ImageSequence
-
-            with Image.open(file) as stack:
-                values = np.stack([np.array(page) for page in ImageSequence.Iterator(stack)])
-    except (OSError, ValueError, EOFError) as error:
-        raise ValueError(f"{file}: not readable as voxels: {error}") from error
-    if values.ndim != 3 or (not np.issubdtype(values.dtype, np.number) and values.dtype != bool):
-        raise ValueError(f"{file}: must hold numbers in three dimensions, one grey value a voxel")
-    if values.size > MOST_VOXELS:
-        raise ValueError(f"{file}: {values.size:.2g} voxels: at most {MOST_VOXELS:.0g} are read; crop it, or average voxels")
-    if values.dtype == bool:
-        return values
-    low, high = float(values.min()), float(values.max())
-    if not low < high:
-        raise ValueError(f"{file}: all its values are {low:g}: it shows nothing")
-    return values > (low + high) / 2.0
 
 
 def closed_surface(filled: Array, pitch_m: float) -> tuple[Array, Array, tuple[str, ...]]:

@@ -4,7 +4,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from fuzz import Reader, attack, readers, spoilt, tabulated
+from fuzz import attack, spoilt
+from fuzz_files import Reader, calibrate_tables_beside, readers
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -75,7 +76,7 @@ def test_columns_count_by_their_names_not_by_their_places(tmp_path):
     (tmp_path / "tables" / "design.csv").write_text(turned)
     read, right = design_table(tmp_path / "tables" / "design.csv"), design_table(TABLES / "design.csv")
     assert (read[list(right)] == right).all(axis=None)
-    assert not tabulated(tmp_path / "tables" / "design.csv")
+    assert not calibrate_tables_beside(tmp_path / "tables" / "design.csv")
 
 
 def test_a_path_without_group_numbers_is_counted(tmp_path):
@@ -84,4 +85,4 @@ def test_a_path_without_group_numbers_is_counted(tmp_path):
     file = tmp_path / "tables" / "path.csv"
     file.write_text("\n".join(line.partition(",")[2] for line in file.read_text().splitlines()))
     assert list(path_table(file)["group"]) == [1, 2, 3, 4, 5, 6]
-    assert not tabulated(file)
+    assert not calibrate_tables_beside(file)

@@ -1,4 +1,4 @@
-"""The page in a real browser: bring, look, drag, say, run, believe. Skipped where there is no Chromium with its driver."""
+"""The page in a real browser: adding files, corrections, keys, runs, results. Skipped where there is no Chromium with its driver."""
 
 import io
 import json
@@ -71,7 +71,7 @@ class Window:
 
         self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'}); arguments[0].click()", self.until(there))
 
-    def bring(self, *files) -> None:
+    def add_files(self, *files) -> None:
         entry = self.until(lambda: self.all("input[type=file]"))[0]
         self.driver.execute_script("arguments[0].style.display = 'block'", entry)
         entry.send_keys("\n".join(map(str, files)))
@@ -118,7 +118,7 @@ def numbers(window, name: str) -> list[float]:
 def test_a_dropped_photo_is_measured_and_corrected(window, photo):
     window.go("/")
     began = time.time()
-    window.bring(photo)
+    window.add_files(photo)
     angle = window.until(lambda: numbers(window, "repose angle"))
     assert time.time() - began < 20  # of the 60 s that a person has
     assert angle == [pytest.approx(ANGLE, abs=0.1)]
@@ -205,7 +205,7 @@ def test_files_that_cannot_be_taken_are_named_and_the_rest_is_brought(window, tm
     bad.write_text("x")
     good.write_text("t_s\n0.25\n0.5\n0.7\n")
     window.go("/")
-    window.bring(bad, good)
+    window.add_files(bad, good)
     window.until(lambda: "<i>x.exe: not something that benchtwin reads" in window.text("#refused"))  # it shows as itself
     assert (window.folder / "drop 9" / "impacts.csv").read_text() == good.read_text()
 

@@ -6,8 +6,8 @@ import tomllib
 from pathlib import Path
 
 from page import toml_file
-from page.bring import Arrived, bring
 from page.folder import INCOMING, Folder
+from page.upload import ReceivedFile, place_files
 
 KILLS = 50
 LARGE = b"x" * 200_000
@@ -21,12 +21,12 @@ def save_forever(root: Path, start: int, told) -> None:
         keys = toml_file.read(root / "bench.toml")
         toml_file.change(keys, {("", "session"): str(n) * 2000, ("conditions", "count"): n})
         told.send(n)
-        arrived = [Arrived("run/recording.toml", incoming / "0")]
+        arrived = [ReceivedFile("run/recording.toml", incoming / "0")]
         (incoming / "0").write_text('rig = "pile"\n')
         for name in ("a.jpg", "b.jpg"):
             (incoming / name).write_bytes(LARGE)
-            arrived.append(Arrived(f"run/{name}", incoming / name))
-        bring(arrived, root, Folder(root))
+            arrived.append(ReceivedFile(f"run/{name}", incoming / name))
+        place_files(arrived, root, Folder(root))
 
 
 def test_nothing_saved_is_lost_and_nothing_is_half(tmp_path):

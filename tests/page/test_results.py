@@ -11,11 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 from benchtwin import app
-from page import results
-from page.beside import drawn, laid_beside, pairs_of
+from page import downloads, results
+from page.downloads import packed_bench, sheet
 from page.folder import Folder, Refused
-from page.next_list import sheet
-from page.pack import packed_bench
+from page.side_by_side import browser_data, pairs_of, read_pair
 from vision.recording import find_recordings
 
 SAMPLES = Path(__file__).parents[2] / "samples"
@@ -98,10 +97,10 @@ def test_cards_are_those_of_the_command(bench, tmp_path):
     left, out = bench / "results", tmp_path / "cards"
     command = ["export", str(left / "calibrated"), "--to", "lammps", "--out", str(out), "--quiet"]
     assert CliRunner().invoke(app, command).exit_code == 0
-    assert results.card_files(left, "lammps") == {p.name: p.read_text() for p in out.iterdir()}
+    assert downloads.card_files(left, "lammps") == {p.name: p.read_text() for p in out.iterdir()}
     shutil.rmtree(bench / "results" / "calibrated")
     with pytest.raises(Refused, match="nothing is calibrated yet"):
-        results.card_files(bench / "results", "lammps")
+        downloads.card_files(bench / "results", "lammps")
 
 
 def test_the_zip_unpacked_is_the_bench_with_results_that_are_no_recordings(bench, tmp_path):
@@ -128,6 +127,6 @@ def test_pairs_are_found_and_laid_over_each_other(bench, tmp_path):
     folder = Folder(tmp_path)
     found = pairs_of(bench, folder)
     assert [b.title for b in found] == ["Calibration: drop-phone", "Diagnosis: drop-phone, new twin"]
-    shown = drawn(found[0], laid_beside(found[0]), folder)
+    shown = browser_data(found[0], read_pair(found[0]), folder)
     assert shown["bench"] == pytest.approx(shown["twin"], abs=1e-6) and shown["frames"][0] == shown["frames"][1]
     assert np.all(np.diff(shown["frames"][0]) >= 0) and shown["xname"] == "time (s)"

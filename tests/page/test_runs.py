@@ -82,7 +82,7 @@ def test_stopped_it_says_so_and_goes_on(bench, folder):
     until(lambda: runs.read_run(place).status == runs.STOPPED)
     assert "goes on where it stopped" in runs.read_run(place).log
     (bench / "done").touch()
-    runs.go_on(runs.read_run(place), bench, folder)
+    runs.resume(runs.read_run(place), bench, folder)
     until(lambda: runs.read_run(place).status == runs.DONE)
 
 
@@ -112,7 +112,7 @@ def test_a_machine_that_was_switched_off_leaves_a_run_that_can_go_on(bench, fold
     os.kill(state["child"], signal.SIGKILL)
     until(lambda: runs.read_run(place).status == runs.BROKEN)
     (bench / "done").touch()
-    runs.go_on(runs.read_run(place), bench, folder)
+    runs.resume(runs.read_run(place), bench, folder)
     until(lambda: runs.read_run(place).status == runs.DONE)
 
 
@@ -120,19 +120,19 @@ def test_an_ordinary_command_runs(bench, folder):
     (bench / "drop-01").mkdir()
     (bench / "drop-01" / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 310\n')
     (bench / "drop-01" / "readings.csv").write_text("rebound_height_mm\n70\n72\n")
-    run = runs.ask(bench, "measure", (), folder)
+    run = runs.enqueue(bench, "measure", (), folder)
     until(lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 60)
     assert runs.read_run(run.folder).status == runs.DONE
     assert (bench / "results" / "measured" / "summary.csv").is_file()
     with pytest.raises(Refused):
-        runs.ask(bench, "rm", (), folder)
+        runs.enqueue(bench, "rm", (), folder)
 
 
 def test_a_diagnosis_is_left_in_the_bench_and_is_no_recording_of_it(tmp_path):
     """A run of the page writes below the bench: the command takes the folder, and finds no recordings in it the next time."""
     bench, folder = tmp_path / "bench", Folder(tmp_path)
     shutil.copytree(Path(__file__).parents[2] / "samples" / "heard-drop", bench)
-    run = runs.ask(bench, "diagnose", ("--quick",), folder)
+    run = runs.enqueue(bench, "diagnose", ("--quick",), folder)
     until(lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 120)
     assert runs.read_run(run.folder).status == runs.DONE, runs.read_run(run.folder).log
     left = bench / "results" / "diagnosed"

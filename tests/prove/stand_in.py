@@ -1,4 +1,4 @@
-"""Solvers that are not: `python stand_in.py MODE BENCH OUT` writes what a lazy, a loud or a clumsy solver would say."""
+"""Stand-in solvers: `python stand_in.py MODE BENCH OUT` writes the same diagnosis whatever the bench, or breaks down."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 MODES = {
     "none": ("none", []),  # never says anything
     "loud": ("name", ["drag"]),  # always names
-    "sure": ("none", []),  # never says anything, and is quite sure of it
+    "sure": ("none", []),  # never says anything, with probability 0.995
 }
 
 
@@ -17,10 +17,10 @@ def main(mode: str, bench: str, out: str) -> int:
         return 3
     rig = next(Path(bench).glob("*/recording.toml")).parent.name.split("-")[0]
     verdict, names = MODES[mode]
-    said = {"alarm": verdict != "none", "verdict": verdict, "names": names, "sectors": [], "parameters": {}, "held_out": {}}
+    rig_diagnosis = {"alarm": verdict != "none", "verdict": verdict, "names": names, "sectors": [], "parameters": {}, "held_out": {}}
     if mode == "sure":
-        said |= {"p_verdict": 0.995, "explanations": [{"effects": [], "probability": 0.995}], "matters": False}
-    (Path(out) / "diagnosis.json").write_text(json.dumps({"schema": 1, "rigs": {rig: said}}))
+        rig_diagnosis |= {"p_verdict": 0.995, "explanations": [{"effects": [], "probability": 0.995}], "matters": False}
+    (Path(out) / "diagnosis.json").write_text(json.dumps({"schema": 1, "rigs": {rig: rig_diagnosis}}))
     return 0
 
 

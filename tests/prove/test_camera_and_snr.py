@@ -4,24 +4,24 @@ import numpy as np
 import pytest
 
 from prove.cases import drop
-from prove.cases.camera import Camera, seen, stated_times, true_times
+from prove.cases.bench import Request
+from prove.cases.camera import Camera, project, stated_times, true_times
 from prove.cases.drop_snr import visibility
 from prove.cases.noise import Noise, kept, noisy, whitened
-from prove.cases.snr import Channel, Visible, fitted, scatter_snr
-from prove.cases.truth import Wish
+from prove.cases.snr import Channel, RecordingChange, fitted, scatter_snr
 
 CAMERA = Camera((0.0, 100.0), 120.0)
 NOTHING = np.zeros(2)
 
 
 def test_gravity_points_clockwise_by_the_roll():
-    x, y = seen(CAMERA.with_(roll_deg=2.0), np.zeros(2), np.array([100.0, 90.0]), NOTHING)
+    x, y = project(CAMERA.with_(roll_deg=2.0), np.zeros(2), np.array([100.0, 90.0]), NOTHING)
     down = np.array([x[1] - x[0], y[1] - y[0]]) / 10
     np.testing.assert_allclose(down, [-np.sin(np.radians(2)), -np.cos(np.radians(2))], atol=1e-12)
 
 
 def test_a_scale_that_is_truly_larger_makes_lengths_read_small():
-    _, y = seen(CAMERA.with_(scale_error=0.01), np.zeros(2), np.array([100.0, 0.0]), NOTHING)
+    _, y = project(CAMERA.with_(scale_error=0.01), np.zeros(2), np.array([100.0, 0.0]), NOTHING)
     assert y[0] - y[1] == pytest.approx(100 / 1.01)
 
 
@@ -58,7 +58,7 @@ def test_snr_is_the_same_as_with_the_whole_covariance():
     lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
     c = noise.sd**2 * (0.8 * 0.9**lag + 0.2 * np.eye(n))
     change, own, shared = 0.2 * t**2, np.column_stack([np.ones(n), t]), t[:, None] ** 3
-    got = fitted([Visible((Channel(change, own, shared),), np.full(2, np.inf))], np.array([0.05]), noise).snr
+    got = fitted([RecordingChange((Channel(change, own, shared),), np.full(2, np.inf))], np.array([0.05]), noise).snr
     basis, inverse = np.column_stack([own, shared]), np.linalg.inv(c)
     normal = basis.T @ inverse @ basis + np.diag([0, 0, 1 / 0.05**2])
     right = basis.T @ inverse @ change
@@ -68,10 +68,10 @@ def test_snr_is_the_same_as_with_the_whole_covariance():
 def test_snr_grows_with_the_root_of_the_recordings_and_vanishes_for_a_free_nuisance():
     n, noise = 200, Noise(0.05, 0.0, 1.0, np.inf, 0.0, 0.2, 0.0)
     t = np.linspace(0, 1, n)
-    one = Visible((Channel(0.1 * t**2, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
+    one = RecordingChange((Channel(0.1 * t**2, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
     four = fitted([one] * 4, np.ones(1), noise).snr
     assert four == pytest.approx(2 * fitted([one], np.ones(1), noise).snr)
-    absorbed = Visible((Channel(0.1 * t, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
+    absorbed = RecordingChange((Channel(0.1 * t, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),), np.full(2, np.inf))
     assert fitted([absorbed], np.ones(1), noise).snr < 1e-4
     assert scatter_snr(np.full(9, 0.1), np.full(9, 0.1), np.zeros((9, 0))) == pytest.approx(3.0)
 
@@ -81,7 +81,7 @@ def test_snr_is_the_spread_of_the_best_estimate():
     n, noise = 400, Noise(0.05, 0.9, 0.0, np.inf, 0.0, 0.2, 0.0)
     t = np.linspace(0, 1, n)
     own = np.column_stack([np.ones(n), t])
-    visible = Visible((Channel(0.1 * t**2, own, np.zeros((n, 1))),), np.full(2, np.inf))
+    visible = RecordingChange((Channel(0.1 * t**2, own, np.zeros((n, 1))),), np.full(2, np.inf))
     snr = fitted([visible], np.ones(1), noise).snr
     rng = np.random.default_rng(3)
     white = whitened(np.column_stack([0.1 * t**2, own]), 0.9, 0.0, 0.05)
@@ -92,6 +92,6 @@ def test_snr_is_the_spread_of_the_best_estimate():
 
 def test_a_clock_error_is_no_more_visible_than_its_twin_of_scale_lets_it_be():
     """Without a stated height only the fall's curvature tells a clock, and twice its error is an error of scale."""
-    scene = drop.draw(Wish(("clock-error",), separated=False), np.random.default_rng(5))
+    scene = drop.draw(Request(("clock-error",), separated=False), np.random.default_rng(5))
     most = 2 * 0.004 / np.hypot(scene.scale_sd, 5e-4)
     assert 0.9 * most < visibility(scene, {"clock-error": 0.004}, "clock-error").snr < 1.03 * most

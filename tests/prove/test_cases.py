@@ -1,4 +1,4 @@
-"""Made cases: read and measured by the measuring code, near the SNR that was asked for, and the same from the same seed."""
+"""Recording cases: read and measured by the measuring code, near the SNR that was asked for, and the same from the same seed."""
 
 from dataclasses import replace
 
@@ -7,14 +7,14 @@ import pytest
 
 from prove.baselines.drops import bounces, read_drops
 from prove.baselines.methods import METHODS, diagnose
+from prove.cases.bench import Request
 from prove.cases.folder import write_bench
 from prove.cases.pile import photograph
 from prove.cases.roll import travel
-from prove.cases.snr import Seen
-from prove.cases.truth import Wish
+from prove.cases.snr import Visibility
 from prove.effects import EFFECTS, OUTSIDE
 from prove.make import RIGS, make, sized
-from prove.plan import CONDITIONS, PAIRS, SINGLES, STRANGERS, TOLD_APART, TWINS, Spec
+from prove.plan import CONDITIONS, CONFOUNDED_EFFECTS, PAIRS, SEPARABLE_EFFECTS, SINGLES, UNLISTED_EFFECTS, Spec
 from vision.batch import find_all
 from vision.evidence.frames import open_frames
 from vision.motion.follow import follow
@@ -31,9 +31,9 @@ def test_the_vocabulary_is_the_one_that_is_planned_and_made():
         assert set(made.ranges) <= known
         planned = {
             *SINGLES[rig],
-            *TWINS[rig],
-            *TOLD_APART[rig],
-            *STRANGERS[rig],
+            *CONFOUNDED_EFFECTS[rig],
+            *SEPARABLE_EFFECTS[rig],
+            *UNLISTED_EFFECTS[rig],
             *CONDITIONS.get(rig, ()),
             *(n for pair in PAIRS.get(rig, ()) for n in pair),
         }
@@ -58,7 +58,7 @@ def test_without_the_second_direction_a_slope_cannot_be_seen():
     """It is rolling friction then, but for the incline, where it does not act."""
     seen = []
     for separated in (True, False):
-        scene = RIGS["roll"].draw(Wish(("slope",), separated), np.random.default_rng(4))
+        scene = RIGS["roll"].draw(Request(("slope",), separated), np.random.default_rng(4))
         seen.append(RIGS["roll"].visibility(scene, {"slope": 0.1}, "slope").snr)
     assert seen[1] < 0.2 * seen[0]
 
@@ -67,20 +67,20 @@ def test_one_kind_of_heap_hardly_tells_of_its_gate():
     """Angle, size, crest and toe of a heap are its material's first; between photos of one heap only what goes on changes."""
     seen = {}
     for name, separated in (("gate-speed", False), ("base-vibration", None)):
-        scene = RIGS["pile"].draw(Wish((name,), separated), np.random.default_rng(1))
+        scene = RIGS["pile"].draw(Request((name,), separated), np.random.default_rng(1))
         seen[name] = [RIGS["pile"].visibility(scene, {name: mm}, name).snr for mm in (1.5, 6.0)]
     assert max(seen["gate-speed"]) < 2.5 and min(seen["base-vibration"]) > 2.5
 
 
 def test_photos_of_one_heap_show_one_skin_with_a_noise_of_their_own():
-    scene = RIGS["pile"].draw(Wish(), np.random.default_rng(2))
+    scene = RIGS["pile"].draw(Request(), np.random.default_rng(2))
     one, other = (photograph(scene, scene.runs[0], {}, k).astype(float) for k in (0, 1))
     assert 1.0 < (one - other).std() < 6.0  # in grey levels: grains that lie elsewhere would differ by tens
 
 
 def test_the_corner_is_met_exactly_so_that_an_snr_may_ask_for_slopes():
     """A hundredth of a millimetre more on the incline: L + S goes on in proportion to S."""
-    scene = RIGS["roll"].draw(Wish(("slope",), True), np.random.default_rng(4))
+    scene = RIGS["roll"].draw(Request(("slope",), True), np.random.default_rng(4))
     run = scene.runs[0]
     way = scene.way_mm + run.start_off_mm
     end, later = (travel(scene, replace(run, start_off_mm=run.start_off_mm + m), {})[1][-1] for m in (0.0, 0.01))
@@ -103,7 +103,7 @@ def test_benches_are_read_by_the_measuring_code(rig, tmp_path):
 
 
 def test_the_tracker_finds_the_drawn_seed(tmp_path):
-    scene = RIGS["drop"].draw(Wish(rendered=True), np.random.default_rng(12))
+    scene = RIGS["drop"].draw(Request(rendered=True), np.random.default_rng(12))
     bench = RIGS["drop"].bench(replace(scene, runs=scene.runs[:1]), {})
     write_bench(bench, tmp_path / "case")
     recording = find_all([tmp_path / "case"])[0]
@@ -127,6 +127,6 @@ def test_baselines_answer_in_the_schema(tmp_path):
 
 def test_a_size_is_found_where_a_nuisance_hides_the_small_ones():
     """Of a corner that takes 0.024 by itself nothing is seen, then 1,000 for each more."""
-    rig = replace(RIGS["roll"], visibility=lambda scene, sizes, name: Seen(1000 * max(sizes[name] - 0.024, 0.0)))
+    rig = replace(RIGS["roll"], visibility=lambda scene, sizes, name: Visibility(1000 * max(sizes[name] - 0.024, 0.0)))
     sizes, seen = sized(rig, None, spec("roll", "corner-loss", snr=12.0), np.random.default_rng(0))
     assert seen[0].snr == pytest.approx(12.0, rel=0.08) and sizes["corner-loss"] == pytest.approx(0.036, rel=0.03)

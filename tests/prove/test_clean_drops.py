@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from prove.cases.drop import Flown, Scene, draw, fly_all
-from prove.cases.drop_snr import _flights, _places, _pushed, _visible
+from prove.cases.bench import Request
+from prove.cases.drop import Scene, SimulatedDrop, draw, fly_all
+from prove.cases.drop_snr import _flights, _places, _pushed, _recording_change
 from prove.cases.ellipsoid import G_M_S2
 from prove.cases.snr import fitted
-from prove.cases.truth import Wish
 
 NUISANCES = ("scale_error", "roll_deg", "distortion", "perspective")
 
@@ -19,11 +19,11 @@ def beyond_the_textbook(scene: Scene) -> float:
     return fitted([_recording(scene, drop, sds) for drop in fly_all(scene, {})], sds, scene.noise).snr
 
 
-def _recording(scene: Scene, drop: Flown, sds: np.ndarray):
+def _recording(scene: Scene, drop: SimulatedDrop, sds: np.ndarray):
     seen = _places(drop, drop.camera)
-    told, none = drop.law.copy(), drop.law.copy()
-    told[1], none[1] = scene.air.drag, 0.0
-    air, fall, flight = _pushed(drop, told, none), np.zeros(len(drop.rows)), _flights(drop)
+    stated, none = drop.law.copy(), drop.law.copy()
+    stated[1], none[1] = scene.air.drag, 0.0
+    air, fall, flight = _pushed(drop, stated, none), np.zeros(len(drop.rows)), _flights(drop)
     for k in range(flight.max() + 1):
         rows = flight == k
         fall[rows] = -0.5e3 * G_M_S2 * (drop.true_s[rows] - drop.true_s[rows][:1]) ** 2
@@ -34,7 +34,7 @@ def _recording(scene: Scene, drop: Flown, sds: np.ndarray):
             shared[axis][:, 4 * drop.run.session + i] = (moved[axis] - seen[axis]) / sd
     for axis in range(2):
         shared[axis][:, -1] = air[axis]
-    made = _visible(drop, [seen[0] - air[0], seen[1] - air[1] - fall], shared, 1.0)
+    made = _recording_change(drop, [seen[0] - air[0], seen[1] - air[1] - fall], shared, 1.0)
     return replace(made, own_sd=np.full(len(made.own_sd), np.inf))  # ways to and from the camera too
 
 
@@ -43,7 +43,7 @@ def test_clean_drops_are_textbook_drops():
     by what a seed's way to the camera does is not linear any more."""
     found = []
     for seed in range(8):
-        scene = draw(Wish(), np.random.default_rng(seed))
+        scene = draw(Request(), np.random.default_rng(seed))
         plumb = tuple(replace(camera, plumb_deg=0.0, distance_mm=2e4) for camera in scene.cameras)
         found.append(beyond_the_textbook(replace(scene, cameras=plumb)))
     assert np.median(found) < 3

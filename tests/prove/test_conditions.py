@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from prove.cases import drop, drop_snr, roll
+from prove.cases.bench import Request
 from prove.cases.conditions import WORDS, draw_conditions
 from prove.cases.ellipsoid import E_LAW, G_M_S2, T_BEGIN, T_END, VZ_IN, VZ_OUT
-from prove.cases.truth import Wish
 from prove.judge import judge
 from prove.make import RIGS, Key, conceal, make
 from prove.plan import Spec
@@ -39,13 +39,13 @@ def test_restitution_follows_the_condition_with_the_slope_of_the_key():
         numbers += 1
         assert effect.scored and effect.unit == f"1/{condition.name.rsplit('_', 1)[1]}"
         plain = restitution(replace(made, sizes={}))
-        slope = np.polyfit(np.array(condition.told, float), restitution(made) - plain, 1)[0]
+        slope = np.polyfit(np.array(condition.values, float), restitution(made) - plain, 1)[0]
         assert slope == pytest.approx(effect.value, rel=0.02)
     assert numbers > 2
 
 
 @pytest.mark.parametrize("rig", ["drop", "slide", "roll"])
-def test_what_matters_is_stated_in_every_recording_and_is_not_the_order_in_disguise(rig):
+def test_a_condition_that_matters_is_stated_everywhere_and_does_not_follow_the_order(rig):
     for index in range(1, 7):
         made, key = conceal(*following(index, rig))
         bench, _ = make(*following(index, rig))
@@ -56,18 +56,18 @@ def test_what_matters_is_stated_in_every_recording_and_is_not_the_order_in_disgu
         assert key.conditions[0] == name
 
 
-def test_idle_conditions_come_in_clean_benches_too_some_constant_some_in_order_some_in_part():
+def test_clean_benches_state_conditions_that_are_constant_ordered_partial_or_mixed():
     kinds, stated = set(), 0
     for seed in range(400):
         conditions = draw_conditions(DESIGN, False, True, RNG(seed))
         stated += bool(conditions)
         for c in conditions:
-            told = [v for v in c.told if v is not None]
-            kinds.add("part" if len(told) < 8 else "one" if len(set(told)) == 1 else "order" if told == sorted(told) else "mixed")
+            values = [v for v in c.values if v is not None]
+            kinds.add("part" if len(values) < 8 else "one" if len(set(values)) == 1 else "order" if values == sorted(values) else "mixed")
     assert kinds == {"part", "one", "order", "mixed"} and 0.35 < stated / 400 < 0.55
 
 
-def test_idle_conditions_do_nothing():
+def test_conditions_of_clean_benches_change_no_run():
     (made, key), n = conceal(Spec(2, "drop", "clean", (), (), None, False), 3), 0
     for index in range(1, 30):
         made, key = conceal(Spec(index, "drop", "clean", (), (), None, False), 3)
@@ -76,7 +76,7 @@ def test_idle_conditions_do_nothing():
     assert n > 5
 
 
-def test_a_drift_with_the_order_is_due_to_be_unknown():
+def test_a_drift_with_the_order_is_scored_as_unknown():
     made, key = conceal(*following(2, "drop", "order-drift"))
     assert np.polyfit(np.linspace(-1, 1, len(made.scene.runs)), restitution(made) - restitution(replace(made, sizes={})), 1)[
         0
@@ -87,7 +87,7 @@ def test_a_drift_with_the_order_is_due_to_be_unknown():
     assert judged.unknown and judged.as_said and judged.sector_right and judged.p_truth == 0.8
 
 
-def test_what_a_bench_was_is_kept_in_its_key():
+def test_a_key_survives_writing_and_reading():
     key = conceal(*following(3))[1]
     assert Key.from_dict(key.to_dict()) == key and key.absent
 
@@ -96,7 +96,7 @@ def test_a_slope_that_no_second_direction_shows_is_taken_for_rolling_friction():
     """The shift is the slope itself, its sd the runs' scatter; with both directions it moves the mean by little."""
     size, moved = 0.1, {}
     for both in (False, True):
-        scene = RIGS["roll"].draw(Wish(("slope",), both), RNG(4))
+        scene = RIGS["roll"].draw(Request(("slope",), both), RNG(4))
         moved[both] = RIGS["roll"].visibility(scene, {"slope": size}, "slope").moved
         if not both:
             expected = np.radians(size) / (scene.mu * roll.RUN_SD / np.sqrt(len(scene.runs)))
@@ -105,17 +105,17 @@ def test_a_slope_that_no_second_direction_shows_is_taken_for_rolling_friction():
 
 
 def test_what_moves_friction_matters_and_a_draught_does_not():
-    told = {}
+    values = {}
     for rig, name in (("slide", "adhesion"), ("drop", "draught"), ("drop", "camera-roll"), ("drop", "viscoelastic-restitution")):
-        told[name] = conceal(Spec(3, rig, "single", (name,), (15.0,), True, False), 5)[1].matters
-    assert told == {"adhesion": True, "draught": False, "camera-roll": None, "viscoelastic-restitution": None}
+        values[name] = conceal(Spec(3, rig, "single", (name,), (15.0,), True, False), 5)[1].matters
+    assert values == {"adhesion": True, "draught": False, "camera-roll": None, "viscoelastic-restitution": None}
 
 
 @pytest.mark.parametrize(
     ("truth", "said", "right"),
     [(True, True, True), (True, False, False), (False, True, False), (None, True, None), (True, None, None)],
 )
-def test_what_is_said_of_it_is_scored_where_the_truth_is_known(truth, said, right):
+def test_matters_is_scored_where_the_truth_is_known(truth, said, right):
     key = replace(conceal(Spec(3, "roll", "single", ("slope",), (15.0,), True, False), 5)[1], matters=truth)
     answer = {"alarm": True, "verdict": "name", "names": ["slope"]} | ({} if said is None else {"matters": said})
     judged = judge(key, {"rigs": {"roll": answer}}, None)
@@ -126,8 +126,8 @@ def test_what_is_said_of_it_is_scored_where_the_truth_is_known(truth, said, righ
 
 @pytest.mark.parametrize("seed", range(6))
 def test_drag_left_out_moves_restitution_as_straight_lines_through_its_flights_do(seed):
-    """Or is not told, where the nuisances of a whole fit take it or turn it about."""
-    scene = drop.draw(Wish(("drag",)), RNG(seed))
+    """Or is not values, where the nuisances of a whole fit take it or turn it about."""
+    scene = drop.draw(Request(("drag",)), RNG(seed))
     off, e = [], []
     for flown in drop.fly_all(scene, {"drag": 0.1}):
         flight = drop_snr._flights(flown)

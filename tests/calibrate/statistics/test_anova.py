@@ -8,7 +8,7 @@ from statsmodels.stats.anova import anova_lm
 
 from calibrate.statistics.anova import anova_table, contributions
 from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.printed import compare, flatten, follows
+from calibrate.statistics.published_values import compare, flatten, follows
 from calibrate.statistics.reduction import reduce
 from calibrate.statistics.surface import fit_surface
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibrate.statistics.ascent import along_gradient, check_published, choose_centre, equal_steps, relative_error
+from calibrate.statistics.ascent import check_published, choose_centre, equal_steps, relative_error
 from calibrate.statistics.box import Box
 
 FACTORS = ("restitution", "static_friction", "rolling_friction")
@@ -61,13 +61,6 @@ def test_an_end_of_the_path_asks_for_more_path(path):
     centre = choose_centre(path, "repose_angle_deg", 36.0, FACTORS)
     assert centre.group == 6 and list(centre.levels["group"]) == [4, 5, 6]
     assert "beyond its end" in centre.notes[0] and "does not bracket" in centre.notes[1]
-
-
-def test_the_path_along_a_gradient_goes_towards_the_target(surface):
-    up, down = along_gradient(surface, 32.0, 4), along_gradient(surface, 28.0, 4)
-    assert (np.diff(up["predicted"]) > 0).all() and (np.diff(down["predicted"]) < 0).all()
-    steps = surface.box.coded(up[list(FACTORS)].to_numpy())[1]
-    np.testing.assert_allclose(steps, 0.25 * np.array([0.5875, 0.8375, 0.775]) / 0.8375)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from calibrate.statistics.assessment import coefficients, predict, quality
 from calibrate.statistics.bench import pooled_mean
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.packings import share
+from calibrate.statistics.packings import decorrelate
 from calibrate.statistics.reduction import reduce
 from calibrate.statistics.residuals import residual_table
 from calibrate.statistics.surface import fit_surface
@@ -95,7 +95,7 @@ def test_packings_that_tell_nothing_are_refused():
     x, y = np.ones((4, 1)), np.arange(4.0)
     for labels in ([1, 2, 3, 4], [1, 1, 1, 1]):
         with pytest.raises(ValueError, match="packing"):
-            share(x, y, np.array(labels))
+            decorrelate(x, y, np.array(labels))
     box = Box.of({"e": (0, 1)})
     with pytest.raises(ValueError, match="column packing is missing"):
         fit_surface(pd.DataFrame({"e": np.linspace(0, 1, 6), "y_deg": np.arange(6.0) ** 2}), "y_deg", box, packing="packing")

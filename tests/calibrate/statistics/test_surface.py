@@ -11,7 +11,7 @@ from calibrate.statistics import terms as polynomial
 from calibrate.statistics.assessment import coefficients, natural_coefficients, predict, quality, response_grid
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.printed import compare
+from calibrate.statistics.published_values import compare
 from calibrate.statistics.reduction import reduce
 from calibrate.statistics.residuals import normality, residual_table
 from calibrate.statistics.surface import fit_surface, leverage

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))  # the scenes of rendering.py
+sys.path.insert(0, str(Path(__file__).parent))  # picture_scenes.py
 
 
 def _loads(library: str) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rendering import SOYBEAN, still
+from picture_scenes import SOYBEAN, still
 
 from sim.motion import Motion
 from sim.picture import Camera, Look, coverage, photo, project
@@ -106,7 +106,7 @@ def test_seeds_are_the_union_of_their_balls():
 
 def test_an_edge_is_where_the_light_is_half():
     """Averaging is of light: a wall's edge at a known column, half way between its level and the background's, to 0.02 px."""
-    from rendering import slab
+    from picture_scenes import slab
 
     from sim.motion import Part
 

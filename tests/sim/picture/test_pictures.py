@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rendering import SOYBEAN, drop, heap, slide, still
+from picture_scenes import SOYBEAN, drop, heap, slide, still
 
 from sim.picture import Camera, Look, context, coverage, exposure, film, photo, project
 from sim.picture.camera import view

@@ -1,6 +1,6 @@
 """Impacts added and struck out by hand: in drawn sound whose impacts are known, and on the command line.
 
-The sound is drawn by benchmarks/sound.py, which shares nothing with the reader.
+The sound is drawn by benchmarks/drawn_sound.py, which shares nothing with the reader.
 """
 
 from dataclasses import replace
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from sound import SCENES, draw, write
+from drawn_sound import SCENES, draw, write
 from typer.testing import CliRunner
 
 from benchtwin import app

@@ -1,6 +1,6 @@
 """Drops that are heard: impacts found in drawn sound, told from what is none; sound beside pictures; what cannot be used.
 
-The sound is drawn by benchmarks/sound.py, which shares nothing with the reader.
+The sound is drawn by benchmarks/drawn_sound.py, which shares nothing with the reader.
 """
 
 import struct
@@ -10,8 +10,9 @@ import av
 import numpy as np
 import pandas as pd
 import pytest
+from drawn_sound import SCENES, Scene, draw, write
 from drops import drop
-from sound import SCENES, Scene, draw, study, write
+from sound import study
 
 from vision.evidence.sound import Sound, only_sound, read_sound
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from page.hearing import Hearing, clicked, hearing, waveform
+from page.sound_impacts import SoundImpacts, changes_of_click, find_with_corrections, waveform
 from vision.evidence.keys import Drop
 from vision.evidence.sound import Sound
 from vision.motion.onsets import find_onsets
 from vision.recording import Recording
 
-NOW = Hearing(impacts=[1.0, 1.3], added=[1.3], struck=[0.5], others=[0.502, 1.5])
+NOW = SoundImpacts(impacts=[1.0, 1.3], added=[1.3], struck=[0.5], others=[0.502, 1.5])
 ADDED, STRUCK = ("drop", "impacts_added_s"), ("drop", "impacts_struck_s")
 DROP = Drop(impacts_added_s=(1.301,), impacts_struck_s=(0.5,))
 
@@ -26,11 +26,11 @@ DROP = Drop(impacts_added_s=(1.301,), impacts_struck_s=(0.5,))
      (1.7, [1.301, 1.7], [0.5])],  # nothing is there
 )  # fmt: skip
 def test_a_click_adds_strikes_out_and_takes_back(at, added, struck):
-    assert clicked(at, 0.01, NOW, DROP) == {ADDED: added, STRUCK: struck}
+    assert changes_of_click(at, 0.01, NOW, DROP) == {ADDED: added, STRUCK: struck}
 
 
 def test_a_click_out_of_reach_of_an_impact_adds_one_beside_it():
-    assert clicked(1.02, 0.01, NOW, DROP)[ADDED] == [1.02, 1.301]
+    assert changes_of_click(1.02, 0.01, NOW, DROP)[ADDED] == [1.02, 1.301]
 
 
 def test_the_waveform_is_loud_where_the_sound_is():
@@ -51,7 +51,7 @@ def test_a_sound_without_impacts_shows_what_is_sudden_and_takes_those_that_are_p
     sound = Sound(tmp_path / "s.wav", samples, rate, 0.0, False)
     onsets = find_onsets(sound)
     recording = Recording("r", tmp_path, "drop", "sound", (tmp_path / "s.wav",), drop=Drop(height_mm=100.0))
-    nothing = hearing(sound, onsets, recording)
+    nothing = find_with_corrections(sound, onsets, recording)
     assert nothing.impacts == [] and nothing.trouble and min(abs(t - 0.6) for t in nothing.others) < 1e-3
-    by_hand = hearing(sound, onsets, replace(recording, drop=Drop(height_mm=1100.0, impacts_added_s=(0.6, 1.5))))
+    by_hand = find_with_corrections(sound, onsets, replace(recording, drop=Drop(height_mm=1100.0, impacts_added_s=(0.6, 1.5))))
     assert by_hand.impacts == pytest.approx([0.6, 1.5], abs=1e-3) and by_hand.added == by_hand.impacts and by_hand.quantities

@@ -10,7 +10,7 @@ from nicegui import ui
 from page import toml_file
 from page.folder import Refused
 from page.form import Field, form
-from page.views.frame import told
+from page.views.frame import errors_shown
 
 
 def form_for(
@@ -26,7 +26,7 @@ def form_for(
     changed: dict[tuple[str, str], Any] = {}
     inputs: list[tuple[Field, Any]] = []
 
-    @told
+    @errors_shown
     def save() -> None:
         changes = {**changed}
         for field, text in list(changed_texts.items()):

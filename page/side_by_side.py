@@ -1,4 +1,4 @@
-"""Recordings beside their twins: which pairs a bench's results hold, and what the page draws of one."""
+"""Pairs of a recording and its twin: which ones the results hold, and what the browser draws of one."""
 
 import json
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ FILMED = ("frames", "video")
 
 
 @dataclass(frozen=True)
-class Beside:
-    """A recording of the bench and a run of the twin; alike: of one size."""
+class BenchTwinPair:
+    """A recording of the bench and a run of the twin; alike: whether both have the same scale."""
 
     title: str
     recording: Path
@@ -24,30 +24,30 @@ class Beside:
     alike: bool = True
 
 
-def pairs_of(bench: Path, folder: Folder) -> list[Beside]:
+def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
     """What a calibration chose to show, and what a diagnosis filmed; pairs of which a half is gone are left out."""
     results = folder.results(bench)
     recordings = {r.id: r.path for r in find_recordings(bench) if isinstance(r, Recording)}
     found = [
-        Beside(f"Calibration: {p['recording']}", recordings[p["recording"]], results / "calibrated" / p["twin"], p["alike"])
+        BenchTwinPair(f"Calibration: {p['recording']}", recordings[p["recording"]], results / "calibrated" / p["twin"], p["alike"])
         for p in _json(results / "calibrated" / "result.json").get("pairs", [])
         if p["recording"] in recordings
     ]
     for name, path in recordings.items():
         for which in ("old", "new"):
             twin = results / "diagnosed" / "twin" / f"{name.replace('/', '-')}-{which}"
-            found.append(Beside(f"Diagnosis: {name}, {which} twin", path, twin))
+            found.append(BenchTwinPair(f"Diagnosis: {name}, {which} twin", path, twin))
     inside = folder.root.resolve()
     return [b for b in found if (b.twin / "recording.toml").is_file() and b.twin.resolve().is_relative_to(inside)]
 
 
-def laid_beside(chosen: Beside) -> Pair:
+def read_pair(chosen: BenchTwinPair) -> Pair:
     """Both read by the same code and laid over each other. MeasurementError where one cannot be read."""
     bench, twin = (read_recording(p) for p in (chosen.recording, chosen.twin))
     return pair(bench, twin, alike=chosen.alike, timed=any(r.evidence in FILMED for r in (bench, twin)))
 
 
-def drawn(chosen: Beside, both: Pair, folder: Folder) -> dict:
+def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:
     """What the browser draws: places of both over x, thinned to MOST_STEPS, and where their pictures are."""
     rows = np.unique(np.linspace(0, len(both.x) - 1, min(len(both.x), MOST_STEPS)).round().astype(int))
     recordings = [read_recording(p) for p in (chosen.recording, chosen.twin)]
@@ -65,7 +65,7 @@ def drawn(chosen: Beside, both: Pair, folder: Folder) -> dict:
 
 
 def _seed(recording: Recording) -> list[float] | None:
-    """Length and thickness [mm] of the seed as it is drawn; None where nobody states them."""
+    """Length and thickness [mm] of the seed as it is browser_data; None where nobody states them."""
     seed = recording.seed
     long, flat = seed.length_mm, seed.thickness_mm or seed.width_mm
     return [long, flat or long] if long else None

@@ -1,4 +1,4 @@
-"""What was found on a recording, as the page draws it over the picture, and what a person's corrections make of it."""
+"""Measures a recording for the page, with and without corrections by hand, and gives what is drawn over its picture."""
 
 import re
 from dataclasses import dataclass, field, replace
@@ -18,7 +18,7 @@ _regions: dict[tuple, Region | None] = {}  # the seeds in a photo stay where the
 
 
 @dataclass(frozen=True)
-class Seen:
+class PileOverlay:
     """A pile as drawn, in px of the whole picture: polylines by name, and the numbers. trouble: why there are none."""
 
     surface: list[list[float]] = field(default_factory=list)
@@ -32,7 +32,7 @@ class Seen:
     trouble: str = ""
 
 
-def see_pile(recording: Recording, options: PileOptions) -> Seen:
+def measure_pile(recording: Recording, options: PileOptions) -> PileOverlay:
     """Measure the recording's first photo with these options."""
     file = recording.files[0]
     changed = file.stat().st_mtime_ns
@@ -47,26 +47,26 @@ def see_pile(recording: Recording, options: PileOptions) -> Seen:
         return _regions[key]
 
     try:
-        return _seen(measure_repose(image, recording.camera, options, find=find), image)
+        return _overlay(measure_repose(image, recording.camera, options, find=find), image)
     except MeasurementError as error:
-        return Seen(roi=list(options.roi) if options.roi else None, base=list(options.baseline) if options.baseline else None,
+        return PileOverlay(roi=list(options.roi) if options.roi else None, base=list(options.baseline) if options.baseline else None,
                     window=[100 * w for w in options.window], trouble=str(error))  # fmt: skip
 
 
-def automatic(recording: Recording) -> PileOptions:
+def automatic_options(recording: Recording) -> PileOptions:
     """How the photo is read when nobody corrects: only what the rig itself says."""
     one_sided = recording.pile.box_mm is not None and recording.pile.cylinder_mm is None
     return PileOptions(side="right" if one_sided else "")
 
 
-def corrected(recording: Recording) -> PileOptions:
+def corrected_options(recording: Recording) -> PileOptions:
     """The same with the corrections that recording.toml holds."""
-    pile, options = recording.pile, automatic(recording)
+    pile, options = recording.pile, automatic_options(recording)
     window = tuple(w / 100 for w in pile.window_pct) if pile.window_pct else options.window
     return replace(options, roi=pile.roi_px, baseline=pile.baseline_px, window=(window[0], window[1]))
 
 
-def see(recording: Recording) -> Observation:
+def measure_recording(recording: Recording) -> Observation:
     """Measure whatever it is; what cannot be measured says why."""
     return observe_or_fail(recording, observe)
 
@@ -74,18 +74,18 @@ def see(recording: Recording) -> Observation:
 def reasons(observation: Observation) -> list[str]:
     """Why something is doubtful or failed, each once; paths of files shortened to their names."""
     said = [*dict.fromkeys(q.reason for q in observation.quantities if q.reason), *observation.notes]
-    return [shorten(text) for text in said]
+    return [shorten_paths(text) for text in said]
 
 
-def shorten(text: str) -> str:
+def shorten_paths(text: str) -> str:
     """
-    >>> shorten("/home/me/soy/drop-01/recording.toml: [drop] height_mm is missing")
+    >>> shorten_paths("/home/me/soy/drop-01/recording.toml: [drop] height_mm is missing")
     'recording.toml: [drop] height_mm is missing'
     """
     return re.sub(r"(?:/[^\s:/]+)+/(?=[^\s:/]+)", "", text)
 
 
-def _seen(found: Repose, image: np.ndarray) -> Seen:
+def _overlay(found: Repose, image: np.ndarray) -> PileOverlay:
     x0, y0, width, height = found.roi
     columns = np.flatnonzero(np.isfinite(found.surface))
     columns = columns[:: max(1, len(columns) // MOST_POINTS)]
@@ -93,7 +93,7 @@ def _seen(found: Repose, image: np.ndarray) -> Seen:
     base = [float(x0), float(found.base.at(0) + y0), float(x0 + width - 1), float(found.base.at(width - 1) + y0)]
     lines = [[s.line.x_low + x0, s.line.at(s.line.x_low) + y0, s.line.x_high + x0, s.line.at(s.line.x_high) + y0] for s in found.slopes]
     whole = (width, height) == (image.shape[1], image.shape[0])
-    return Seen(
+    return PileOverlay(
         surface, base, None if whole else [int(v) for v in found.roi], [100 * w for w in found.window], [float(v) for v in found.crest],
         [[float(v) for v in line] for line in lines], found.quantities, found.notes,
     )  # fmt: skip

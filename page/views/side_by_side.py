@@ -4,19 +4,11 @@ import asyncio
 from pathlib import Path
 
 from nicegui import ui
-from nicegui.element import Element
 
-from page.beside import Beside, drawn, laid_beside, pairs_of
 from page.server import Site
+from page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
+from page.views.elements import SideBySide
 from vision.measurement import MeasurementError
-
-
-class Stage(Element, component="../static/beside.js"):
-    """Recording, twin and difference; `shown` as `page.beside.drawn` gives it."""
-
-    def __init__(self, shown: dict):
-        super().__init__()
-        self._props.update(shown=shown)
 
 
 def panel(site: Site, bench: Path) -> None:
@@ -27,13 +19,13 @@ def panel(site: Site, bench: Path) -> None:
         return
     by_title = {b.title: b for b in pairs}
 
-    async def show(chosen: Beside) -> None:
+    async def show(chosen: BenchTwinPair) -> None:
         place.clear()
         with place:
             ui.spinner()
         try:
-            both = await asyncio.to_thread(laid_beside, chosen)
-            shown = drawn(chosen, both, site.folder)
+            both = await asyncio.to_thread(read_pair, chosen)
+            shown = browser_data(chosen, both, site.folder)
         except (MeasurementError, OSError) as error:
             place.clear()
             with place:
@@ -41,7 +33,7 @@ def panel(site: Site, bench: Path) -> None:
             return
         place.clear()
         with place:
-            Stage(shown)
+            SideBySide(shown)
 
     ui.select(list(by_title), value=pairs[0].title, on_change=lambda e: show(by_title[e.value]), label="Which pair").classes("w-96")
     place = ui.column().classes("w-full")

@@ -1,4 +1,4 @@
-"""What a rig's file hands on: recordings as they will be written, and how visible each effect in them is."""
+"""What a case shall hold, and a bench folder before it is written."""
 
 from dataclasses import dataclass, field
 
@@ -7,9 +7,12 @@ import pandas as pd
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a case shall hold. separated: with the recordings that tell the effect from its twins; None: does not matter. absent:
-    keys that the bench will not state, see stated.SHARES."""
+class Request:
+    """What a case shall hold.
+
+    separated: with the recordings that tell the effect from those confounded with it; None: either. rendered: pictures instead
+    of tracks. absent: keys that the bench will not state (stated.SHARES).
+    """
 
     effects: tuple[str, ...] = ()
     separated: bool | None = None
@@ -25,7 +28,7 @@ class Wish:
 
 
 @dataclass(frozen=True, eq=False)
-class Made:
+class Recording:
     """One recording: its folder's name, recording.toml's content, and one kind of evidence.
 
     track: columns of track.csv (or readings.csv when `readings`); frames: (n, h, w) uint8; photos: (h, w) each.
@@ -44,9 +47,9 @@ class Bench:
     """A bench folder: bench.toml's content and the recordings."""
 
     toml: dict
-    recordings: tuple[Made, ...] = field(default=())
+    recordings: tuple[Recording, ...] = field(default=())
 
 
-def spread(low: float, high: float, rng: np.random.Generator) -> float:
+def log_uniform(low: float, high: float, rng: np.random.Generator) -> float:
     """Log-uniform between low and high."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))

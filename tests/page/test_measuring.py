@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from page import looking
+from page import measuring
 from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import read_recording
 from vision.synthetic.piles import PileScene, draw_pile
@@ -17,14 +17,14 @@ def test_a_dragged_base_line_and_window_do_not_look_for_the_seeds_again(tmp_path
     Image.fromarray(picture).save(tmp_path / "heap.png")
     recording = read_recording(tmp_path / "heap.png")
     sought = []
-    find = looking.find_region
-    monkeypatch.setattr(looking, "find_region", lambda cut: sought.append(cut.shape) or find(cut))
-    base = looking.see_pile(recording, PileOptions()).base
+    find = measuring.find_region
+    monkeypatch.setattr(measuring, "find_region", lambda cut: sought.append(cut.shape) or find(cut))
+    base = measuring.measure_pile(recording, PileOptions()).base
     for options in (PileOptions(baseline=(base[0], base[1] - 5, base[2], base[3] - 5)), PileOptions(window=(0.3, 0.7))):
-        ours = looking.see_pile(recording, options).quantities
+        ours = measuring.measure_pile(recording, options).quantities
         anew = measure_repose(picture, recording.camera, options).quantities
         assert [(q.name, q.value, q.sd) for q in ours] == [(q.name, q.value, q.sd) for q in anew]
     assert len(sought) == 1
     inside = replace(PileOptions(), roi=(100, 50, 700, 500))
-    assert looking.see_pile(recording, inside).quantities[0].value == pytest.approx(30, abs=0.2)
+    assert measuring.measure_pile(recording, inside).quantities[0].value == pytest.approx(30, abs=0.2)
     assert len(sought) == 2  # another part of the picture

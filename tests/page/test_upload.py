@@ -2,8 +2,8 @@
 
 import pytest
 
-from page.bring import KINDS, LEAST_FRAMES, Arrived, bring, check
 from page.folder import Folder, Refused
+from page.upload import KINDS, LEAST_FRAMES, ReceivedFile, check, place_files
 from vision.recording import Recording, find_recordings
 
 
@@ -19,8 +19,8 @@ def drop(tmp_path):
         for name in names:
             file = tmp_path / f"arrived-{next(count)}"
             file.write_text(text or name)
-            arrived.append(Arrived(name, file))
-        return bring(arrived, root, folder)
+            arrived.append(ReceivedFile(name, file))
+        return place_files(arrived, root, folder)
 
     dropped.root = root
     return dropped

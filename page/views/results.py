@@ -1,4 +1,4 @@
-"""What the commands left: explanations, posterior, bench and twin, what to record next, reports, everything to take away."""
+"""Results of a bench: reports, bench beside twin, posterior, explanations, what to record next, downloads."""
 
 from collections.abc import Callable
 from functools import partial
@@ -7,13 +7,13 @@ from urllib.parse import quote
 
 import pandas as pd
 from nicegui import ui
-from nicegui.element import Element
 
 from calibrate.export import ENGINES
 from page import results
-from page.beside import pairs_of
 from page.server import Site
-from page.views import beside
+from page.side_by_side import pairs_of
+from page.views import side_by_side
+from page.views.elements import PosteriorCloud
 
 REPORTS = (  # file below results/, heading
     ("calibrated/report.html", "Calibration"),
@@ -23,18 +23,10 @@ REPORTS = (  # file below results/, heading
 VERDICTS = {"none": "nothing is missing", "name": "found", "class": "found, not told apart", "unknown": "something unlisted is missing"}
 
 
-class Turned(Element, component="../static/cloud.js"):
-    """A posterior's draws over two or three parameters, to turn."""
-
-    def __init__(self, cloud: results.Cloud):
-        super().__init__()
-        self._props.update(names=list(cloud.names), draws=[[float(f"{v:.5g}") for v in row] for row in cloud.draws])
-
-
 def panel(site: Site, bench: Path) -> None:
     """All that is there, one tab each."""
     left = site.folder.results(bench)
-    _take_away(site, bench, left)
+    _downloads(site, bench, left)
     if (left / "measured" / "summary.csv").is_file():
         _means(left / "measured" / "summary.csv")
     parts = _parts(site, bench, left)
@@ -57,17 +49,17 @@ def _parts(site: Site, bench: Path, left: Path) -> dict[str, Callable[[], object
         if (left / file).is_file():
             parts[heading] = partial(_framed, site, left / file, heading)
     if pairs_of(bench, site.folder):
-        parts["Bench and twin"] = partial(beside.panel, site, bench)
+        parts["Bench and twin"] = partial(side_by_side.panel, site, bench)
     if (cloud := results.posterior(left)) is not None:
-        parts["Posterior"] = partial(Turned, cloud)
-    if told := results.explained(left):
-        parts["Explanations"] = partial(_explanations, told)
-    if told_next := results.next_recordings(left):
-        parts["What to record next"] = partial(_next, told_next, f"/next?bench={quote(site.folder.name_of(bench))}")
+        parts["Posterior"] = partial(PosteriorCloud, cloud)
+    if found := results.explained(left):
+        parts["Explanations"] = partial(_explanations, found)
+    if to_record := results.next_recordings(left):
+        parts["What to record next"] = partial(_next, to_record, f"/next?bench={quote(site.folder.name_of(bench))}")
     return parts
 
 
-def _take_away(site: Site, bench: Path, left: Path) -> None:
+def _downloads(site: Site, bench: Path, left: Path) -> None:
     name, names = quote(site.folder.name_of(bench)), {"mercury": "MercuryDPM"}
     with ui.row().classes("items-center"):
         ui.link("This bench with its results as one zip", f"/zip?bench={name}")
@@ -83,9 +75,9 @@ def _framed(site: Site, file: Path, heading: str) -> None:
     ui.element("iframe").classes("report").props(f'src="{address}" sandbox="{sandbox}" title="{heading}"')
 
 
-def _explanations(told: list[results.Explained]) -> None:
+def _explanations(found: list[results.Explained]) -> None:
     """A bar an explanation, as long as it is probable."""
-    for one in told:
+    for one in found:
         with ui.column().classes("w-full gap-1 q-mb-md"):
             noise = "p < 0.0001" if one.p_noise < 1e-4 else f"p = {one.p_noise:.2g}"
             ui.label(f"{one.rig.capitalize()}: {VERDICTS.get(one.verdict, one.verdict)}").classes("text-lg")
@@ -98,9 +90,9 @@ def _explanations(told: list[results.Explained]) -> None:
                     ui.label(" and ".join(explanation.effects) or "nothing is missing").classes("grow")
 
 
-def _next(told: dict[str, list[results.ToRecord]], address: str) -> None:
+def _next(to_record: dict[str, list[results.ToRecord]], address: str) -> None:
     ui.link("As a list to print", address, new_tab=True)
-    for heading, rows in told.items():
+    for heading, rows in to_record.items():
         ui.label(heading).classes("text-lg")
         for row in rows:
             with ui.column().classes("gap-0"):

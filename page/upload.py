@@ -1,4 +1,4 @@
-"""Files that somebody drops on the page → recordings of a bench: sorted by what they are, copied whole or not at all."""
+"""Sorts files dropped on the page into recordings of a bench; each recording is made whole or not at all."""
 
 import re
 import shutil
@@ -25,16 +25,16 @@ SPARE_BYTES = 100_000_000  # left free on the disk
 
 
 @dataclass(frozen=True)
-class Arrived:
-    """A file that came whole: the name that it had (with the folder that was dropped, if any), and where it lies now."""
+class ReceivedFile:
+    """An uploaded file: its name (with the folder that was dropped, if any) and where it lies now."""
 
     name: str
     path: Path
 
 
 @dataclass(frozen=True)
-class Group:
-    """Files of one recording: the folder that they shall lie in, file names in it → files, and what their kind says of the rig."""
+class NewRecording:
+    """Files of one recording: its folder, file names in it → files, and the rig if the kind of file tells it."""
 
     folder: str
     files: dict[str, Path]
@@ -53,7 +53,7 @@ def check(name: str, size: int, folder: Folder) -> None:
         raise Refused(f"{name}: {size / 1e6:,.0f} MB are more than this disk has room for")
 
 
-def bring(arrived: Iterable[Arrived], bench: Path, folder: Folder) -> list[Path]:
+def place_files(arrived: Iterable[ReceivedFile], bench: Path, folder: Folder) -> list[Path]:
     """Move the files into recordings of `bench`; returns their folders. Refused where a group cannot be placed: those before
     it are placed, nothing is replaced."""
     arrived = list(arrived)
@@ -76,11 +76,11 @@ def bring(arrived: Iterable[Arrived], bench: Path, folder: Folder) -> list[Path]
     return made
 
 
-def groups(arrived: list[Arrived]) -> list[Group]:
+def groups(arrived: list[ReceivedFile]) -> list[NewRecording]:
     """What belongs together: a dropped folder, numbered pictures of one name, else each file alone (a film and its sound or
     table of the same name together)."""
-    out: list[Group] = []
-    folders: dict[str, list[Arrived]] = {}
+    out: list[NewRecording] = []
+    folders: dict[str, list[ReceivedFile]] = {}
     for file in arrived:
         folders.setdefault(file.name.rpartition("/")[0], []).append(file)
     for name, files in folders.items():
@@ -91,33 +91,33 @@ def groups(arrived: list[Arrived]) -> list[Group]:
     return out
 
 
-def _is_evidence(file: Arrived) -> bool:
+def _is_evidence(file: ReceivedFile) -> bool:
     name = file.name.rpartition("/")[2]
     return name in (*TABLES, "recording.toml") or Path(name).suffix.lower() in (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
 
 
-def _dropped_folder(name: str, files: list[Arrived], folders: dict[str, list[Arrived]]) -> Group:
+def _dropped_folder(name: str, files: list[ReceivedFile], folders: dict[str, list[ReceivedFile]]) -> NewRecording:
     inside = {clean_name(f.name): f.path for f in files}
     inside |= {f"frames/{clean_name(f.name)}": f.path for f in folders.get(f"{name}/frames", [])}
-    return Group(clean_name(name), inside, None)
+    return NewRecording(clean_name(name), inside, None)
 
 
-def _loose(files: list[Arrived]) -> list[Group]:
+def _loose(files: list[ReceivedFile]) -> list[NewRecording]:
     out, films = [], _films(files)
     for stem, frames in films.items():
-        out.append(Group(stem or "film", {f"frames/{clean_name(f.name)}": f.path for f in frames}, None))
+        out.append(NewRecording(stem or "film", {f"frames/{clean_name(f.name)}": f.path for f in frames}, None))
     taken = {id(f) for frames in films.values() for f in frames}
     named: dict[str, dict[str, Path]] = {}
     for file in (f for f in files if id(f) not in taken):
         name = clean_name(file.name)
         kind = KINDS[Path(name).suffix.lower()][0]
         if kind == PHOTO:
-            out.append(Group("pile", {name: file.path}, "pile"))
+            out.append(NewRecording("pile", {name: file.path}, "pile"))
         elif name.lower().endswith(".csv"):
             named.setdefault(Path(name).stem, {})[_table_name(name, file.path)] = file.path
         else:
             named.setdefault(Path(name).stem, {})[name] = file.path
-    return out + [Group(stem, inside, _rig_of(inside)) for stem, inside in named.items()]
+    return out + [NewRecording(stem, inside, _rig_of(inside)) for stem, inside in named.items()]
 
 
 def _rig_of(inside: dict[str, Path]) -> str | None:
@@ -125,9 +125,9 @@ def _rig_of(inside: dict[str, Path]) -> str | None:
     return "drop" if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside) else None
 
 
-def _films(files: list[Arrived]) -> dict[str, list[Arrived]]:
+def _films(files: list[ReceivedFile]) -> dict[str, list[ReceivedFile]]:
     """Pictures whose names differ in their number only, LEAST_FRAMES or more, by the rest of the name."""
-    runs: dict[str, list[Arrived]] = {}
+    runs: dict[str, list[ReceivedFile]] = {}
     for file in files:
         name = Path(clean_name(file.name))
         if name.suffix.lower() in PHOTO_SUFFIXES and (number := re.fullmatch(r"(.*?)[-_ ]?(\d{2,})", name.stem)):

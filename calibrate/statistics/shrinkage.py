@@ -22,7 +22,7 @@ STEEPNESS = (0.2, 0.5, 1.0)  # r
 
 
 @dataclass(frozen=True, eq=False)
-class Shrunk:
+class ShrinkageSurface:
     """coefficients: (p,) of coded terms; covariance: (p, p) of what is not known of them; noise_sd: scatter of one run on
     noise_df degrees of freedom; df: of a prediction's variance; residuals: (n,), independent where packings are shared."""
 
@@ -41,7 +41,7 @@ class Shrunk:
         return x @ self.coefficients, np.sum(x @ self.covariance * x, axis=1)
 
 
-def shrink(surface: Surface) -> Shrunk:
+def shrink(surface: Surface) -> ShrinkageSurface:
     """The same runs, and cubes of those factors that have squares. Noise and packings as the surface knows them."""
     terms = (*surface.terms, *cubes(surface.terms))
     order = np.array([sum(t) for t in terms])
@@ -63,7 +63,7 @@ def shrink(surface: Surface) -> Shrunk:
     mean = sum(w * beta for w, (_, beta, _) in zip(weight, fits))
     covariance = sum(w * (s2 * v + np.outer(beta - mean, beta - mean)) for w, (v, beta, s2) in zip(weight, fits))
     noise = float(sum(w * s2 for w, (*_, s2) in zip(weight, fits))) * (1 + surface.shared)
-    return Shrunk(surface.box, terms, mean, covariance, np.sqrt(noise), free, surface.df, y - x @ mean)
+    return ShrinkageSurface(surface.box, terms, mean, covariance, np.sqrt(noise), free, surface.df, y - x @ mean)
 
 
 def cubes(terms: tuple[polynomial.Term, ...]) -> list[polynomial.Term]:

@@ -8,7 +8,7 @@ from nicegui import ui
 from page import runs
 from page.runs import BROKEN, DONE, FAILED, RUNNING, STOPPED, WAITING, Run
 from page.server import Site
-from page.views.frame import told
+from page.views.frame import errors_shown
 
 EVERY_S = 0.7
 ASKS = (  # command, label, options, what for
@@ -25,9 +25,9 @@ def panel(site: Site, bench: Path) -> None:
     with ui.row():
         for command, label, options, purpose in ASKS:
 
-            @told
+            @errors_shown
             def ask(command: str = command, options: tuple[str, ...] = options) -> None:
-                runs.ask(bench, command, options, site.folder)
+                runs.enqueue(bench, command, options, site.folder)
                 listed.refresh()
 
             ui.button(label, on_click=lambda ask=ask: ask()).tooltip(purpose)
@@ -62,14 +62,14 @@ def panel(site: Site, bench: Path) -> None:
 def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None:
     name = one.folder.name
 
-    @told
+    @errors_shown
     def stop() -> None:
         runs.stop(one)
         refresh()
 
-    @told
-    def go_on() -> None:
-        runs.go_on(one, bench, site.folder)
+    @errors_shown
+    def resume() -> None:
+        runs.resume(one, bench, site.folder)
         refresh()
 
     with ui.card().classes("w-full q-pa-sm"), ui.column().classes("w-full gap-1"):
@@ -81,7 +81,7 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
             if one.status in (RUNNING, WAITING):
                 ui.button("Stop", on_click=stop).props("flat dense")
             if one.status in (STOPPED, BROKEN, FAILED):
-                ui.button("Go on", on_click=go_on).props("flat dense")
+                ui.button("Go on", on_click=resume).props("flat dense")
         if one.status == RUNNING:
             part = re.search(r"\b(\d+)/(\d+)\b", one.progress)
             share = int(part[1]) / max(int(part[2]), 1) if part else 0.0

@@ -7,7 +7,7 @@ from scipy import stats
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.shrunk import cubes, shrink
+from calibrate.statistics.shrinkage import cubes, shrink
 from calibrate.statistics.surface import fit_surface
 
 BOX = Box(("e", "mu", "mu_r"), [0.45, 0.2, 0.01], [0.7, 0.7, 0.06])

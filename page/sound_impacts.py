@@ -1,4 +1,4 @@
-"""A drop's sound as the page draws it, what is heard in it, and what a click on it means."""
+"""Impacts in a drop's sound: found, corrected by clicks, and drawn as a waveform."""
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ Changes = dict[tuple[str, str], list[float] | None]
 
 
 @dataclass(frozen=True)
-class Hearing:
+class SoundImpacts:
     """Impacts, those of them that were added, what was struck out and what else is sudden [s]; the numbers. trouble: why none."""
 
     impacts: list[float]
@@ -33,7 +33,7 @@ class Hearing:
     trouble: str = ""
 
 
-def hearing(sound: Sound, onsets: Onsets, recording: Recording) -> Hearing:
+def find_with_corrections(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImpacts:
     """What is heard with the corrections of the recording, and without them."""
     drop = recording.drop
     plain = replace(recording, drop=drop.model_copy(update={"impacts_added_s": None, "impacts_struck_s": None}))
@@ -44,18 +44,18 @@ def hearing(sound: Sound, onsets: Onsets, recording: Recording) -> Hearing:
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
-        return Hearing([], list(drop.impacts_added_s or ()), struck, sudden, (), automatic, (), str(error))
+        return SoundImpacts([], list(drop.impacts_added_s or ()), struck, sudden, (), automatic, (), str(error))
     seen = without_picture(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]
-    return Hearing(impacts, _times(heard, heard.added), struck, others, seen.quantities, automatic, seen.notes)
+    return SoundImpacts(impacts, _times(heard, heard.added), struck, others, seen.quantities, automatic, seen.notes)
 
 
 def _times(heard: Heard, rows) -> list[float]:
     return [float(heard.onsets.time_s[row]) for row in rows]
 
 
-def clicked(at_s: float, reach_s: float, now: Hearing, drop: Drop) -> Changes:
+def changes_of_click(at_s: float, reach_s: float, now: SoundImpacts, drop: Drop) -> Changes:
     """What a click means for the keys: an impact within reach is struck out, or no longer added; what was struck out comes back;
     elsewhere an impact is added, at the sudden sound within reach if there is one."""
     added, struck = list(drop.impacts_added_s or ()), list(drop.impacts_struck_s or ())

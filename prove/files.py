@@ -1,0 +1,19 @@
+"""JSON files of a proof: read, and written whole or not at all."""
+
+import json
+from pathlib import Path
+
+
+def read_json(file: Path) -> dict:
+    return json.loads(file.read_text(encoding="utf8"))
+
+
+def write_json(file: Path, content: dict, *, indent: int | None = 1) -> None:
+    write_whole(file, json.dumps(content, indent=indent, sort_keys=True, allow_nan=False))
+
+
+def write_whole(file: Path, text: str) -> None:
+    """Write beside the file and put it in place: a proof that is stopped leaves no half of one."""
+    part = file.with_name(f".{file.name}.part")
+    part.write_text(text, encoding="utf8")
+    part.replace(file)
