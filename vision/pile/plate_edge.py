@@ -1,28 +1,28 @@
-"""The plate's edge where its tone is too near the background's to stand out in the silhouette: found as a long, level step."""
+"""The plate's edge beside the pile where it is too faint for the silhouette: a long, nearly level step in brightness."""
 
 import cv2
 import numpy as np
 
-from vision.pile.boundary import Ground
 from vision.pile.heap import MAX_PLATE_SLOPE
 from vision.pile.image import as_float, denoise
 from vision.pile.line import Line, fit_line
+from vision.pile.surface import Background
 
-CLEAR = 6.0  # a step is believed when its mean over the columns is this many standard errors from nothing
+CLEAR = 6.0  # standard errors of a step's mean over the columns, below which it is none
 
 
-def plate_edge(image: np.ndarray, ground: Ground, top: np.ndarray, floor: float) -> Line | None:
-    """The longest level step in the columns beside the pile, as a line in px of the full picture; None if there is none.
+def plate_edge(image: np.ndarray, background: Background, top: np.ndarray, floor: float) -> Line | None:
+    """The plate's edge beside the pile, as a line in px of the full picture; None where there is none.
 
-    top (w,): the silhouette's rows in the small picture, −1 beside the pile. Along every slope within MAX_PLATE_SLOPE the
-    vertical gradient is averaged over those columns; the steepest mean is the edge, if it is CLEAR and lies near the
-    pile's lowest visible point. Its sub-pixel rows come from the full picture.
+    top (w,): the silhouette's rows in the small picture, −1 beside the pile. For every slope within MAX_PLATE_SLOPE the vertical
+    gradient is averaged over those columns; the strongest mean near the pile's lowest visible point is the edge, if it is
+    CLEAR. It is then refined to sub-pixel rows on the full picture.
     """
     columns = np.flatnonzero(top < 0)
     columns = columns[(columns > 2) & (columns < top.size - 3)]
     if columns.size < 0.08 * top.size or (top >= 0).sum() < 8:
         return None
-    grey = cv2.GaussianBlur(ground.distance, (0, 0), 1.0)
+    grey = cv2.GaussianBlur(background.distance, (0, 0), 1.0)
     gradient = np.gradient(grey, axis=0)[:, columns]
     foot, reach = int(top.max()), max(12, int(0.15 * (top.max() - top[top >= 0].min())))
     noise = 1.4826 * float(np.median(np.abs(gradient - np.median(gradient)))) + 1e-3
@@ -41,12 +41,12 @@ def plate_edge(image: np.ndarray, ground: Ground, top: np.ndarray, floor: float)
     step, slope, row = best
     if abs(step) < max(CLEAR * noise / np.sqrt(columns.size), 0.5):
         return None
-    return _refine(image, ground, columns, slope, row - slope * middle, np.sign(step), floor)
+    return _refine(image, background, columns, slope, row - slope * middle, np.sign(step), floor)
 
 
-def _refine(image, ground: Ground, columns, slope, intercept, sign, floor) -> Line | None:
-    """Where, in each full column beside the pile, the step lies: the middle of the gradient of its sign about the line."""
-    factor, (height, width) = ground.factor, image.shape[:2]
+def _refine(image, background: Background, columns, slope, intercept, sign, floor) -> Line | None:
+    """The line through the gradient's centroid in each full column beside the pile; None where that is no straight line."""
+    factor, (height, width) = background.factor, image.shape[:2]
     x = np.arange(width)
     x = x[np.isin(((x + 0.5) / factor).astype(int), columns)]
     guess = (intercept + slope * ((x + 0.5) / factor - 0.5) + 0.5) * factor - 0.5
@@ -68,4 +68,4 @@ def _refine(image, ground: Ground, columns, slope, intercept, sign, floor) -> Li
         return None
     y = (rows * rise).sum(axis=0) / np.maximum(weight, 1e-9)
     line = fit_line(x[clear], y[clear], floor)
-    return line if line.rms < max(1.0, 0.7 * factor) and line.left_out < 0.4 else None
+    return line if line.rms < max(1.0, 0.7 * factor) and line.outlier_share < 0.4 else None
