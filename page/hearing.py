@@ -8,7 +8,7 @@ import numpy as np
 from vision.evidence.keys import Drop
 from vision.evidence.sound import Sound
 from vision.measurement import MeasurementError, Quantity
-from vision.motion.heard import Heard, find_impacts, without_picture
+from vision.motion.drop_sound import SoundImpacts, find_impacts, sound_observation
 from vision.motion.onsets import APART_S, Onsets
 from vision.recording import Recording
 
@@ -40,18 +40,18 @@ def hearing(sound: Sound, onsets: Onsets, recording: Recording) -> Hearing:
     struck, sudden = [float(t) for t in drop.impacts_struck_s or ()], [float(t) for t in onsets.time_s]
     automatic: tuple[Quantity, ...] = ()
     with suppress(MeasurementError):  # then there is nothing to stand beside what was corrected
-        automatic = without_picture(find_impacts(sound, onsets, plain), plain).quantities
+        automatic = sound_observation(find_impacts(sound, onsets, plain), plain).quantities
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
         return Hearing([], list(drop.impacts_added_s or ()), struck, sudden, (), automatic, (), str(error))
-    seen = without_picture(heard, recording)
+    seen = sound_observation(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]
     return Hearing(impacts, _times(heard, heard.added), struck, others, seen.quantities, automatic, seen.notes)
 
 
-def _times(heard: Heard, rows) -> list[float]:
+def _times(heard: SoundImpacts, rows) -> list[float]:
     return [float(heard.onsets.time_s[row]) for row in rows]
 
 

@@ -21,7 +21,7 @@ from page.views.picture import Picture
 from page.views.wave import Wave
 from vision.evidence.keys import read_toml
 from vision.measurement import MeasurementError
-from vision.motion.heard import sound_of
+from vision.motion.drop_sound import sound_of
 from vision.recording import Recording, find_recordings
 
 TOOL_NAMES = {
