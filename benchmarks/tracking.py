@@ -22,10 +22,10 @@ import numpy as np
 
 from vision.evidence.frames import Frame, FrameSource, open_frames
 from vision.motion.detect import find_silhouettes
-from vision.motion.follow import follow
 from vision.motion.gravity import SHAPE_SD, drag_per_metre
 from vision.motion.rebound import measure_rebound
 from vision.motion.scene import grey, learn_scene
+from vision.motion.track_seed import track_seed
 from vision.recording import Air, Camera, Drop, Recording, Seed
 from vision.synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
 from vision.synthetic.motion import draw_drop, film_track
@@ -94,7 +94,7 @@ def located(frame, scene, column, row, look) -> tuple[float, float]:
     import trackpy
 
     size = int(look.axes_mm[0] / look.mm_per_px) // 2 * 2 + 5
-    bright = np.abs(grey(frame) - scene.background)
+    bright = np.abs(grey(frame) - scene.grey_background)
     found = trackpy.locate(bright, size, topn=1, characterize=False)
     return (float(found.x.iloc[0] - column), float(found.y.iloc[0] - row)) if len(found) else (np.nan, np.nan)
 
@@ -182,13 +182,13 @@ def speed(count=300) -> None:
                 find_silhouettes(pixels, scene)
             finding = (time.process_time() - start) / count
             start = time.process_time()
-            follow(open_frames(made), falling=True)
+            track_seed(open_frames(made), falling=True)
             whole = (time.process_time() - start) / count
             print(f"1280 × 800, {name}: decoding {1e3 * decoding:.2f} ms, finding the seed {1e3 * finding:.2f} ms, "
                   f"learning the scene {1e3 * learning * count:.0f} ms once, whole run {1e3 * whole:.2f} ms a frame")  # fmt: skip
         start = time.process_time()
         for pixels in frames[:20]:
-            trackpy.locate(np.abs(grey(pixels) - scene.background), 21, topn=1, characterize=False)
+            trackpy.locate(np.abs(grey(pixels) - scene.grey_background), 21, topn=1, characterize=False)
         peer = (time.process_time() - start) / 20
         ratio = peer / finding
         print(f"trackpy.locate on the same frames: {1e3 * peer:.1f} ms a frame, {ratio:.1f} × as long as finding the seed here")
@@ -204,7 +204,7 @@ def memory() -> None:
 
 
 def track_alone(folder: str) -> None:
-    from vision.motion.moving import observe_moving
+    from vision.motion.observe_motion import observe_moving
     from vision.recording import read_recording
 
     found = observe_moving(read_recording(Path(folder)))

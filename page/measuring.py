@@ -8,7 +8,7 @@ import numpy as np
 from page.pictures import photo
 from vision.batch import observe, observe_or_fail
 from vision.measurement import MeasurementError, Observation, Quantity
-from vision.pile.region import Region, find_region
+from vision.pile.heap_region import Region, find_region
 from vision.pile.repose import PileOptions, Repose, measure_repose
 from vision.recording import Recording
 

@@ -22,7 +22,7 @@ from page.sound_impacts import waveform
 from page.upload import ReceivedFile, check, place_files
 from vision.evidence.sound import Sound
 from vision.measurement import MeasurementError, Observation
-from vision.motion.heard import listen, sound_of
+from vision.motion.drop_sound import read_onsets, sound_of
 from vision.motion.onsets import Onsets
 from vision.recording import Recording, read_recording
 
@@ -77,7 +77,7 @@ class Site:
             raise MeasurementError(f"{recording.id} has no sound")
         key = (file, file.stat().st_mtime_ns, recording.camera.fps, recording.rig)
         if key not in self.sounds:
-            self.sounds = {key: listen(file, recording)}  # one at a time
+            self.sounds = {key: read_onsets(file, recording)}  # one at a time
         return self.sounds[key]
 
 

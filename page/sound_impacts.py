@@ -8,7 +8,7 @@ import numpy as np
 from vision.evidence.keys import Drop
 from vision.evidence.sound import Sound
 from vision.measurement import MeasurementError, Quantity
-from vision.motion.heard import Heard, find_impacts, without_picture
+from vision.motion.drop_sound import SoundImpacts, find_impacts, sound_observation
 from vision.motion.onsets import APART_S, Onsets
 from vision.recording import Recording
 
@@ -20,7 +20,7 @@ Changes = dict[tuple[str, str], list[float] | None]
 
 
 @dataclass(frozen=True)
-class SoundImpacts:
+class SoundView:
     """Impacts, those of them that were added, what was struck out and what else is sudden [s]; the numbers. trouble: why none."""
 
     impacts: list[float]
@@ -33,29 +33,29 @@ class SoundImpacts:
     trouble: str = ""
 
 
-def find_with_corrections(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImpacts:
+def find_with_corrections(sound: Sound, onsets: Onsets, recording: Recording) -> SoundView:
     """What is heard with the corrections of the recording, and without them."""
     drop = recording.drop
     plain = replace(recording, drop=drop.model_copy(update={"impacts_added_s": None, "impacts_struck_s": None}))
     struck, sudden = [float(t) for t in drop.impacts_struck_s or ()], [float(t) for t in onsets.time_s]
     automatic: tuple[Quantity, ...] = ()
     with suppress(MeasurementError):  # then there is nothing to stand beside what was corrected
-        automatic = without_picture(find_impacts(sound, onsets, plain), plain).quantities
+        automatic = sound_observation(find_impacts(sound, onsets, plain), plain).quantities
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
-        return SoundImpacts([], list(drop.impacts_added_s or ()), struck, sudden, (), automatic, (), str(error))
-    seen = without_picture(heard, recording)
+        return SoundView([], list(drop.impacts_added_s or ()), struck, sudden, (), automatic, (), str(error))
+    seen = sound_observation(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]
-    return SoundImpacts(impacts, _times(heard, heard.added), struck, others, seen.quantities, automatic, seen.notes)
+    return SoundView(impacts, _times(heard, heard.added), struck, others, seen.quantities, automatic, seen.notes)
 
 
-def _times(heard: Heard, rows) -> list[float]:
+def _times(heard: SoundImpacts, rows) -> list[float]:
     return [float(heard.onsets.time_s[row]) for row in rows]
 
 
-def changes_of_click(at_s: float, reach_s: float, now: SoundImpacts, drop: Drop) -> Changes:
+def changes_of_click(at_s: float, reach_s: float, now: SoundView, drop: Drop) -> Changes:
     """What a click means for the keys: an impact within reach is struck out, or no longer added; what was struck out comes back;
     elsewhere an impact is added, at the sudden sound within reach if there is one."""
     added, struck = list(drop.impacts_added_s or ()), list(drop.impacts_struck_s or ())

@@ -20,7 +20,7 @@ class SeenPile:
     is stated, "px".
 
     x, z (n,): the surface, NaN where there is none; base_z: of the plate's line at x = 0; base_deg, base_sd_deg: its inclination,
-    clockwise from the picture's rows; base_source: how it was found (vision.pile.base.BASES; "toe": it was not seen); crest_x;
+    clockwise from the picture's rows; base_source: how it was found (vision.pile.base_line.BASES; "toe": it was not seen); crest_x;
     toes_x: where the left and the right flank end, None where that side has none (a wall, the picture's edge); description:
     sections of recording.toml as plain values, `camera.plumb_sd_deg` with what holds where nothing is stated; trouble: why there
     is nothing, "" when there is; heap: the recording whose heap it is, alike for all photos of one recording (its recording.toml

@@ -9,8 +9,8 @@ from twin.tracks import entries_of, sections_of, track_of
 from vision.evidence.keys import Seed
 from vision.evidence.tables import read_readings
 from vision.measurement import MeasurementError
-from vision.motion.incline import stays_on_incline
-from vision.motion.rolling import Inertia, inertia_in, inertia_of
+from vision.motion.inertia import Inertia, inertia_of, inertia_of_recording
+from vision.motion.roll import stays_on_incline
 from vision.motion.track import Track
 from vision.recording import Recording
 
@@ -79,7 +79,7 @@ def roll_of(track: Track, recording: Recording) -> SeenRoll:
     if track.unit != "mm" or not track.timed:
         missing = "mm_per_px" if track.unit != "mm" else "fps"
         raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs lengths and times")
-    inertia_in(recording)  # a gap that the ball falls through is told now
+    inertia_of_recording(recording)  # a gap that the ball falls through is told now
     used = track.used()
     if len(used) < LEAST_ROWS:
         raise MeasurementError(f"{len(used)} usable rows; a diagnosis of a roll needs at least {LEAST_ROWS}")

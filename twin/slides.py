@@ -8,7 +8,7 @@ import numpy as np
 from twin.tracks import entries_of, sections_of, track_of
 from vision.evidence.tables import read_readings
 from vision.measurement import MeasurementError
-from vision.motion.strays import single_spikes
+from vision.motion.outliers import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
 

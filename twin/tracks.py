@@ -8,10 +8,10 @@ import numpy as np
 from vision.batch import find_all, observe
 from vision.evidence.tables import read_impacts, read_track
 from vision.measurement import MeasurementError
+from vision.motion.drop_sound import impacts_in_sound, sound_of
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import release_seen
-from vision.motion.heard import hear, sound_of
-from vision.motion.impacts import usual_sds
+from vision.motion.impacts import estimate_time_sds
 from vision.motion.rebound import measure_rebound
 from vision.motion.track import Track, track_from_gates, track_from_table
 from vision.recording import Recording
@@ -147,12 +147,12 @@ def heard_of(recording: Recording) -> SeenTrack:
     if recording.evidence == "impacts.csv":
         table = read_impacts(recording.files[0])
         times, sd = table.rows["t_s"].to_numpy(float), table.rows.get("sd_s")
-        sd = usual_sds(times) if sd is None else sd.to_numpy(float)
+        sd = estimate_time_sds(times) if sd is None else sd.to_numpy(float)
         return replace(told, contacts_s=times, contacts_sd_s=sd, notes=table.notes)
     file = sound_of(recording)
     if file is None:
         raise MeasurementError(f"{recording.path}: holds no sound")
-    found = hear(file, recording)
+    found = impacts_in_sound(file, recording)
     if not found.first:
         told.description["drop"].pop("height_mm", None)  # it is not the first of these impacts that it leads to
     return replace(told, contacts_s=found.times, contacts_sd_s=found.sd, notes=found.notes)
@@ -174,7 +174,7 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
     for k, part in enumerate(found.flights.rows):
         flight[rows[part]] = k
     flight[found.track.outlier] = -1
-    contacts = np.array([found.flights.meeting(k) for k in range(len(found.flights.rows) - 1)])
+    contacts = np.array([found.flights.contact_time(k) for k in range(len(found.flights.rows) - 1)])
     told, notes, scale = describe(recording), (*track.notes, *found.notes), 1.0
     if track.unit == "px":
         if not found.flights.free > 0:

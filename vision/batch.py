@@ -68,7 +68,7 @@ def _observe(recording: Recording, options: PileOptions | None, trim: bool, prog
         return observe_drum(recording, progress)
     if recording.evidence == "photos":
         raise MeasurementError(f"{recording.path}: a {recording.rig} is measured on frames, a video or a track, not on a photo")
-    from vision.motion.moving import observe_moving
+    from vision.motion.observe_motion import observe_moving
 
     return observe_moving(recording, progress)
 
@@ -93,12 +93,12 @@ def observe_pile(recording: Recording, options: PileOptions | None = None) -> Ob
 
 def _with_stated(options: PileOptions, recording: Recording) -> PileOptions:
     """Base line, region and window that the recording states, where the options do not say otherwise."""
-    pile, usual = recording.pile, PileOptions()
+    pile, typical = recording.pile, PileOptions()
     if options.baseline is None and pile.baseline_px is not None:
         options = replace(options, baseline=pile.baseline_px)
     if options.roi is None and pile.roi_px is not None:
         options = replace(options, roi=pile.roi_px)
-    if options.window == usual.window and pile.window_pct is not None:
+    if options.window == typical.window and pile.window_pct is not None:
         low, high = (share / 100 for share in pile.window_pct)
         if high - low < LEAST_WINDOW:
             raise MeasurementError(f"{recording.toml}: [pile] window_pct: two heights in %, at least {100 * LEAST_WINDOW:g} apart")
@@ -193,9 +193,9 @@ def of_all(rolls: list[tuple[Recording, Observation]]) -> list[Observation]:
     """What only several recordings together say: the slope under rolls that were run both ways."""
     if not rolls:
         return []
-    from vision.motion.both_ways import slopes
+    from vision.motion.plate_slope import plate_slopes
 
-    return slopes(rolls)
+    return plate_slopes(rolls)
 
 
 def observe_or_fail(

@@ -20,7 +20,7 @@ from page.views.frame import errors_shown, frame, neighbours
 from page.views.numbers import quantities_table
 from vision.evidence.keys import read_toml
 from vision.measurement import MeasurementError
-from vision.motion.heard import sound_of
+from vision.motion.drop_sound import sound_of
 from vision.recording import Recording, find_recordings
 
 TOOL_NAMES = {
@@ -67,7 +67,7 @@ class View:
         self.bench = recording.path.parent
         self.picture: Picture | None = None
         self.wave: Wave | None = None
-        self.heard: sound_impacts.SoundImpacts | None = None
+        self.heard: sound_impacts.SoundView | None = None
         self.size = (1, 1)
         self.ruler: list[float] | None = None
         self.uncorrected: measuring.PileOverlay | None = None  # measured once: a reload forgets it

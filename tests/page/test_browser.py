@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from vision.motion.heard import hear
+from vision.motion.drop_sound import impacts_in_sound
 from vision.pile.repose import measure_repose
 from vision.recording import read_recording
 from vision.synthetic.piles import PileScene, draw_pile
@@ -260,7 +260,7 @@ def test_impacts_are_struck_out_and_added_on_the_waveform(window):
     written = tomllib.loads(keys.read_text())["drop"]
     assert written["impacts_struck_s"] == [pytest.approx(at, abs=1e-3)]
     assert "# to the plate" in keys.read_text() and "set by hand" in keys.read_text()
-    assert len(hear(sample / "sound.ogg", read_recording(window.folder / "heard")).times) == 4
+    assert len(impacts_in_sound(sample / "sound.ogg", read_recording(window.folder / "heard")).times) == 4
 
     window.driver.execute_script("document.querySelector('.wave').focus()")
     for key in ("\ue014", "\ue007"):  # to the first sudden sound, Enter

@@ -17,7 +17,7 @@ from prove.make import RIGS, make, sized
 from prove.plan import CONDITIONS, CONFOUNDED_EFFECTS, PAIRS, SEPARABLE_EFFECTS, SINGLES, UNLISTED_EFFECTS, Spec
 from vision.batch import find_all
 from vision.evidence.frames import open_frames
-from vision.motion.follow import follow
+from vision.motion.track_seed import track_seed
 from vision.recording import Recording
 
 
@@ -107,7 +107,7 @@ def test_the_tracker_finds_the_drawn_seed(tmp_path):
     bench = RIGS["drop"].bench(replace(scene, runs=scene.runs[:1]), {})
     write_bench(bench, tmp_path / "case")
     recording = find_all([tmp_path / "case"])[0]
-    track = follow(open_frames(recording), falling=True).track
+    track = track_seed(open_frames(recording), falling=True).track
     assert len(track) > 0.95 * len(bench.recordings[0].frames)
     flying = track.y[: len(track) // 8]
     third = np.diff(flying, 3)

@@ -9,7 +9,7 @@ from scipy.stats import t as student
 from vision.evidence.grid import grid_of
 from vision.evidence.tables import READING_COLUMNS, Table, read_readings
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
-from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, eq_3
+from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, rolling_friction_eq3
 from vision.recording import Recording
 
 # What an instrument itself is off by, the same in every reading of a session: a protractor's zero, a ruler's, a release height,
@@ -88,8 +88,8 @@ def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
         elif share < 2e-3:
             yield f"a rebound of {s.mean:g} mm from {recording.drop.height_mm:g} mm: is it in millimetres?"
     off = np.abs(values - np.median(values))
-    usual = 1.4826 * float(np.median(off))
-    if values.size >= 4 and usual > 0 and off.max() > 8 * usual:
+    typical = 1.4826 * float(np.median(off))
+    if values.size >= 4 and typical > 0 and off.max() > 8 * typical:
         yield f"the reading {values[off.argmax()]:g} lies far from the others"
 
 
@@ -118,7 +118,7 @@ def _derived(recording: Recording, rig: str, s: Summary, common: float, notes: l
         if length is None or beta is None:
             notes.append(f"{recording.toml}: [roll] incline_length_mm and incline_deg are needed for rolling_friction (Eq. 3)")
             return []
-        mu, by = eq_3(length, beta, s.mean)
+        mu, by = rolling_friction_eq3(length, beta, s.mean)
         shared = float(np.linalg.norm(by * [LENGTH_SD_MM, INCLINE_SD_DEG, common]))
         return [_quantity("rolling_friction", mu, -by[2] * s.sd_mean, shared, "1", s.n)]
     return []

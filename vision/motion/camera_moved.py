@@ -1,4 +1,4 @@
-"""Whether the camera was moved while it filmed: then all that is still in the picture shifts together."""
+"""Detects whether the camera moved during a film: then the whole static background shifts."""
 
 import itertools
 
@@ -9,20 +9,20 @@ from vision.evidence.frames import FrameSource
 from vision.motion.scene import grey
 
 LOOKED_AT = 9  # frames, spread over the film
-ROWS, COLUMNS = 4, 5  # tiles of the picture, each of which says how far it shifted
+ROWS, COLUMNS = 4, 5  # tiles of the picture, whose shifts are measured
 LARGEST_SIDE = 1280  # px of the picture that is compared
-TEXTURED = 3.0  # least standard deviation of a tile, grey levels of 255: a plain wall says nothing
+TEXTURED = 3.0  # least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
 LEAST_TILES, AGREEING, ALIKE_PX = 4, 0.6, 0.4  # share of the textured tiles that must shift alike
 LEAST_SHIFT_PX = 0.7
 
 
 def camera_moved(source: FrameSource) -> str:
-    """When and how far the camera was moved, in words, as a reason for doubt; "" where it stayed."""
+    """When and how far the camera moved, as a doubt; "" where it did not."""
     frames = source.picked(LOOKED_AT)
     grey_frames = [grey(f.pixels) for f in frames if f.pixels.shape == frames[0].pixels.shape]
     for k in range(len(grey_frames) - 1):
         shift = common_shift(grey_frames[k], grey_frames[k + 1])
-        wider = [(k - 1, k + 1), (k, k + 2)]  # a thing that passes close to the lens shifts one pair of frames only
+        wider = [(k - 1, k + 1), (k, k + 2)]  # something close to the lens shifts only one pair of frames
         lasts = any(a >= 0 and b < len(grey_frames) and common_shift(grey_frames[a], grey_frames[b]) for a, b in wider)
         if shift is not None and lasts:
             when = f"between frames {frames[k].index} and {frames[k + 1].index}"
@@ -31,7 +31,7 @@ def camera_moved(source: FrameSource) -> str:
 
 
 def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] | None:
-    """By how much (x, y) [px] most textured tiles of two grey pictures (h, w) shift alike; None where they do not, or hardly."""
+    """Shift (x, y) [px] on which most textured tiles of two grey pictures (h, w) agree; None where they do not, or it is small."""
     factor = max(1.0, max(before.shape) / LARGEST_SIDE)
     size = (round(before.shape[1] / factor), round(before.shape[0] / factor))
     one, other = (cv2.resize(p, size, interpolation=cv2.INTER_AREA) for p in (before, after))

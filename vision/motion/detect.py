@@ -1,8 +1,7 @@
-"""Moving things in one frame: found on a coarse difference picture, measured on the full one, sub-pixel.
+"""Moving things in one frame: detected on a coarse difference picture, measured sub-pixel on the full one.
 
-A silhouette is a coverage α between 0 and 1: 1 inside, 0 outside, and in the band along its edge (I − B)/(S − B), with B
-the background and S the seed's own brightness just inside. Shading, highlights and graph paper thus do not pull the
-centroid, and there is no pixel to lock on to.
+A silhouette is a coverage α: 1 inside, 0 outside, and in the band along its edge (I − B)/(S − B), with B the background and S the
+seed's own brightness just inside. So shading, highlights and graph paper do not bias the centroid, nor does the pixel grid.
 """
 
 from dataclasses import dataclass
@@ -10,30 +9,31 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.motion.colour import in_noise, product
-from vision.motion.outline import Patch
+from vision.motion.colour import dot, in_sds, weighted_product
+from vision.motion.ellipse_fit import Patch
 from vision.motion.scene import Scene, colours
 
-MOVES_SD = 6.0  # a coarse pixel this many sds off the background moves; one in 5e8 by chance
+MOVES_SD = 6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
 FAINTEST = 0.03  # of the strongest difference in the frame: below it are codec errors and reflected light
 MOST = 4  # things measured in a frame: seed, mirror image, shadow, clamp or hand
-LARGEST = 0.10  # of the picture; beyond it is a hand, not a seed
+LARGEST = 0.10  # of the picture: larger things are hands
 SHARP = 2.1  # pixels between 20 and 80 % coverage per pixel of a sharp outline, in a picture smoothed by a pixel
 BAND_PX = 1.7  # half width of the edge band for a sharp edge
-FLOOR_PX = 0.008  # what the coverage model itself leaves, per axis
-SHADOW = 0.10  # sd of what a shadow takes from the background, as a share of it
-LIKE_SHADOW = (-0.5, 0.25)  # brighter than the background by such a share: a shadow, or its edge, could pass for the body
-CLEAR_SD = 6.0  # a body this much off every shadow of the background is told from them by its colour
-SHADE_PX = 3.0  # the light on the ground changes over so many pixels
-LEAST_SHADE = 0.02  # of the light; less is noise
+FLOOR_PX = 0.008  # error of the coverage model, per axis
+SHADOW = 0.10  # sd of the share of the background's brightness that a shadow removes
+LIKE_SHADOW = (-0.5, 0.25)  # relative brightness over the background within which a thing could be a shadow or its edge
+CLEAR_SD = 6.0  # off every shadow of the background, at which colour separates a thing from them
+SHADE_PX = 3.0  # over which the illumination changes
+LEAST_SHADE = 0.02  # relative change of the illumination; less is noise
 
 
 @dataclass(frozen=True)
 class Silhouette:
-    """One thing in one frame; x, y in pixels of the picture (x right, y DOWN from the centre of the top left pixel).
+    """One thing in one frame; x, y in px (x right, y DOWN from the centre of the top left pixel), sd of each.
 
-    xx, yy, xy: second moments about the centroid [px²]. own, behind (c,): its colour and its background's, in units of noise; contrast:
-    how far these are apart, where what a shadow can do counts little. cut: it touches the picture's border. patch: the pixels about it.
+    area [px]; xx, yy, xy: second moments about the centroid [px²]. colour, background_sds (c,): its colour and the background's, in
+    sds of the noise; contrast: their distance, in which a change that a shadow makes has little weight.
+    cut: it touches the picture's border. patch: the pixels about it.
     """
 
     x: float
@@ -46,29 +46,28 @@ class Silhouette:
     xy: float
     angle_sd_deg: float
     cut: bool
-    bottom: float
-    own: np.ndarray
-    behind: np.ndarray
+    colour: np.ndarray
+    background_sds: np.ndarray
     patch: Patch
 
-    def unlike(self, other: "Silhouette") -> float:
-        """How much its colour differs from another's, as a share of the contrast of the stronger of both."""
-        off = self.own - other.own
-        apart = product(off, off, (self.behind + other.behind) / 2, SHADOW)
+    def colour_distance(self, other: "Silhouette") -> float:
+        """Distance of its colour from another's, as a share of the greater contrast."""
+        off = self.colour - other.colour
+        apart = weighted_product(off, off, (self.background_sds + other.background_sds) / 2, SHADOW)
         return float(np.sqrt(apart)) / max(self.contrast, other.contrast)
 
 
 def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
-    """What differs from the background in this frame, strongest first, at most MOST things."""
-    shift, behind, gain = scene.coarse_difference(pixels)
-    size = np.sqrt(product(shift, shift, behind, 0.0))
+    """At most MOST things that differ from the background in this frame, strongest first."""
+    shift, background_sds, gain = scene.coarse_difference(pixels)
+    size = np.sqrt(dot(shift, shift))
     threshold = max(MOVES_SD, FAINTEST * float(size.max()))
     mask = (size > threshold).astype(np.uint8)
     if not mask.any():
         return []
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    strength = np.sqrt(np.maximum(product(shift, shift, behind, SHADOW), 0))
+    strength = np.sqrt(np.maximum(weighted_product(shift, shift, background_sds, SHADOW), 0))
     candidates = []
     for k in range(1, count):
         left, top, wide, high, area = boxes[k]
@@ -92,52 +91,54 @@ def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> 
     x0, y0 = max(int(left * f) - pad, 0), max(int(top * f) - pad, 0)
     x1, y1 = min(int((left + wide) * f) + pad, width), min(int((top + high) * f) + pad, height)
     image = colours(pixels[y0:y1, x0:x1])
-    ground = gain * scene.behind[y0:y1, x0:x1]
+    background = gain * scene.background[y0:y1, x0:x1]
     rough: np.ndarray = np.zeros(image.shape[:2], np.uint8)
     cells = cv2.resize(here.astype(np.uint8), (wide * f, high * f), interpolation=cv2.INTER_NEAREST)
     oy, ox = int(top * f) - y0, int(left * f) - x0
     rough[oy : oy + high * f, ox : ox + wide * f] = cells[: rough.shape[0] - oy, : rough.shape[1] - ox]
-    outline = _outline(image, ground, rough, scene)
+    outline = _outline(image, background, rough, scene)
     if outline is None:
         return None
-    coverage, error, patch = _coverage(image, ground, outline, scene)
+    coverage, error, patch = _coverage(image, background, outline, scene)
     return _moments(coverage, error, outline, Patch(*patch, x0, y0), (height, width))
 
 
 @dataclass(frozen=True)
 class _Outline:
-    """mask (h, w): filled, at about half coverage. share (h, w): rough coverage, smoothed by a pixel. level: usual difference from the
-    background. contrast, own, behind: as in Silhouette."""
+    """mask (h, w): filled, at about half coverage; share (h, w): approximate coverage, smoothed by a pixel.
+
+    level: median difference from the background; contrast, colour, background_sds: as in Silhouette.
+    """
 
     mask: np.ndarray
     share: np.ndarray
     level: float
     contrast: float
-    own: np.ndarray
-    behind: np.ndarray
+    colour: np.ndarray
+    background_sds: np.ndarray
 
 
-def _outline(image: np.ndarray, ground: np.ndarray, rough: np.ndarray, scene: Scene) -> _Outline | None:
-    """The thing under `rough`: where the picture has changed from the ground's colour more than half way to the thing's own."""
-    smooth, behind = in_noise(cv2.GaussianBlur(image - ground, (0, 0), 1.0), scene.matrix), in_noise(ground, scene.matrix)
-    smooth, behind = np.atleast_3d(smooth), np.atleast_3d(behind)
+def _outline(image: np.ndarray, background: np.ndarray, rough: np.ndarray, scene: Scene) -> _Outline | None:
+    """The thing under `rough`: where the colour is nearer to the thing's than to the background's; None where there is none."""
+    smooth = np.atleast_3d(in_sds(cv2.GaussianBlur(image - background, (0, 0), 1.0), scene.matrix))
+    background_sds = np.atleast_3d(in_sds(background, scene.matrix))
     shade, inside = SHADOW, rough > 0
-    strength = np.sqrt(np.maximum(product(smooth, smooth, behind, shade), 0))
+    strength = np.sqrt(np.maximum(weighted_product(smooth, smooth, background_sds, shade), 0))
     strong = inside & (strength >= np.percentile(strength[inside], 60))
-    light = product(smooth, behind, behind, 0.0)[strong] / product(behind, behind, behind, 0.0)[strong]
-    if np.percentile(strength[inside], 80) < CLEAR_SD or not LIKE_SHADOW[0] < np.median(light) < LIKE_SHADOW[1]:
-        shade = 0.0  # no colour tells it from a shadow, or its brightness does so alone
-        strength = np.sqrt(product(smooth, smooth, behind, shade))
+    brighter = dot(smooth, background_sds)[strong] / dot(background_sds, background_sds)[strong]
+    if np.percentile(strength[inside], 80) < CLEAR_SD or not LIKE_SHADOW[0] < np.median(brighter) < LIKE_SHADOW[1]:
+        shade = 0.0  # colour does not separate it from a shadow, or brightness alone does
+        strength = np.sqrt(weighted_product(smooth, smooth, background_sds, shade))
         strong = inside & (strength >= np.percentile(strength[inside], 60))
     level = float(np.median(strength[strong]))
-    own, back = np.median((smooth + behind)[strong], axis=0), behind[strong].mean(axis=0)
-    off = own - behind
-    power = product(off, off, behind, shade)
-    along = product(smooth, off, behind, shade)
-    if (along[strong] > 0).mean() > 0.8:  # of one colour: a dark shadow beside a light seed is another thing
+    colour, back = np.median((smooth + background_sds)[strong], axis=0), background_sds[strong].mean(axis=0)
+    off = colour - background_sds
+    power = weighted_product(off, off, background_sds, shade)
+    along = weighted_product(smooth, off, background_sds, shade)
+    if (along[strong] > 0).mean() > 0.8:  # of one colour: a dark shadow beside a light seed is not included
         share = along / np.maximum(power, (0.3 * level) ** 2)
         above = (share > 0.5) & (along > 4 * 0.29 * np.sqrt(np.maximum(power, 1e-9)))
-    else:  # of both sides of the background: a shaded seed before a grey wall
+    else:  # lighter and darker than the background: a shaded seed before a grey wall
         share = strength / level
         above = (share > 0.5) & (strength > 4 * 0.29)
     count, labels = cv2.connectedComponents(above.astype(np.uint8), connectivity=4)
@@ -149,32 +150,32 @@ def _outline(image: np.ndarray, ground: np.ndarray, rough: np.ndarray, scene: Sc
     mask = (labels == int(np.argmax(held))).astype(np.uint8)
     contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(mask, contours, -1, 1, cv2.FILLED)
-    free = product(own - back, own - back, back, SHADOW)
-    return _Outline(mask, share, level, float(np.sqrt(free)), own, back)
+    free = weighted_product(colour - back, colour - back, back, SHADOW)
+    return _Outline(mask, share, level, float(np.sqrt(free)), colour, back)
 
 
 def _coverage(
-    image: np.ndarray, ground: np.ndarray, outline: _Outline, scene: Scene
+    image: np.ndarray, background: np.ndarray, outline: _Outline, scene: Scene
 ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """α and its sd per pixel (0 where it is not measured but known); both also as seen alone, the sd infinite where nothing is told."""
+    """α of each pixel and its sd (0 where α is known), and both by the pixel alone (sd infinite where it shows nothing)."""
     mask = outline.mask
     half = _band(outline.share, mask)
     depth = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
     inner = (depth > half + 0.5).astype(np.uint8)
     outer = (cv2.distanceTransform(1 - mask, cv2.DIST_L2, 3) < half + 0.5).astype(np.uint8)
-    if inner.sum() < 5:  # too small for an inside: what differs most stands for it
+    if inner.sum() < 5:  # too small for an inside: use what differs most
         inner = (outline.share * mask > 0.8).astype(np.uint8)
     band = (outer > 0) & (inner == 0)
-    ground = _shaded(image, ground, outer == 0, scene)
+    background = _shaded(image, background, outer == 0, scene)
     noise = float(1 / scene.matrix[0, 0] / np.sqrt(len(scene.matrix)))
-    own = np.dstack([
+    colour = np.dstack([
         _own_brightness(image[..., k], (inner > 0) & (depth < half + 3.5), half + 1.0, noise, scene.white)
         for k in range(image.shape[2])
     ])  # fmt: skip
-    shift, behind, off = (np.atleast_3d(in_noise(v, scene.matrix)) for v in (image - ground, ground, own - ground))
-    power = product(off, off, behind, LEAST_SHADE)
+    shift, background_sds, off = (np.atleast_3d(in_sds(v, scene.matrix)) for v in (image - background, background, colour - background))
+    power = weighted_product(off, off, background_sds, LEAST_SHADE)
     poor = power < (0.3 * outline.level) ** 2
-    alpha = np.clip(product(shift, off, behind, LEAST_SHADE) / np.maximum(power, 1e-9), -0.35, 1.35)
+    alpha = np.clip(weighted_product(shift, off, background_sds, LEAST_SHADE) / np.maximum(power, 1e-9), -0.35, 1.35)
     noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))  # the background is a median of 25 frames
     seen = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
     guess = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.8)
@@ -184,22 +185,22 @@ def _coverage(
     return coverage.astype(np.float64), error, seen
 
 
-def _shaded(image: np.ndarray, ground: np.ndarray, outside: np.ndarray, scene: Scene) -> np.ndarray:
-    """The ground in the light that falls on it in this frame: where it is seen by how much it is scaled, at the thing's edge as nearby."""
-    light = product(image, ground, ground, 0.0) / np.maximum(product(ground, ground, ground, 0.0), 1e-6)
-    off = np.atleast_3d(in_noise(image - light[..., None] * ground, scene.matrix))
-    seen = outside & (product(off, off, off, 0.0) < 16 + 20) & (light > 0.3) & (light < 1.3)
+def _shaded(image: np.ndarray, background: np.ndarray, outside: np.ndarray, scene: Scene) -> np.ndarray:
+    """The background under this frame's illumination, extrapolated from the pixels outside to the thing's edge."""
+    light = dot(image, background) / np.maximum(dot(background, background), 1e-6)
+    off = np.atleast_3d(in_sds(image - light[..., None] * background, scene.matrix))
+    seen = outside & (dot(off, off) < 16 + 20) & (light > 0.3) & (light < 1.3)
     if seen.sum() < 50:
-        return ground
-    usual = float(np.median(light[seen]))
+        return background
+    typical = float(np.median(light[seen]))
     weight = cv2.GaussianBlur(seen.astype(np.float32), (0, 0), SHADE_PX)
-    local = cv2.GaussianBlur(np.where(seen, light - usual, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
+    local = cv2.GaussianBlur(np.where(seen, light - typical, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
     clear = (np.abs(local) > LEAST_SHADE) & (weight > 0.02)
-    return ground * (usual + np.where(clear, local, 0.0))[..., None].astype(np.float32)
+    return background * (typical + np.where(clear, local, 0.0))[..., None].astype(np.float32)
 
 
 def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: float, white: float) -> np.ndarray:
-    """The seed's brightness carried outwards from its inside: a plane for the light's direction, the rest from nearby."""
+    """The seed's brightness extrapolated from its inside: a plane for the light's direction, plus the local mean of the rest."""
     rows, columns = np.nonzero(inner)
     values = image[rows, columns].astype(float)
     if len(values) < 12:
@@ -210,7 +211,7 @@ def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: f
     slope_u, slope_v = (
         ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant) if determinant > 1e-6 else (0.0, 0.0)
     )
-    if slope_u * zu + slope_v * zv < 18 * noise**2:  # light from a side that cannot be told from noise: leave it out
+    if slope_u * zu + slope_v * zv < 18 * noise**2:  # a gradient within the noise
         slope_u = slope_v = 0.0
     plane = values.mean() + slope_u * (np.arange(image.shape[1]) - columns.mean())
     plane = (plane[None, :] + slope_v * (np.arange(image.shape[0]) - rows.mean())[:, None]).astype(np.float32)
@@ -221,9 +222,9 @@ def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: f
 
 
 def _band(share: np.ndarray, mask: np.ndarray) -> float:
-    """Half width of the edge band: for a sharp edge BAND_PX, more where motion or focus blurs it.
+    """Half width of the edge band: BAND_PX for a sharp edge, more where motion or focus blurs it.
 
-    The pixels between 20 and 80 % coverage, per pixel of outline, measure the edge's softness.
+    Blur is measured by the number of pixels between 20 and 80 % coverage, per pixel of outline.
     """
     near = cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0
     soft = float(((share > 0.2) & (share < 0.8) & near).sum())
@@ -233,7 +234,7 @@ def _band(share: np.ndarray, mask: np.ndarray) -> float:
 
 
 def _moments(coverage, error, outline: _Outline, patch: Patch, shape) -> Silhouette | None:
-    """Centroid, second moments, and their sds from the pixels' own errors."""
+    """Centroid, second moments, and their sds by error propagation from the pixels; None below 4 px."""
     x0, y0 = patch.x0, patch.y0
     area = float(coverage.sum())
     if area < 4:
@@ -254,8 +255,7 @@ def _moments(coverage, error, outline: _Outline, patch: Patch, shape) -> Silhoue
     ys, xs = np.nonzero(outline.mask.any(axis=1))[0], np.nonzero(outline.mask.any(axis=0))[0]
     height, width = shape
     cut = bool(x0 + xs[0] <= 1 or y0 + ys[0] <= 1 or x0 + xs[-1] >= width - 2 or y0 + ys[-1] >= height - 2)
-    bottom = y0 + float(ys[-1])
     return Silhouette(
-        x0 + x, y0 + y, float(np.hypot(sd, FLOOR_PX)), area, outline.contrast, xx, yy, xy, float(angle_sd), cut, bottom,
-        outline.own, outline.behind, patch,
+        x0 + x, y0 + y, float(np.hypot(sd, FLOOR_PX)), area, outline.contrast, xx, yy, xy, float(angle_sd), cut,
+        outline.colour, outline.background_sds, patch,
     )  # fmt: skip

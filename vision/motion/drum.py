@@ -1,7 +1,7 @@
-"""A film of a rotating drum → the dynamic angle of repose: the inclination of the surface down which the seeds flow.
+"""Drum rig: film of a rotating drum → dynamic angle of repose, the inclination of the flowing surface.
 
-Seeds are what flickers: over a stretch of the film the grey of a pixel that seeds pass varies, that of the empty drum does not.
-The upper edge of what flickers is the mean surface of that stretch; a least-squares line goes through the middle of it.
+The grey of a pixel that seeds pass varies over a stretch of the film, that of the empty drum does not. The upper edge of the varying
+pixels is the mean surface of that stretch; a least-squares line is fitted to the middle of it.
 """
 
 from collections.abc import Callable
@@ -21,16 +21,16 @@ from vision.recording import Recording
 WINDOW = (0.25, 0.75)  # of the surface from wall to wall, along the horizontal: between these the line is fitted
 LONGEST_PX = 800
 STRETCHES, LEAST_FRAMES = (4, 10), 6  # of a film; of a stretch
-SEPARABLE = 0.7  # Otsu's η of the flicker; noise alone gives 0.64
-LEAST_FLICKER = 0.1  # levels of 255: less is the same as none
+SEPARABLE = 0.7  # least separability η (Otsu) of the flicker; noise alone gives 0.64
+LEAST_FLICKER = 0.1  # levels of 255; less counts as none
 CLEAR = 4.0  # times the empty drum's flicker
-LEVEL_SD_DEG = 1.0  # of a camera whose plumb line nobody states
-STEADY_P, STEADY_DEG = 0.003, 2.0  # the halves of a steady film differ as much by this chance; and avalanches alone by some degrees
-BENT_DEG = 15.0  # by which the surface's slope differs within the window: one line is the wrong model
+LEVEL_SD_DEG = 1.0  # of the horizontal where [camera] plumb_deg is not stated
+STEADY_P, STEADY_DEG = 0.003, 2.0  # the flow is not steady where the halves differ by more than chance and avalanches explain
+BENT_DEG = 15.0  # differences of the surface's slope in the window, above which a line is the wrong model
 
 
 def observe_drum(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
-    """flowing_angle [deg] of frames or a video. MeasurementError where nothing flows, or the film is too short."""
+    """Measure flowing_angle [deg] on frames or a video. MeasurementError where nothing flows, or the film is too short."""
     if recording.evidence not in ("frames", "video"):
         raise MeasurementError(f"{recording.path}: a drum is measured on frames or a video, not on {recording.evidence}")
     source = open_frames(recording)
@@ -54,7 +54,7 @@ def observe_drum(recording: Recording, progress: Callable[[float], None] | None 
 
 
 def _flicker(source: FrameSource, progress: Callable[[float], None] | None) -> tuple[np.ndarray, np.ndarray]:
-    """Standard deviation of the grey in each stretch of the film, (stretches, h, w) in a small picture; and the first frame."""
+    """sd of each pixel's grey in each stretch of the film, (stretches, h, w), reduced; and the first frame."""
     count = source.count
     stretches = min(STRETCHES[1], count // LEAST_FRAMES)
     if stretches < STRETCHES[0]:
@@ -90,9 +90,9 @@ def _small(pixels: np.ndarray) -> np.ndarray:
 
 
 def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
-    """Row of the upper edge of what flickers in each column, NaN beside it, (stretches, w) in the small picture."""
+    """Row of the upper edge of the flickering pixels in each column, NaN where there is none, (stretches, w), reduced."""
     whole = np.sqrt((flicker**2).mean(axis=0))
-    level, separable = binarise(np.log(np.maximum(whole, LEAST_FLICKER)))  # in ratios: the surface flickers more than the seeds below it
+    level, separable = binarise(np.log(np.maximum(whole, LEAST_FLICKER)))  # logarithm: the surface flickers more than the seeds below it
     threshold = float(np.exp(level))
     if separable < SEPARABLE or whole.max() < CLEAR * np.median(whole[whole <= threshold]):
         raise MeasurementError(f"{recording.path}: nothing is seen to flow; the camera must stand still and look along the drum's axis")
@@ -107,7 +107,7 @@ def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
 
 
 def _largest(mask: np.ndarray, grain: int) -> np.ndarray:
-    """The largest connected piece, its gaps of the size of a grain closed and what hangs on it by a thread cut off."""
+    """The largest connected part after closing and opening by the size of a grain."""
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (grain, grain))
     closed = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, kernel)
     opened = cv2.morphologyEx(closed, cv2.MORPH_OPEN, kernel)
@@ -132,7 +132,7 @@ def _line(surface: np.ndarray) -> Line | None:
 
 
 def _horizontal(recording: Recording) -> tuple[float, float, list[str]]:
-    """Direction of the horizontal in the picture [deg], its sd, and what to say of it."""
+    """Direction of the horizontal in the picture [deg], its sd, and notes."""
     if recording.camera.plumb_deg is not None:
         return recording.camera.plumb_deg, recording.camera.plumb_sd, []
     return 0.0, LEVEL_SD_DEG, [f"[camera] plumb_deg is missing: the camera is level to ± {LEVEL_SD_DEG:g}°"]
@@ -150,7 +150,7 @@ def _doubts(angles: np.ndarray, lines: list[Line]):
 
 
 def _overlay(first: np.ndarray, surface: np.ndarray, lines: list[Line], value: Quantity) -> np.ndarray:
-    """Mean surface green, each stretch's line thin, their mean red."""
+    """Mean surface green, the line of each stretch yellow, their mean red."""
     canvas = Canvas(first)
     factor = max(1.0, max(first.shape[:2]) / LONGEST_PX)
     canvas.curve(np.arange(len(surface)) * factor, surface * factor, GREEN, 1.5)
@@ -166,5 +166,5 @@ def _overlay(first: np.ndarray, surface: np.ndarray, lines: list[Line], value: Q
 
 
 def _draw(canvas: Canvas, factor: float, x1: float, y1: float, x2: float, y2: float, colour: Colour, width: float) -> None:
-    """A line given in the small picture."""
+    """A line given in px of the reduced picture."""
     canvas.line(factor * x1, factor * y1, factor * x2, factor * y2, colour, width)

@@ -1,4 +1,4 @@
-"""One long straight edge that turns (the tilting plate's), found by what is not static and followed sub-pixel."""
+"""Tracks one long straight edge that rotates (that of a tilting plate), sub-pixel."""
 
 from dataclasses import dataclass
 
@@ -15,9 +15,9 @@ CANDIDATES = 5
 
 @dataclass(frozen=True)
 class Line:
-    """A line in the picture (x right, y down): points at(s) with s along it, 0 nearest the picture's origin.
+    """A line in the picture (x right, y down): points at(s), s = 0 nearest to the picture's origin.
 
-    angle: clockwise from the picture's horizontal as seen (y down) [rad]. extent: from where to where it was seen.
+    angle: clockwise from the picture's horizontal [rad]; extent: first and last s at which it was seen.
     """
 
     angle: float
@@ -42,8 +42,8 @@ class Line:
         return point - (self.across @ point - self.offset) * self.across
 
 
-def follow_lines(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, int], np.ndarray]:
-    """The turning edge in every frame where it was found, by frame number (None: nothing turns), picture shape, last frame."""
+def track_edge(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, int], np.ndarray]:
+    """The rotating edge by frame number (None: no edge rotates), the shape of the pictures, the last one."""
     sample = source.picked(9)
     last = sample[-1].pixels
     starts = _candidates([_eight_bit(f.pixels) for f in sample])
@@ -80,7 +80,7 @@ def _eight_bit(pixels: np.ndarray) -> np.ndarray:
 
 
 def _candidates(images: list[np.ndarray]) -> list[Line]:
-    """Long edges of the first picture that are not in the others at the same place."""
+    """Long edges of the first picture that are not at the same place in the others (Hough transform)."""
     smooth = [cv2.GaussianBlur(i, (0, 0), 1.2) for i in images]
     edges = [cv2.Canny(i, 25, 70) for i in smooth]
     near = sum((cv2.dilate(e, np.ones((3, 3), np.uint8)) > 0).astype(int) for e in edges[1:])
@@ -140,7 +140,7 @@ def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
     good = (height > 0.35 * np.percentile(height, 75)) & (height > 0.8)
     lever = s - s.mean()
     slope = level = noise = 0.0
-    # The block, graph paper and clamps sit on some places: the line most places agree on is wanted, then refined.
+    # Block, graph paper and clamps disturb some places: start from the line that most places agree on.
     guess = _agreed(lever[good], place[good])
     if guess is None:
         return None

@@ -1,10 +1,10 @@
-"""Free flights between contacts: one parabola a flight, one gravity for all, impacts where successive parabolas meet.
+"""Fit of all free flights of a drop: a parabola for each, one gravity for all, impacts where successive parabolas meet.
 
     h(t) = a + b τ − γ τ²/2 + δ(t),    τ = t − middle of the flight
 
-γ is gravity in the track's own units, δ what air drag does to a parabola (`drag_shift`; nil when the air is left out).
-Where scale and frame rate are stated γ is g (1 + η)(1 + ε): ε the scale's stated error, η what else bends a parabola.
-Both float within their sd, so that a parabola's own curvature refines the scale and never fights it.
+γ is gravity in the track's units, δ the effect of air drag (`drag_shift`). Where scale and frame rate are stated, γ is
+g (1 + η)(1 + ε): ε the error of the scale, η that of everything else. Both have priors with their sds, so that the curvature of the
+parabolas refines the scale.
 """
 
 from dataclasses import dataclass
@@ -13,22 +13,21 @@ from typing import Any
 import numpy as np
 
 from vision.measurement import MeasurementError
-from vision.motion.contacts import split
-from vision.motion.correlated import Fit, estimate_rho, fit, frame_lag
-from vision.motion.free import free_flights
-from vision.motion.strays import SPIKE_SD, about_curve, off_curve, robust_sd, single_spikes
+from vision.motion.least_squares import Fit, estimate_rho, fit, frame_lag
+from vision.motion.outliers import SPIKE_SD, curve_residuals, off_curve, robust_sd, single_spikes
+from vision.motion.split_flights import free_flights, split
 
 G_MM_S2 = 9806.65
 GUARDS = (2.0, 1.0, 0.5)  # frames left out on either side of a contact; fewer only where a flight has hardly any
-LEAST_FALL = 0.3  # of all that is seen: a flight without a contact that goes less far was none
+LEAST_FALL = 0.3  # of the track's height: a single flight of less, without a contact, is none
 
 
 @dataclass(frozen=True)
 class Gravity:
-    """What is known of γ beforehand. value: g in the track's units, None when scale or frame rate is unknown.
+    """Prior of γ.
 
-    scale_sd: relative sd of the scale. other_sd: relative sd of everything else (perspective, air).
-    drag: k in a = −k v |v|, per length unit of the track.
+    value: g in the track's units, None where scale or frame rate is unknown; scale_sd: relative, of the scale; other_sd: relative, of
+    everything else (perspective, air); drag: k in a = −k v |v|, per length unit of the track.
     """
 
     value: float | None
@@ -39,7 +38,11 @@ class Gravity:
 
 @dataclass(frozen=True)
 class Flights:
-    """F flights fitted together. params: a₀ b₀ a₁ b₁ … γ ε (2F + 2), with cov. rows: the used rows of each flight."""
+    """F flights fitted together.
+
+    rows: those used of each flight; params: a₀ b₀ a₁ b₁ … γ ε (2F + 2), with cov; middle (F,): times from which τ counts; free, free_sd: γ
+    by the parabolas alone, without a prior; outlier (n,): of all rows; guard: frames left out on either side of a contact.
+    """
 
     rows: tuple[np.ndarray, ...]
     time: np.ndarray  # (n,) of all rows
@@ -48,9 +51,9 @@ class Flights:
     cov: np.ndarray
     noise: float
     rho: float
-    free: float  # γ as the parabolas alone give it, no prior
+    free: float
     free_sd: float
-    outlier: np.ndarray  # (n,) of all rows
+    outlier: np.ndarray
     guard: float
     drag: float
 
@@ -75,24 +78,24 @@ class Flights:
         late = time - self.apex_time(flight, p)
         return p[2 * flight + 1] - p[-2] * (time - self.middle[flight]) + drag_shift(late, p[-2], self.drag)[1]
 
-    def contacts(self) -> list[float]:
-        """Times of the impacts, and of the landing that ends the last flight (as long after its apex as it began before)."""
+    def contact_times(self) -> list[float]:
+        """Times of the impacts, and of the landing that ends the last flight (by symmetry about its apex); empty without impacts."""
         last = len(self.rows) - 1
-        meets = [self.meeting(k) for k in range(last)]
-        return meets if not meets else [*meets, 2 * self.apex_time(last) - meets[-1]]
+        contact_states = [self.contact_time(k) for k in range(last)]
+        return contact_states if not contact_states else [*contact_states, 2 * self.apex_time(last) - contact_states[-1]]
 
-    def meets(self) -> list[tuple[float, float]]:
+    def contact_states(self) -> list[tuple[float, float]]:
         """Height and speed at each impact."""
-        times = [(k, self.meeting(k)) for k in range(len(self.rows) - 1)]
+        times = [(k, self.contact_time(k)) for k in range(len(self.rows) - 1)]
         return [(float(self.height(k, t)), float(self.speed(k, t))) for k, t in times]
 
     def fall(self, params: np.ndarray | None = None) -> float:
-        """From the first flight's apex to the height of its impact."""
+        """Height from the first flight's apex to its impact."""
         p = self.params if params is None else params
-        return float(self.height(0, self.apex_time(0, p), p) - self.height(0, self.meeting(0, p), p))
+        return float(self.height(0, self.apex_time(0, p), p) - self.height(0, self.contact_time(0, p), p))
 
-    def meeting(self, flight: int, params: np.ndarray | None = None) -> float:
-        """When flight `flight` ends and the next begins: where the two parabolas meet (linear: γ is common), then drag."""
+    def contact_time(self, flight: int, params: np.ndarray | None = None) -> float:
+        """Time at which a flight and the next one meet: linear for parabolas of one γ, then corrected for drag."""
         p = self.params if params is None else params
         shift = self.middle[flight + 1] - self.middle[flight]
         a0, b0, a1, b1 = p[2 * flight : 2 * flight + 4]
@@ -105,10 +108,10 @@ class Flights:
 
 
 def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
-    """Height and speed that quadratic drag adds to a parabola, `late` after (before: negative) its apex.
+    """Height and speed that quadratic drag adds to a parabola at the time `late` from its apex.
 
     a = −k v |v| along v = −γ t, integrated twice with the undisturbed v:  ± k γ² t⁴/12 and k γ² |t|³/3.
-    First order in k: good to 0.03 % of the speed for a soybean falling 310 mm, where drag takes 0.9 %.
+    First order in k: correct to 0.03 % of the speed for a soybean falling 310 mm, where drag takes 0.9 %.
     """
     return drag * gamma**2 * late**3 * np.abs(late) / 12, drag * gamma**2 * np.abs(late) ** 3 / 3
 
@@ -116,19 +119,19 @@ def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
 def fit_flights(
     time: np.ndarray, frame: np.ndarray, height: np.ndarray, across: np.ndarray, sd: np.ndarray, gravity: Gravity
 ) -> Flights:
-    """Fit all flights of a track together. sd (n,) of each row, or NaN; across (n,) only tells stray rows.
+    """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,): used to find outliers only.
 
-    Raises MeasurementError when nothing flies.
+    Raises MeasurementError where there is no flight.
     """
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
     outlier = single_spikes(height)
     ranges = split(height)
-    contacts = [time[stop - 1] for _, stop in ranges[:-1]]
+    contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
     for turn in range(4):
-        rows, guard = _usable(ranges, contacts, time, outlier, step)
+        rows, guard = _usable(ranges, contact_times, time, outlier, step)
         flights, residual = _fit_once(rows, time, frame, height, weight, gravity, outlier, guard, quick=turn < 3)
-        contacts = flights.contacts()
+        contact_times = flights.contact_times()
         if turn == 3:
             if len(rows) == 1 and np.ptp(height[rows[0]]) < LEAST_FALL * np.ptp(height[~outlier]):
                 raise MeasurementError("no fall can be told from how the seed was held: too much noise, or too few frames")
@@ -136,13 +139,16 @@ def fit_flights(
         outlier = outlier | _spikes(rows, residual, time, height)
         for r in rows:
             outlier[r] |= off_curve(time[r], across[r])
-        ranges = ranges[: free_flights(rows, time, height, residual, flights.meets(), step)]
+        ranges = ranges[: free_flights(rows, time, height, residual, flights.contact_states(), step)]
     raise AssertionError
 
 
 def _spikes(rows, residual: np.ndarray, time: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Rows far off their flight. Few rows fit too well to tell (half of the residuals near 0): then none. Where a smooth curve
-    fits a flight as well as parabolas fit the lot, what lies on it is its way: air bends some by more than is assumed."""
+    """Mask of the rows far off their flight; none where the rows are too few for robust residuals.
+
+    Where a smooth curve fits a flight as well as parabolas fit all flights, rows on that curve are no outliers: air may bend a flight
+    by more than is assumed.
+    """
     mask = np.zeros(len(time), dtype=bool)
     if len(residual) < 4 * (2 * len(rows) + 1):
         return mask
@@ -151,7 +157,7 @@ def _spikes(rows, residual: np.ndarray, time: np.ndarray, height: np.ndarray) ->
         odd = np.abs(off) > limit
         if not 0 < odd.sum() < 0.3 * len(r):  # more is not an outlier but a flight that is no parabola
             continue
-        left = about_curve(time[r], height[r])
+        left = curve_residuals(time[r], height[r])
         on_curve = (np.abs(left) <= limit) & (robust_sd(left) < limit / 3)
         mask[r[odd & ~on_curve]] = True
     return mask
@@ -164,15 +170,15 @@ def _weights(sd: np.ndarray) -> np.ndarray:
     return np.median(sd) / sd
 
 
-def _usable(ranges, contacts, time, outlier, step) -> tuple[tuple[np.ndarray, ...], float]:
-    """Rows of each flight, those near a contact left out: ±2 frames, fewer where a flight would have fewer than 4 rows."""
+def _usable(ranges, contact_times, time, outlier, step) -> tuple[tuple[np.ndarray, ...], float]:
+    """Rows of each flight without those within 2 frames of a contact, or fewer where a flight would have less than 4 rows."""
     rows, least = [], GUARDS[0]
     for k, (start, stop) in enumerate(ranges):
-        low = contacts[k - 1] if k else -np.inf
-        high = contacts[k] if k < len(contacts) else np.inf
-        here = np.arange(max(start - 2, 0) if k else start, min(stop + 2, len(time)) if k < len(contacts) else stop)
+        low = contact_times[k - 1] if k else -np.inf
+        high = contact_times[k] if k < len(contact_times) else np.inf
+        here = np.arange(max(start - 2, 0) if k else start, min(stop + 2, len(time)) if k < len(contact_times) else stop)
         here = here[~outlier[here]]
-        for guard in GUARDS if k < 2 else GUARDS[:2]:  # later bounces are worth having only where they are well seen
+        for guard in GUARDS if k < 2 else GUARDS[:2]:  # later bounces need well separated rows
             kept = here[(time[here] > low + guard * step) & (time[here] < high - guard * step)]
             if len(kept) >= 4:
                 break
@@ -213,7 +219,7 @@ def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guar
 
 
 def _solve(design, target, lag, weight, gravity: Gravity, quick: bool, flights: int) -> tuple[Fit, Fit]:
-    """The fit with what is known of gravity, and the one without."""
+    """The fit with the prior of gravity, and the one without."""
     bare = design[:, :-1]
     rho = 0.0 if quick else estimate_rho(bare * weight[:, None], target * weight, lag)
     free = fit(bare, target, lag, weight=weight, rho=rho)
@@ -228,10 +234,10 @@ def _solve(design, target, lag, weight, gravity: Gravity, quick: bool, flights: 
     return fit(design, target, lag, weight=weight, rho=rho, prior=prior), free
 
 
-def lateral(
+def fit_lateral(
     flights: Flights, time: np.ndarray, frame: np.ndarray, across: np.ndarray, sd: np.ndarray, plumb_sd: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Straight lines c + u τ per flight, with one sideways acceleration that a plumb line off by `plumb_sd` (rad) would show.
+    """Fit c + u τ + a τ²/2 sideways for each flight; the prior of a is gravity times the plumb line's error `plumb_sd` [rad].
 
     Returns params (c₀ u₀ c₁ u₁ … a) and their covariance.
     """

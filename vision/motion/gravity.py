@@ -1,7 +1,7 @@
-"""Gravity as the judge of scale and frame rate: what is known of it before a drop is fitted, and what the flights say of it.
+"""Gravity and air drag of a drop: priors for the fit of its flights, and a check of scale and frame rate.
 
-Air drag enters as a small known bend of every parabola (flight.drag_shift) where the recording describes the seed and its
-air: on a soybean falling 310 mm it takes 0.9 % of the speed, and a parabola without it reads a restitution of 0.50 as 0.497.
+Air drag is a small known correction of every parabola (flight.drag_shift) where the recording describes the seed and its air. It
+reduces the speed of a soybean that falls 310 mm by 0.9 %; without it a restitution of 0.50 is measured as 0.497.
 """
 
 import math
@@ -13,14 +13,14 @@ from vision.motion.track import Track
 from vision.recording import Recording
 
 OTHER_SD = 1e-3  # local gravity (9.780 to 9.832 m/s²), perspective and lens over a fall, relative
-UNKNOWN_AIR_SD = 0.01  # drag on a seed whose size and mass are not stated (a soybean over 310 mm: 1.4 % of g)
-UNKNOWN_DRAG_PER_M = 0.045  # of a seed not described: a soybean's (a maize kernel's is 0.03, a wheat grain's 0.08)
-UNKNOWN_FALL_M = 0.6  # of a fall of unknown height: rms of anything up to 1 m
-SHAPE_SD = 0.15  # drag coefficient of a seed beside that of a sphere, relative
+UNKNOWN_AIR_SD = 0.01  # relative, due to drag on a seed of unknown size and mass (a soybean over 310 mm: 1.4 % of g)
+UNKNOWN_DRAG_PER_M = 0.045  # assumed where the seed is not described: a soybean's (maize 0.03, wheat 0.08)
+UNKNOWN_FALL_M = 0.6  # assumed height of an unknown fall: rms of heights up to 1 m
+SHAPE_SD = 0.15  # relative: drag coefficient of a seed against that of a sphere
 
 
 def drag_per_metre(recording: Recording, speed: float) -> float | None:
-    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None when the seed is not described.
+    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None where the seed is not described.
 
     k = ρ_a C_d π d² / (8 m), d the diameter of the sphere of equal volume, C_d of Schiller & Naumann (1935) up to
     Re 1000 and 0.44 beyond (Re < 2e5). A seed's own C_d differs by about SHAPE_SD.
@@ -47,27 +47,27 @@ def drag_per_metre(recording: Recording, speed: float) -> float | None:
 
 
 def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str]]:
-    """How γ is to be held in the fit, and what to say about scale, time and air."""
+    """The prior of γ, and notes about scale, time and air."""
     physical = track.unit == "mm" and track.timed
     if not physical:
         missing = (["scale"] if track.unit == "px" else []) + ([] if track.timed else ["frame rate"])
         text = f"{' and '.join(missing)} unknown: lengths in {track.unit}, times in {track.time_unit}; ratios do not need them"
         return Gravity(None, recording.camera.scale_sd if track.unit == "mm" else 0.0), [text]
-    speed = math.sqrt(max(np.ptp(track.y), 1e-9) / 1000 * 2 * 9.80665)
+    speed = math.sqrt(max(np.ptp(track.y), 1e-9) / 1000 * 2 * (G_MM_S2 / 1000))
     drag = drag_per_metre(recording, 0.75 * speed)
     if drag is None:
         text = "air drag is not allowed for: [seed] sizes and mass_g or density_kg_m3 are unknown"
         return Gravity(G_MM_S2, recording.camera.scale_sd, math.hypot(OTHER_SD, UNKNOWN_AIR_SD)), [text]
-    share = drag * speed**2 / 9.80665
+    share = drag * speed**2 / (G_MM_S2 / 1000)
     notes = [f"air drag (up to {100 * share:.1f} % of the weight) is allowed for in the parabolas"] if drag else []
     return Gravity(G_MM_S2, recording.camera.scale_sd, OTHER_SD, drag / 1000), notes  # the drag's own error: other_drag
 
 
-def other_drag(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> float | None:
-    """The drag, per length unit of the track, one standard deviation from the one assumed; None where there is no air.
+def drag_one_sd_off(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> float | None:
+    """The drag, per length unit of the track, one sd from the assumed one; None where there is no air.
 
-    Drag that was allowed for is known to SHAPE_SD. Where it was not, all of UNKNOWN_DRAG_PER_M is the error. Without a scale
-    gravity itself gives the picture's for it, and where the clock is unknown too, the stated height; without one, UNKNOWN_FALL_M.
+    Known drag has a relative sd of SHAPE_SD; where it is unknown, UNKNOWN_DRAG_PER_M is the sd. The length unit in metres follows from
+    the scale, else from gravity, else (no clock) from the stated height or UNKNOWN_FALL_M.
     """
     if recording.air.density_kg_m3 == 0:
         return None
@@ -82,7 +82,7 @@ def other_drag(flights: Flights, track: Track, gravity: Gravity, recording: Reco
 
 
 def gravity_doubt(flights: Flights, track: Track, recording: Recording, gravity: Gravity) -> str:
-    """Why the flights' own gravity cannot be true at the stated scale and frame rate; "" when it can."""
+    """Why the acceleration of the flights contradicts the stated scale and frame rate; "" where it does not."""
     if gravity.value is None:
         return ""
     ratio = flights.free / gravity.value
@@ -109,13 +109,13 @@ def gravity_doubt(flights: Flights, track: Track, recording: Recording, gravity:
 
 
 def release_seen(flights: Flights, track: Track) -> bool:
-    """Whether the first flight's apex lies inside the track (a seed let go, not one that flies in)."""
+    """Whether the release, the first flight's apex, is in the track."""
     first, fall_time = flights.apex_time(0), track.time[flights.rows[0][-1]] - flights.apex_time(0)
     return first >= track.time[0] - max(0.03 * fall_time, 1.5 * track.step)
 
 
 def scale_note(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> list[str]:
-    """What the parabolas say about scale or frame rate that nobody stated, or stated loosely."""
+    """Notes on a scale or frame rate that is not stated, as gravity gives it."""
     gamma, relative = flights.free, flights.free_sd / flights.free
     if gamma <= 0:
         return []

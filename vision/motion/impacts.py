@@ -1,11 +1,10 @@
-"""The times of successive impacts, as a microphone hears them → speeds and restitution, from the intervals alone.
+"""Speeds and restitution of a drop from the times of its impacts.
 
 A free flight that starts and ends on the plate lasts Δt = 2 v / g, so v = g Δt / 2, its height is g Δt² / 8, and the
 restitution of the impact between two flights is e = Δt₂ / Δt₁. The first impact's speed is √(2 g H) of the stated fall.
-Where the seed is described the air's drag is allowed for (a = −g − k v |v|, in closed form); where it is not, the drag of a
-soybean is an error of its own. Where nobody says how well the times are
-known, they are so well that rounding and scatter fit: times that err shift two intervals against each other, a restitution that
-scatters does not.
+Air drag is allowed for where the seed is described (a = −g − k v |v|, in closed form); otherwise a soybean's drag is part of the error.
+Unknown sds of the times are estimated from their rounding and scatter: an error of a time changes two intervals in opposite ways, a
+scatter of the restitution does not.
 """
 
 import math
@@ -14,27 +13,30 @@ import numpy as np
 import pandas as pd
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, Quantity, failed
+from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
 from vision.motion.rebound import HEIGHT_SD_MM
 from vision.recording import Recording
 
-G = 9.80665
-USUAL_SD_S, USUAL_FACTOR = 2e-4, 2.0  # of a time read off a sound record, before its scatter is looked at
-LONGEST_S = 20.0  # an interval longer than this (490 m up) is no seed's bounce but a time in another unit
+G = G_MM_S2 / 1000  # m/s²
+PRIOR_SD_S, PRIOR_FACTOR = 2e-4, 2.0  # log-normal prior of the sd of an impact time
+LONGEST_S = 20.0  # of an interval (490 m up): longer ones are times in another unit
 NOT_FIRST = "the impacts before were not all heard, so the speed of the first of these is unknown"
-MOST_LOST = 0.1  # of a fall's energy to the air: beyond, its height no longer tells the speed of the impact
-JUMP = 2.0  # by more than this factor no restitution differs from the next
+MOST_LOST = 0.1  # share of a fall's energy lost to the air, above which √(H2/H1) is no restitution
+JUMP = 2.0  # greatest factor between successive restitutions
 
 
 def measure_impacts(
     times: np.ndarray, sd: np.ndarray | None, recording: Recording, *, first: bool = True
 ) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
-    """Quantities, the table of bounces, notes. times [s], increasing, at least two; sd [s] of each, None where nobody knows;
-    first: whether the first of them is the first after the release."""
+    """Quantities, the table of bounces, notes.
+
+    times [s]: increasing, at least two; sd [s]: of each, None where not stated; first: whether the first is the first after the release.
+    """
     gap = np.diff(times)
     notes = []
     if sd is None:
-        sd = usual_sds(times)
+        sd = estimate_time_sds(times)
         notes.append(f"no sd_s is stated: each impact's time is taken to be known to {1000 * sd[0]:.2g} ms, by rounding and scatter")
     gap_sd = np.hypot(sd[:-1], sd[1:])
     height = recording.drop.height_mm if first else None
@@ -83,7 +85,7 @@ def measure_impacts(
             quantities.append(failed("restitution_normal", "1", text))
     if wrong := _wrong_unit(gap, e, top, recording):
         return tuple(failed(q.name, q.unit, wrong) for q in quantities), bounces, [*notes, wrong]
-    if (at := _missing(e)) is not None:
+    if (at := _missed_interval(e)) is not None:
         what = f"an impact seems to be missing: interval {at + 1} ({gap[at]:.4g} s) does not fit the others"
         if at < 2:
             quantities = [q if q.quality == "failed" or q.name == "impact_speed" else q.doubt(what) for q in quantities]
@@ -116,7 +118,7 @@ def _through_air(gap: np.ndarray, height: float | None, drag: float) -> tuple[np
 
 
 def _wrong_unit(gap: np.ndarray, e: np.ndarray, top: float, recording: Recording) -> str:
-    """Why times and heights cannot be in the units they should be in; "" when they can."""
+    """Why times or heights cannot be in their units; "" where they can."""
     if gap.max() > LONGEST_S:
         return f"an interval of {gap.max():.4g} s between impacts: t_s is to be in seconds (are these milliseconds?)"
     height = recording.drop.height_mm
@@ -128,8 +130,8 @@ def _wrong_unit(gap: np.ndarray, e: np.ndarray, top: float, recording: Recording
     return ""
 
 
-def _missing(e: np.ndarray) -> int | None:
-    """The first interval that is too long for its neighbours, as when two were taken for one; None where all fit."""
+def _missed_interval(e: np.ndarray) -> int | None:
+    """The first interval too long for its neighbours, as when an impact was missed; None where all fit."""
     longer = np.flatnonzero(e > 1)
     known = np.isfinite(e[:-1])
     jump = np.abs(np.log(e[1:] / e[:-1], where=known, out=np.zeros(len(e) - 1))) > math.log(JUMP)
@@ -138,21 +140,21 @@ def _missing(e: np.ndarray) -> int | None:
 
 
 def _qualities(e: np.ndarray, fallen: bool) -> list[str]:
-    """Of each bounce: failed where no speed before it is known, doubtful where its restitution is none or leaves the others."""
+    """Quality of each bounce: failed without a speed before it, doubtful for e ≥ 1 or far from the median of the others."""
     jump = np.zeros(len(e), bool)
     middle = np.nanmedian(e) if np.isfinite(e).any() else math.nan
     jump[np.isfinite(e)] = np.abs(np.log(e[np.isfinite(e)] / middle)) > math.log(JUMP)
     return [FAILED if not np.isfinite(value) else DOUBTFUL if value >= 1 or off else GOOD for value, off in zip(e, jump)]
 
 
-def usual_sds(times: np.ndarray) -> np.ndarray:
-    """(n,), all alike: the sd [s] of times that nobody states one of.
+def estimate_time_sds(times: np.ndarray) -> np.ndarray:
+    """(n,), all equal: estimated sd [s] of impact times without a stated one.
 
-    At least their rounding, and what their scatter says beside that of e.
+    Posterior mean from the scatter of ln Δt, in which errors of times and of e differ in correlation; at least the rounding.
     """
     least = _rounding(times) / math.sqrt(12)
     sigma = np.maximum(np.geomspace(2e-6, 2e-2, 41), least)
-    log_weight = -0.5 * (np.log(sigma / USUAL_SD_S) / math.log(USUAL_FACTOR)) ** 2
+    log_weight = -0.5 * (np.log(sigma / PRIOR_SD_S) / math.log(PRIOR_FACTOR)) ** 2
     gap = np.diff(times)
     if len(gap) > 2:
         y = np.diff(np.log(gap))

@@ -1,16 +1,15 @@
-"""Sudden sounds in a recording: when each begins, how sure that is, how it rings.
+"""Onsets of sudden sounds in a recording: time with sd, strength, loudness, timbre.
 
-The recording's own noise is predicted from its past samples and taken away (an autoregressive filter, which looks back only, so
-that nothing comes earlier than it is). What is left is white where nothing happens. A one-sided window that fades as a ring does
-is laid over it every half millisecond: power in some of its frequencies that stands out from the noise and from what was there
-just before is a sudden sound. How strong one has to be is told by the peaks of the noise itself, at a rate of false alarms.
+The noise is whitened by an autoregressive filter, which is causal, so that no onset is found too early. An exponentially decaying
+window, as a ring decays, is applied every half millisecond: power in some frequencies above the noise and above what was there
+just before is an onset. Its strength is measured by the peaks of the noise itself, as a rate of false alarms.
 
-The moment of an onset is where the signal's power changes most probably (two variances, Akaike's criterion: Maeda 1985); in strong
-noise, where the fading window catches most of the ring. Both give a likelihood over time, whose width is the standard deviation.
+The time of an onset is where the signal's variance changes most probably (Akaike's criterion for two variances: Maeda 1985) or, in
+strong noise, where the window contains most of the ring. Both give a likelihood over time, whose width is the sd.
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
@@ -20,40 +19,39 @@ from scipy.signal import oaconvolve, welch
 
 from vision.evidence.sound import Sound
 
-FADE_S = 4e-3  # of the window's amplitude; rings of 1 to 20 ms lose less than a third of their signal to noise by it
-REACH = 3.0  # fades that the window is long
+DECAY_S = 4e-3  # of the window's amplitude; rings of 1 to 20 ms lose less than a third of their signal-to-noise ratio by it
+DECAYS = 3.0  # length of the window
 HOP_S = 5e-4
-BEFORE_S = 0.012  # what was there just before is averaged over this
+BEFORE_S = 0.012  # over which the preceding power is averaged
 STANDS_OUT = 6.0  # times the noise's power in one frequency: e^-6 of the noise does
-MOST_OVER = 25.0  # beyond, a frequency says nothing more
-FRESH_S = 7e-3  # what begins now is louder than it was this long ago
-APART_S = 4e-3  # of two onsets at least
-NOISE_PEAKS_PER_S = 2.0  # as strong as the weakest onset that is listed at all
+MOST_OVER = 25.0  # times the noise's power that one frequency may contribute
+FRESH_S = 7e-3  # an onset is louder than the sound this long before it
+APART_S = 4e-3  # least distance of two onsets
+NOISE_PEAKS_PER_S = 2.0  # rate of noise peaks as strong as the weakest onset that is listed
 MOST_ONSETS, MOST_IN_ALL = 160, 1000  # in BLOCK_S; in a recording
 BLOCK_S = 20.0
-EDGE_S = 0.06  # of a recording's beginning and end: encoders begin and stop with a click
-ORDER_S = 8e-4  # how far back the noise is predicted from
+EDGE_S = 0.06  # at a recording's beginning and end: encoders begin and stop with a click
+ORDER_S = 8e-4  # order of the autoregressive filter
 BANDS_HZ = np.geomspace(200, 20_000, 25)
-LOOK_S = (6e-3, 3e-3)  # before and after a frame that stands out, for the moment itself
+SEARCH_S = (6e-3, 3e-3)  # before and after a frame that stands out, where its onset is sought
 POINTED_S = 6e-3  # before and after a moment that somebody points at
-CAUGHT_SD_S = 3e-4  # how far off the place where the window catches most is, with rings of several tones
-AHEAD_S = 3e-3  # of what follows a first jump; a room's own sound is louder still later on
-PRE_ECHO = 0.25  # of the amplitude that follows: what an encoder lets sound before a click is fainter
-LOSSY_SD_S = 1e-4  # of an onset that an encoder has changed, however loud
-TIME_SD_S = 3e-5  # of an onset however loud: the contact itself lasts as long
-HOLLOW = 0.1  # of the middle power: less than this in some frequencies is a hole that a codec left, which it fills at times
-USUAL_HZ = (500.0, 8000.0)  # where codecs leave no noise out
-DEEPEST = 1e-7  # of a noise's power per hertz, relative to where it is loudest
+WINDOW_SD_S = 3e-4  # error of the time at which the window contains most of a ring of several tones
+AHEAD_S = 3e-3  # of the sound after the onset; a room's reverberation may be louder later
+PRE_ECHO = 0.25  # of the amplitude that follows: an encoder's pre-echo is fainter
+LOSSY_SD_S = 1e-4  # least sd of an onset in lossy sound
+TIME_SD_S = 3e-5  # least sd of an onset: the contact itself lasts as long
+LEAST_NOISE = 0.1  # of the median power: less in some frequencies is a gap left by a codec
+CODEC_HZ = (500.0, 8000.0)  # where codecs leave no gaps
+LEAST_DENSITY = 1e-7  # of the noise's power per hertz, relative to its maximum
 
 
 @dataclass(frozen=True, eq=False)
 class Onsets:
-    """n sudden sounds in the order of time.
+    """n onsets in the order of time, arrays of n rows.
 
-    time_s, sd_s (n,); strength (n,): minus the logarithm of how many peaks of noise a second are as strong; level_db (n,): power
-    over the noise; timbre (n, bands): what share of the amplitude lies in each of BANDS_HZ, of length 1; rise_s (n,): from onset
-    to half the greatest amplitude of the next 20 ms (a room's own sound may grow on); lasting_db (n,): how loud its faintest 10 ms are in
-    the next 50 ms, against its first 10 ms.
+    time_s, sd_s; strength: −ln of the rate [1/s] of noise peaks as strong; level_db: power over the noise; timbre (n, bands): unit
+    vector of the amplitudes in BANDS_HZ; rise_s: from the onset to half the greatest amplitude of the next 20 ms; lasting_db: the
+    faintest 10 ms of the next 50 ms, against the first 10 ms.
     """
 
     time_s: np.ndarray
@@ -67,53 +65,49 @@ class Onsets:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def chosen(self, rows: np.ndarray) -> "Onsets":
+    def take(self, rows: np.ndarray) -> "Onsets":
         return Onsets(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
 def find_onsets(sound: Sound) -> Onsets:
-    """Every sudden sound, faint ones among them; times on the clock of the pictures."""
+    """All onsets, down to faint ones; times on the clock of the pictures."""
     rate, white = sound.rate_hz, whitened(sound.samples, sound.rate_hz)
     ends = round(EDGE_S * rate)
-    white[:ends], white[len(white) - ends :] = 0, 0  # where a recording begins and stops is no sound
+    white[:ends], white[len(white) - ends :] = 0, 0
     edges = np.linspace(0, len(white), int(np.ceil(sound.duration_s / BLOCK_S)) + 1).astype(int)
-    margin = round((BEFORE_S + 2 * REACH * FADE_S) * rate)
+    margin = round((BEFORE_S + 2 * DECAYS * DECAY_S) * rate)
     parts = []
     for first, stop in itertools.pairwise(edges):
         begin = max(0, first - margin)
         found = _in_block(white[begin : stop + margin], rate, sound.lossy)
         at = found.time_s + begin / rate
         inside = np.flatnonzero((at >= first / rate) & (at < stop / rate))
-        part = found.chosen(inside)
-        parts.append(Onsets(part.time_s + begin / rate + sound.start_s, *(getattr(part, name) for name in _REST)))
+        part = found.take(inside)
+        parts.append(replace(part, time_s=part.time_s + begin / rate + sound.start_s))
     whole = Onsets(*(np.concatenate([getattr(part, name) for part in parts]) for name in Onsets.__dataclass_fields__))
-    return whole.chosen(np.sort(np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]))
+    return whole.take(np.sort(np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]))
 
 
 def onset_near(sound: Sound, time_s: float) -> tuple[float, float]:
-    """Time and sd [s] of what begins where somebody points, on the clock of the pictures."""
+    """Time and sd [s] of the onset near `time_s`, both on the clock of the pictures."""
     rate = sound.rate_hz
     at = round((time_s - sound.start_s) * rate)
     begin = max(0, at - round(rate))
     white = whitened(sound.samples[begin : at + round(rate)], rate)
     reach = round(POINTED_S * rate)
     near = (at - begin) / rate
-    time, sd = _jump(white, rate, at - begin - reach, at - begin + reach, near, POINTED_S / 2)
+    time, sd = _variance_change(white, rate, at - begin - reach, at - begin + reach, near, POINTED_S / 2)
     return begin / rate + time + sound.start_s, float(np.hypot(sd, LOSSY_SD_S if sound.lossy else TIME_SD_S))
 
 
-_REST = tuple(Onsets.__dataclass_fields__)[1:]
-
-
 def whitened(samples: np.ndarray, rate_hz: float) -> np.ndarray:
-    """(n,) float32: the samples less what the noise's own past predicts of them; of variance 1 where there is only noise."""
+    """(n,) float32: the samples less their prediction from the noise's past; of variance 1 where there is only noise."""
     size = min(len(samples), next_fast_len(round(0.04 * rate_hz)))
     hertz, density = welch(samples, rate_hz, nperseg=size, average="median", detrend="constant")
     density = density.astype(float)
-    usual = float(np.median(density[(hertz >= USUAL_HZ[0]) & (hertz <= USUAL_HZ[1])]))
-    floor = max(
-        DEEPEST * density.max(), HOLLOW * usual, 2.0**-32 / 3 / rate_hz, 1e-14 * float(np.mean(np.square(samples, dtype=float))) / rate_hz
-    )
+    typical = float(np.median(density[(hertz >= CODEC_HZ[0]) & (hertz <= CODEC_HZ[1])]))
+    power = float(np.mean(np.square(samples, dtype=float)))
+    floor = max(LEAST_DENSITY * density.max(), LEAST_NOISE * typical, 2.0**-32 / 3 / rate_hz, 1e-14 * power / rate_hz)
     memory = np.fft.irfft(density + floor)
     order = min(max(8, round(ORDER_S * rate_hz)), len(memory) // 2 - 1)
     past = solve_toeplitz(memory[:order], memory[1 : order + 1])
@@ -126,8 +120,8 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     window, hop = _window(rate), max(1, round(HOP_S * rate))
     power = _spectra(white, np.arange(0, max(1, len(white) - len(window)), hop), window)
     hops = rate / hop
-    level = _usual(power)
-    before = _just_before(power, level, round(BEFORE_S * hops), round(REACH * FADE_S * hops))
+    level = _noise_power(power)
+    before = _preceding_power(power, level, round(BEFORE_S * hops), round(DECAYS * DECAY_S * hops))
     over = power / before
     loud = np.log(np.maximum(over, STANDS_OUT) / STANDS_OUT).sum(axis=1)
     lag = round(FRESH_S * hops)
@@ -135,12 +129,12 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     fresh = np.concatenate([over[:lag], power[lag:] / earlier])  # a ring that goes on is not a new one
     score = np.clip(fresh - STANDS_OUT, 0, MOST_OVER).sum(axis=1)
     at, strength = _peaks(loud, score, hops)
-    return _described(white, rate, lossy, window, hop, power, before, level, at, strength)
+    return _describe(white, rate, lossy, window, hop, power, before, level, at, strength)
 
 
 def _window(rate: float) -> np.ndarray:
-    t = np.arange(next_fast_len(round(REACH * FADE_S * rate))) / rate
-    return np.exp(-t / FADE_S).astype(np.float32)
+    t = np.arange(next_fast_len(round(DECAYS * DECAY_S * rate))) / rate
+    return np.exp(-t / DECAY_S).astype(np.float32)
 
 
 def _spectra(white: np.ndarray, at: np.ndarray, window: np.ndarray) -> np.ndarray:
@@ -153,16 +147,16 @@ def _spectra(white: np.ndarray, at: np.ndarray, window: np.ndarray) -> np.ndarra
     return out
 
 
-def _usual(power: np.ndarray) -> np.ndarray:
-    """(frequencies,): the noise's power, from its middle value; where a codec leaves holes, from the louder part; never nil."""
+def _noise_power(power: np.ndarray) -> np.ndarray:
+    """(frequencies,): the noise's power, from its median or, where a codec leaves gaps, from its 85th percentile; above 0."""
     some = power[:: max(1, len(power) // 4000)]
     middle, high = np.quantile(some, [0.5, 0.85], axis=0)
     level = np.maximum(middle / np.log(2), high / -np.log(0.15) / 2)
-    return np.maximum(level, HOLLOW * np.median(level) + 1e-9).astype(np.float32)
+    return np.maximum(level, LEAST_NOISE * np.median(level) + 1e-9).astype(np.float32)
 
 
-def _just_before(power: np.ndarray, level: np.ndarray, long: int, gap: int) -> np.ndarray:
-    """(frames, frequencies): the noise, or what was there before the window if that was more."""
+def _preceding_power(power: np.ndarray, level: np.ndarray, long: int, gap: int) -> np.ndarray:
+    """(frames, frequencies): mean power before each window, at least that of the noise."""
     total = np.cumsum(np.concatenate([np.zeros((1, power.shape[1]), np.float32), power]), axis=0, dtype=np.float64)
     stop = np.maximum(np.arange(len(power)) - gap + 1, 0)
     start = np.maximum(stop - long, 0)
@@ -171,14 +165,14 @@ def _just_before(power: np.ndarray, level: np.ndarray, long: int, gap: int) -> n
 
 
 def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray, np.ndarray]:
-    """Frames at which `loud` is highest around, and how strong each is, the noise's own peaks being the measure."""
+    """Frames of the local maxima of `loud`, and their strengths, measured by the peaks of the noise."""
     wide = max(1, round(APART_S * hops))
     top = np.flatnonzero((loud == maximum_filter1d(loud, 2 * wide + 1)) & (loud > 0))
     top = top[np.diff(top, prepend=-wide - 1) > wide]
     if not len(top):
         return top, np.zeros(0)
     found = score[top]
-    silent = max(0, round(len(loud) / (2 * wide)) - len(top))  # stretches of noise without a peak
+    silent = max(0, round(len(loud) / (2 * wide)) - len(top))  # intervals without a peak
     low, high = np.quantile(np.concatenate([np.zeros(silent), found]), [0.4, 0.8])
     scale = max((high - low) / np.log(0.6 / 0.2), 1.0)
     per_s = len(loud) / (2 * wide) / (len(loud) / hops)
@@ -188,31 +182,31 @@ def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray
     return top[strong], strength[strong]
 
 
-def _described(white, rate: float, lossy: bool, window, hop: int, power, before, level, at: np.ndarray, strength: np.ndarray) -> Onsets:
-    rows = [_one(white, rate, lossy, window, k * hop, power[k], before[k], float(level.sum())) for k in at]
+def _describe(white, rate: float, lossy: bool, window, hop: int, power, before, level, at: np.ndarray, strength: np.ndarray) -> Onsets:
+    rows = [_describe_onset(white, rate, lossy, window, k * hop, power[k], before[k], float(level.sum())) for k in at]
     time, sd, level, rise, lasting = np.array([row[:5] for row in rows]).reshape(-1, 5).T
     timbre = np.array([row[5] for row in rows]).reshape(-1, len(BANDS_HZ) - 1)
     order = np.argsort(time, kind="stable")
-    return Onsets(time, sd, strength, level, timbre, rise, lasting).chosen(order)
+    return Onsets(time, sd, strength, level, timbre, rise, lasting).take(order)
 
 
-def _one(white, rate: float, lossy: bool, window, near: int, power: np.ndarray, before: np.ndarray, noise: float):
-    """time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
+def _describe_onset(white, rate: float, lossy: bool, window, near: int, power: np.ndarray, before: np.ndarray, noise: float):
+    """Time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
     over = power / before
     seen = over > min(STANDS_OUT, float(over.max())) - 1e-9
-    time, sd = _moment(white, rate, lossy, window, near, seen, before)
+    time, sd = _onset_time(white, rate, lossy, window, near, seen, before)
     begin = round(time * rate)
     frequency = np.fft.rfftfreq(len(window), 1 / rate)
     extra = np.where(seen, power - before, 0.0)
     band = np.digitize(frequency, BANDS_HZ) - 1
     inside = (band >= 0) & (band < len(BANDS_HZ) - 1)
     shares = np.sqrt(np.bincount(band[inside], np.maximum(extra[inside], 0), len(BANDS_HZ) - 1))
-    rise, lasting = _course(white, rate, begin)
+    rise, lasting = _rise_and_decay(white, rate, begin)
     return time, sd, 10 * np.log10(max(extra.sum() / noise, 1e-9)), rise, lasting, shares / max(np.linalg.norm(shares), 1e-30)
 
 
-def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
-    """Rise [s] and lasting [dB] of what begins at a sample."""
+def _rise_and_decay(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
+    """Rise [s] and lasting [dB] of the sound that begins at a sample."""
     here = np.square(white[begin : begin + round(0.06 * rate)], dtype=float)
     if len(here) < 0.03 * rate:
         return 0.0, -np.inf
@@ -224,21 +218,21 @@ def _course(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
     return float(np.argmax(smooth > 0.25 * smooth.max()) / rate), float(lasting)
 
 
-def _moment(white, rate: float, lossy: bool, window, near: int, seen, before) -> tuple[float, float]:
-    """Time and sd [s] of an onset near a sample: where the power jumps, looked for around where the window catches most of the ring.
+def _onset_time(white, rate: float, lossy: bool, window, near: int, seen, before) -> tuple[float, float]:
+    """Time and sd [s] of an onset near a sample: where the variance changes, near where the window contains most of the ring.
 
-    Encoders smear a click forward in time (a pre-echo): what is fainter than what follows at once is passed over.
+    Encoders spread a click to earlier times (pre-echo): sound much fainter than what follows at once is skipped.
     """
-    caught, caught_sd = _caught(white, rate, window, near, seen, before)
-    first, stop = near - round(LOOK_S[0] * rate), near + round(LOOK_S[1] * rate)
-    time, sd = _jump(white, rate, first, stop, caught, float(np.hypot(caught_sd, CAUGHT_SD_S)))
+    caught, caught_sd = _window_maximum(white, rate, window, near, seen, before)
+    first, stop = near - round(SEARCH_S[0] * rate), near + round(SEARCH_S[1] * rate)
+    time, sd = _variance_change(white, rate, first, stop, caught, float(np.hypot(caught_sd, WINDOW_SD_S)))
     if lossy:
         time = max(time, _past_pre_echo(white, rate, round(time * rate)))
     return time, float(np.hypot(sd, LOSSY_SD_S if lossy else TIME_SD_S))
 
 
 def _past_pre_echo(white, rate: float, begin: int) -> float:
-    """When what begins at a sample first comes near its own loudness, less the time over which that is averaged."""
+    """Time [s] at which the sound that begins at a sample exceeds PRE_ECHO of its greatest amplitude; 0 where it does at once."""
     wide = max(3, round(1e-4 * rate))
     ahead = white[max(0, begin - wide) : begin + round(AHEAD_S * rate)]
     if len(ahead) <= 2 * wide:
@@ -248,8 +242,8 @@ def _past_pre_echo(white, rate: float, begin: int) -> float:
     return (at + wide) / rate if at > begin + wide else 0.0
 
 
-def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float) -> tuple[float, float]:
-    """Time and sd [s] of the likeliest rise of power between two samples, near a time known before."""
+def _variance_change(white, rate: float, first: int, stop: int, near: float, near_sd: float) -> tuple[float, float]:
+    """Time and sd [s] of the likeliest rise of the variance between two samples, with a prior at `near`."""
     first, stop = max(0, first), min(len(white), stop)
     square = np.square(white[first:stop], dtype=float)
     n = len(square)
@@ -259,23 +253,24 @@ def _jump(white, rate: float, first: int, stop: int, near: float, near_sd: float
     sums = np.cumsum(square)
     one, two = np.maximum(sums[k - 1] / k, 1e-12), np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12)
     at = (first + k) / rate
-    far = 1.5 * np.log1p(((at - near) / near_sd) ** 2)  # with wide tails: tones that beat are loudest some time after they begin
+    far = 1.5 * np.log1p(((at - near) / near_sd) ** 2)  # with wide tails: beating tones are loudest some time after they begin
     jump = -0.5 * (k * np.log(one) + (n - k) * np.log(two))
-    none = -0.5 * n * np.log(max(sums[-1] / n, 1e-12))  # what grows fainter begins nowhere
-    return _weighed(at, np.where(two > one, jump, none) - far)
+    none = -0.5 * n * np.log(max(sums[-1] / n, 1e-12))  # a falling variance is no onset
+    return _posterior_mean(at, np.where(two > one, jump, none) - far)
 
 
-def _caught(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
+def _window_maximum(white, rate: float, window, near: int, seen, before) -> tuple[float, float]:
+    """Time and sd [s] at which the window contains most of the ring."""
     step = max(1, round(4e-5 * rate))
     at = np.arange(max(0, near - round(3e-3 * rate)), near + round(3e-3 * rate), step)
     at = at[at < len(white)]
     power = _spectra(white[at[0] : at[-1] + 2 * len(window)], at - at[0], window)[:, seen]
-    bins_apart = rate / len(window) * 2 * FADE_S  # how many of them are one independent number
-    return _weighed(at / rate, (power / before[seen]).sum(axis=1) * min(1.0, bins_apart))
+    bins_apart = rate / len(window) * 2 * DECAY_S  # how many of them are one independent number
+    return _posterior_mean(at / rate, (power / before[seen]).sum(axis=1) * min(1.0, bins_apart))
 
 
-def _weighed(time: np.ndarray, log_likelihood: np.ndarray) -> tuple[float, float]:
-    """The mean and sd of a time whose likelihood is given on a grid."""
+def _posterior_mean(time: np.ndarray, log_likelihood: np.ndarray) -> tuple[float, float]:
+    """Mean and sd of a time from its ln likelihood on a grid."""
     weight = np.exp(log_likelihood - log_likelihood.max())
     weight /= weight.sum()
     mean = float(weight @ time)

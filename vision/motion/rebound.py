@@ -1,7 +1,7 @@
-"""The drop rig: a track or the times of its impacts → rebound height, speeds, restitution, every bounce with its sd.
+"""Drop rig: track → rebound height, speeds, restitution, and a table of all bounces with sds.
 
-Heights count from where the seed's centroid is at contact, so a fall is the way the centroid goes, which for a seed that
-does not turn is the clearance of its lowest point, the `drop.height_mm` of the recording.
+Heights are those of the centroid above its height at contact. The fall of a seed that does not turn is thus the clearance of its
+lowest point, `drop.height_mm` of the recording.
 """
 
 import math
@@ -13,15 +13,15 @@ import numpy as np
 import pandas as pd
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
-from vision.motion.correlated import fit, frame_lag, propagate
-from vision.motion.depth import drift_share, drifts
-from vision.motion.few_flights import FEW_ROWS, fit_few, is_few
-from vision.motion.flight import Flights, Gravity, fit_flights, lateral
-from vision.motion.gravity import gravity_doubt, known_gravity, other_drag, release_seen, scale_note
+from vision.motion.depth_drift import depth_drift_sd, depth_drift_shifts
+from vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
+from vision.motion.flight import G_MM_S2, Flights, Gravity, fit_flights, fit_lateral
+from vision.motion.gravity import drag_one_sd_off, gravity_doubt, known_gravity, release_seen, scale_note
+from vision.motion.least_squares import fit, frame_lag, propagate
 from vision.motion.track import Track
 from vision.recording import Recording
 
-HEIGHT_SD_MM = 1.0  # how well a stated release height is known: a seed held by hand or clamp, read off a ruler
+HEIGHT_SD_MM = 1.0  # of a stated release height: a seed held by hand or clamp, read off a ruler
 QUANTITIES = (
     ("rebound_height", "mm"), ("restitution", "1"), ("impact_speed", "m/s"), ("rebound_speed", "m/s"),
     ("restitution_normal", "1"),
@@ -30,36 +30,39 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Rebound:
-    """What a drop is read for. flights is None when nothing flew; `track` has its outliers marked."""
+    """Result for a drop; flights and bounces are None where there are none; `track` has its outliers marked.
+
+    contradicted: gravity contradicts the stated scale or frame rate.
+    """
 
     quantities: tuple[Quantity, ...]
     bounces: pd.DataFrame | None
     flights: Flights | None
     track: Track
     notes: tuple[str, ...] = ()
-    contradicted: bool = False  # gravity and the stated scale or frame rate do not agree
+    contradicted: bool = False
 
 
 def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float] | None = None) -> Rebound:
-    """Flights, impacts and restitution of a drop. Never raises for a track without a bounce: those quantities fail.
+    """Fit the flights of a drop and measure its bounces; quantities that cannot be measured are failed, with the reason.
 
-    axis: the place [track's unit] that the camera's optical axis goes through, where the track was seen in its pictures.
+    axis: where the optical axis passes [track's unit], for a track from pictures.
     """
     used = track.used()
-    up, across = upright(used, recording)
+    up, across = gravity_axes(used, recording)
     gravity, notes = known_gravity(used, recording)
     try:
         if len(used) < 4:
             raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
-        flown = fit_flights
+        fit_all = fit_flights
         if recording.evidence == "gates.csv" or len(used) < FEW_ROWS:
-            flown = partial(fit_few, gates=recording.evidence == "gates.csv")
-        flights = flown(used.time, used.frame, up, across, used.sd, gravity)
+            fit_all = partial(fit_few_flights, gates=recording.evidence == "gates.csv")
+        flights = fit_all(used.time, used.frame, up, across, used.sd, gravity)
         doubt = gravity_doubt(flights, used, recording, gravity)
-        if doubt:  # gravity and the scale contradict each other: neither may bend the fit
+        if doubt:  # then neither gravity nor the scale is a prior
             loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
             gravity = loose
-            flights = flown(used.time, used.frame, up, across, used.sd, loose)
+            flights = fit_all(used.time, used.frame, up, across, used.sd, loose)
     except MeasurementError as error:
         return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
     mask = track.outlier.copy()
@@ -71,19 +74,19 @@ def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        quantities = (*all_failed(reason), *_fall_alone(flights, used, recording))
+        quantities = (*all_failed(reason), *_fall_acceleration(flights, used, recording))
         return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
     values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
-    air = _air_error(flown, used, up, across, flights, values, gravity, recording)
+    air = _air_error(fit_all, used, up, across, flights, values, gravity, recording)
     cov = cov + np.outer(air, air)
     if axis is not None and used.unit == "mm" and used.timed:
         turn = math.radians(recording.camera.plumb_deg or 0.0)
         level = axis[0] * math.sin(turn) + axis[1] * math.cos(turn)
-        for shift in drifts(flights, used.time, up, across, level, recording.camera.distance_mm):
-            off = _moved(partial(flown, used.time, used.frame, up + shift, across, used.sd, gravity), values)
+        for shift in depth_drift_shifts(flights, used.time, up, across, level, recording.camera.distance_mm):
+            off = _change_of_refit(partial(fit_all, used.time, used.frame, up + shift, across, used.sd, gravity), values)
             cov = cov + np.outer(off, off)
-    # Of the scale's prior error, which a session's recordings share, a fit that also has gravity keeps cov(·, ε)/sd(ε).
+    # A session shares the prior error of the scale, of which cov(·, ε)/sd(ε) remains in a fit with gravity.
     common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
     bounces = _bounce_table(flights, used, across, values, cov, recording, axis is None)
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
@@ -91,15 +94,15 @@ def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float
     return Rebound(quantities, bounces, flights, marked, tuple(notes), bool(doubt))
 
 
-def _fall_alone(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
-    """What a fall without an impact says, in mm and s: the acceleration of a parabola through it, air and all."""
+def _fall_acceleration(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
+    """Quantity fall_acceleration of a fall without impact, drag included; none without scale or clock."""
     if track.unit != "mm" or not track.timed or not flights.free > 0:
         return ()
     sd = math.hypot(flights.free_sd, recording.camera.scale_sd * flights.free)
     return (Quantity("fall_acceleration", flights.free / 1000, sd / 1000, "m/s²"),)
 
 
-def upright(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+def gravity_axes(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     """Height and sideways place in axes along gravity (`camera.plumb_deg`, clockwise from straight down)."""
     turn = math.radians(recording.camera.plumb_deg or 0.0)
     return (
@@ -121,13 +124,13 @@ def _no_bounce(flights: Flights, track: Track, up: np.ndarray) -> str:
 
 
 def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
-    """Of each bounce: t, height at contact, speed before, after, rebound height, e (6 each); then the fall and √(H₂/H₁).
+    """For each bounce: t, height at contact, speed before, after, rebound height, e (6 values); then the fall and √(H₂/H₁).
 
-    Lengths and speeds are divided by 1 + ε, the scale's error.
+    Lengths and speeds are divided by 1 + ε, ε the error of the scale.
     """
     out = []
     for k in range(len(flights.rows) - 1):
-        t = flights.meeting(k, p)
+        t = flights.contact_time(k, p)
         contact = flights.height(k, t, p)
         before, after = -flights.speed(k, t, p), flights.speed(k + 1, t, p)
         top = flights.height(k + 1, flights.apex_time(k + 1, p), p) - contact
@@ -138,19 +141,19 @@ def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
     return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
 
 
-def _air_error(flown, used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
-    """How far the derived values move when the drag is one standard deviation other than assumed: the flights are fitted again.
+def _air_error(fit_all, used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
+    """Change of the derived values when the drag is one sd off: the flights are refitted.
 
-    It is common to a whole recording and bends all parabolas alike, so no residual shows it.
+    This error is common to all flights of a recording, so residuals do not show it.
     """
-    other = other_drag(flights, used, gravity, recording)
+    other = drag_one_sd_off(flights, used, gravity, recording)
     if other is None:
         return np.zeros_like(values)
-    return _moved(partial(flown, used.time, used.frame, up, across, used.sd, replace(gravity, drag=other)), values)
+    return _change_of_refit(partial(fit_all, used.time, used.frame, up, across, used.sd, replace(gravity, drag=other)), values)
 
 
-def _moved(fit_again: Callable[[], Flights], values: np.ndarray) -> np.ndarray:
-    """By how much the derived values change in another fit; nil where it finds other bounces."""
+def _change_of_refit(fit_again: Callable[[], Flights], values: np.ndarray) -> np.ndarray:
+    """Change of the derived values in another fit; 0 where that fails or finds other bounces."""
     try:
         again = fit_again()
     except MeasurementError:
@@ -160,7 +163,7 @@ def _moved(fit_again: Callable[[], Flights], values: np.ndarray) -> np.ndarray:
 
 
 def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:
-    """rad per time unit, anticlockwise, and its sd; NaN where the orientation was not seen in at least 5 frames."""
+    """Spin [rad per time unit, anticlockwise] and its sd; NaN where the orientation is known in fewer than 5 frames."""
     rows = flights.rows[flight]
     if track.angle_deg is None:
         return math.nan, math.nan
@@ -176,12 +179,12 @@ def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:
 
 
 def _bounce_table(flights, track: Track, across, values, cov, recording: Recording, plain_depth: bool) -> pd.DataFrame:
-    """One row a bounce, every number with its sd; columns carry the units that the track has. plain_depth: `cov` knows of no depth."""
+    """A row for each bounce, numbers with sds; columns have the track's units. plain_depth: `cov` contains no motion in depth."""
     physical = track.unit == "mm" and track.timed
     length, time = track.unit, track.time_unit
     speed, factor = ("m_s", 1e-3) if physical else (f"{length}_{time}", 1.0)
     plumb = math.radians(recording.camera.plumb_sd)
-    side, side_cov = lateral(flights, track.time, track.frame, across, track.sd, plumb)
+    side, side_cov = fit_lateral(flights, track.time, track.frame, across, track.sd, plumb)
     sds = np.sqrt(np.maximum(np.diag(cov), 0))
     rows = []
     for k in range(len(flights.rows) - 1):
@@ -193,11 +196,11 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
 
         swing, swing_cov = propagate(sideways, side, side_cov)
         swing_sd = np.sqrt(np.diag(swing_cov))
-        # A plumb line off by φ turns the axes: of what goes sideways, φ times as much is taken for height, and the reverse.
+        # A plumb line off by φ mixes φ times the sideways motion into the height, and the reverse.
         e_sd = math.hypot(e_sd, plumb * (swing[1] + e * swing[0]) / before)
         if k > 0 and physical and plain_depth:
-            lasts = np.array([t - values[6 * k - 6], 2 * after / 9806.65])
-            e_sd = math.hypot(e_sd, e * drift_share(np.abs(swing), lasts, before, recording.camera.distance_mm))
+            lasts = np.array([t - values[6 * k - 6], 2 * after / G_MM_S2])
+            e_sd = math.hypot(e_sd, e * depth_drift_sd(np.abs(swing), lasts, before, recording.camera.distance_mm))
         before_sd, after_sd = math.hypot(before_sd, plumb * swing[0]), math.hypot(after_sd, plumb * swing[1])
         top_sd = math.hypot(top_sd, plumb * swing[1] * (flights.apex_time(k + 1) - t))
         tilt_sd = np.hypot(swing_sd, plumb * np.array([before, after]))
@@ -218,14 +221,14 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
 
 
 def _bounce_quality(flights: Flights, track: Track, k: int, e: float, e_sd: float) -> str:
-    """Doubtful where a flight beside bounce k has too few rows or ends before it turns, or e is none, or hardly known."""
+    """Doubtful where a flight beside bounce k has few rows or ends before its apex, or e is out of (0.02, 1) or uncertain."""
     few = min(len(flights.rows[k]), len(flights.rows[k + 1])) < 5
     cut = track.time[flights.rows[k + 1][-1]] < flights.apex_time(k + 1)
     return DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
 
 
 def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, common, recording: Recording, doubt: str):
-    """The five quantities of the first bounce, and notes. common: of `values`, what a session's recordings share."""
+    """The five quantities of the first bounce, and notes; common: sds of `values` that all recordings of a session share."""
     physical = track.unit == "mm" and track.timed
     unit, suffix = ("m/s", "m_s") if physical else (f"{track.unit}/{track.time_unit}", f"{track.unit}_{track.time_unit}")
     sds = np.sqrt(np.maximum(np.diag(cov), 0))
@@ -266,7 +269,7 @@ def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, 
 
 
 def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Quantity:
-    """What makes any of the five less than good."""
+    """The quantity with the doubts that apply to it."""
     first, second = flights.rows[0], flights.rows[1]
     if is_few(flights):
         if quantity.name != "impact_speed" and not 0.02 < e < 1:
@@ -283,7 +286,7 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
             quantity = quantity.doubt("the track ends before the rebound's highest place, which is extrapolated")
         if not 0.02 < e < 1:
             quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
-    if len(first) < 5:  # they say where the impact was, from which the rebound counts as well
+    if len(first) < 5:  # they determine the height at contact
         quantity = quantity.doubt(f"only {len(first)} frames before the first impact")
     if quantity.value and quantity.sd > 0.1 * abs(quantity.value):
         quantity = quantity.doubt("known no better than 10 %")
@@ -295,6 +298,6 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
 
 
 def _rise_seen(flights: Flights, track: Track) -> float:
-    """The share of the first rebound's rise that its last row has reached."""
-    low, top = (flights.height(1, t) for t in (flights.meeting(0), flights.apex_time(1)))
+    """Share of the first rebound's height that its last row has reached."""
+    low, top = (flights.height(1, t) for t in (flights.contact_time(0), flights.apex_time(1)))
     return float((flights.height(1, track.time[flights.rows[1][-1]]) - low) / max(top - low, 1e-12))

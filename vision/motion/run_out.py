@@ -1,9 +1,9 @@
-"""The roll rig: travel along an incline and the level after it → how far the seed runs out, and its rolling friction.
+"""Roll rig: track from the release to the stop → run-out and rolling friction.
 
-    μ_r = S sin β / (S cos β + L)        (Eq. 3 of the soybean paper; energy, whatever the moment of inertia)
+    μ_r = S sin β / (S cos β + L)        (Eq. 3 of the soybean paper; energy balance, for any moment of inertia)
 
-S is the way rolled on the incline, L the run-out from the junction to where the seed stops. On either leg friction and slope
-are constant, so the path is two parabolas and a rest; the junction is where speeding up turns into slowing down.
+S is the distance rolled on the incline, L the run-out from the junction to the stop. On each leg friction and slope are constant, so
+the path is two parabolas and a rest; at the junction acceleration turns into deceleration.
 """
 
 import math
@@ -13,22 +13,22 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from vision.measurement import FAILED, MeasurementError, Quantity, failed
-from vision.motion.correlated import estimate_rho, fit, frame_lag, mean, whiten
-from vision.motion.level import measure_level, notes_of
-from vision.motion.strays import single_spikes
+from vision.motion.least_squares import correlated_mean, estimate_rho, fit, frame_lag, whiten
+from vision.motion.outliers import single_spikes
+from vision.motion.rolling_resistance import fit_resistance, resistance_notes
 from vision.motion.track import Track
 from vision.recording import Recording
 
 INCLINE_SD_DEG = 0.1  # of a stated incline
-LENGTH_SD_MM = 0.2  # of a stated way on the incline: a seed laid against a mark
+LENGTH_SD_MM = 0.2  # of a stated distance on the incline: a seed laid against a mark
 QUANTITIES = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
 FEW = "{} usable frames; a run-out needs at least 8"
-STILL_SHARE = 0.02  # a seed slower than this share of its greatest speed has stopped
+STILL_SHARE = 0.02  # of the greatest speed, below which a seed has stopped
 
 
 @dataclass(frozen=True)
 class RunOut:
-    """quantities, places along the path [track unit], the fitted travel for plotting (time, x), what was assumed."""
+    """Quantities; places along the path [track unit]; fitted: (time, x) for the plot; notes."""
 
     quantities: tuple[Quantity, ...]
     junction: float | None = None
@@ -39,29 +39,31 @@ class RunOut:
 
 
 def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float, float] | None = None) -> RunOut:
-    """run_out, rolling_friction, rolling_resistance. junction: (place, sd) along the path where the picture showed it."""
+    """Quantities run_out, rolling_friction, rolling_resistance; junction: (place, sd) along the path where the picture shows it."""
     used = track.used()
-    wild = single_spikes(used.x)
+    spikes = single_spikes(used.x)
     try:
-        found = _measure(used.take(~wild), recording, junction)
+        found = _measure(used.take(~spikes), recording, junction)
     except MeasurementError as error:
         return RunOut(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES))
-    said = [f"{wild.sum()} single rows far off their neighbours are left out"] if wild.any() else []
+    said = [f"{spikes.sum()} single rows far off their neighbours are left out"] if spikes.any() else []
     return replace(found, notes=(*said, *found.notes))
 
 
 def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
-    """Whether a seed never left the incline while it was seen: its way, time [s] and x [mm] (n,), is no longer than the incline,
-    and it took less time for the last quarter of its way than for the one before."""
-    way = np.maximum.accumulate(np.abs(x - x[0]))
-    if not 0 < way[-1] <= incline_length_mm + LENGTH_SD_MM:
+    """Whether a seed did not leave the incline: its path, time [s] and x [mm] (n,), is no longer, and it was still accelerating.
+
+    That is, the last quarter of the path took less time than the quarter before.
+    """
+    length_mm = np.maximum.accumulate(np.abs(x - x[0]))
+    if not 0 < length_mm[-1] <= incline_length_mm + LENGTH_SD_MM:
         return False
-    first = np.unique(way, return_index=True)[1]  # of each place, when it was there first
-    half, later, last = np.interp(np.array([0.5, 0.75, 1.0]) * way[-1], way[first], time[first])
+    first = np.unique(length_mm, return_index=True)[1]  # of each place, when it was there first
+    half, later, last = np.interp(np.array([0.5, 0.75, 1.0]) * length_mm[-1], length_mm[first], time[first])
     return bool(last - later < later - half)
 
 
-def _measure(track: Track, recording: Recording, seen: tuple[float, float] | None) -> RunOut:
+def _measure(track: Track, recording: Recording, in_picture: tuple[float, float] | None) -> RunOut:
     if len(track) < 2:
         raise MeasurementError(FEW.format(len(track)))
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
@@ -69,27 +71,27 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     _check_run(track, x, recording)
     notes: list[str] = []
     speed, top = _speeds(time, x)
-    unseen = ""
+    no_stop = ""
     try:
         stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
     except MeasurementError as error:
-        stop, stop_sd, stop_row, doubts, unseen = float(x[-1]), math.nan, len(x) - 1, [], str(error)
-    place, place_sd, more, unsure = _junction(track, x, speed, stop_row, recording, sign, seen)
-    notes += more
-    doubts = [*doubts, *unsure, *_jumps(track, x, speed)]
+        stop, stop_sd, stop_row, doubts, no_stop = float(x[-1]), math.nan, len(x) - 1, [], str(error)
+    place, place_sd, junction_notes, junction_doubts = _junction(track, x, speed, stop_row, recording, sign, in_picture)
+    notes += junction_notes
+    doubts = [*doubts, *junction_doubts, *_jumps(track, x, speed)]
     length = stop - place
     if length <= 0:
-        raise MeasurementError(unseen or "the seed stops before the junction: it never reaches the level plate")
-    rests = not unseen and stop <= x.max()
-    level = measure_level(track, x, (place, place_sd), stop if rests else None, recording)
+        raise MeasurementError(no_stop or "the seed stops before the junction: it never reaches the level plate")
+    rests = not no_stop and stop <= x.max()
+    level = fit_resistance(track, x, (place, place_sd), stop if rests else None, recording)
     resistance, path = level.resistance, _smooth_path(time, x)
     path[level.rows] = level.curve
-    notes += notes_of(recording, [resistance])
-    for text in unsure:
+    notes += resistance_notes(recording, [resistance])
+    for text in junction_doubts:
         resistance = resistance if resistance.quality == FAILED else resistance.doubt(text)
     fitted = (time, sign * path)
-    if unseen:
-        both = (failed("run_out", "mm", unseen), failed("rolling_friction", "1", unseen))
+    if no_stop:
+        both = (failed("run_out", "mm", no_stop), failed("rolling_friction", "1", no_stop))
         return RunOut((*both, resistance), sign * place, None, None, fitted, tuple(notes))
     scale_sd = recording.camera.scale_sd if track.unit == "mm" else 0.0
     sd = math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2)
@@ -97,51 +99,51 @@ def _measure(track: Track, recording: Recording, seen: tuple[float, float] | Non
     for text in doubts:
         run_out = run_out.doubt(text)
     friction = _friction(run_out, recording)
-    notes += _beside(friction, resistance)
+    notes += _comparison_note(friction, resistance)
     return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
 
 
-def _beside(friction: Quantity, resistance: Quantity) -> list[str]:
-    """A note where Eq. 3 is above the resistance by more than the sds of both allow."""
+def _comparison_note(friction: Quantity, resistance: Quantity) -> list[str]:
+    """A note where Eq. 3 exceeds the rolling resistance by more than three sds."""
     above = friction.value - resistance.value
     if not above > 3 * math.hypot(friction.sd, resistance.sd) or resistance.value <= 0:
         return []
     said = f"rolling_friction (Eq. 3) is {100 * above / resistance.value:.2g} % above rolling_resistance"
-    return [f"{said}: it counts as friction what the air and the corner take"]
+    return [f"{said}: it counts losses to the air and at the corner as friction"]
 
 
 def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
-    """MeasurementError where this way (n,) shows no run-out: it stands still, stays on the incline, or has too few rows."""
+    """MeasurementError where the places x (n,) show no run-out: at rest, on the incline only, or too few rows."""
     if np.ptp(x) < (1.0 if track.unit == "mm" else 4.0):
         raise MeasurementError(f"the seed does not roll: it moves {np.ptp(x):.3g} {track.unit} in all")
-    way = recording.roll.incline_length_mm
-    if way and track.unit == "mm" and track.timed and ends_on_incline(track.t_s, x, way):
-        of = f"{np.ptp(x):.4g} of {way:g} mm"
-        raise MeasurementError(f"the seed never leaves the incline while it is seen ({of}): there is no run-out")
+    length_mm = recording.roll.incline_length_mm
+    if length_mm and track.unit == "mm" and track.timed and ends_on_incline(track.t_s, x, length_mm):
+        of = f"{np.ptp(x):.4g} of {length_mm:g} mm"
+        raise MeasurementError(f"the seed does not leave the incline ({of}): there is no run-out")
     if recording.evidence == "gates.csv":
-        raise MeasurementError("light gates do not see where the seed stops: a run-out needs a film, a track or a reading")
+        raise MeasurementError("light gates do not show where the seed stops: a run-out needs a film, a track or a reading")
     if len(track) < 8:
         raise MeasurementError(FEW.format(len(track)))
 
 
 def _friction(run_out: Quantity, recording: Recording) -> Quantity:
-    """Eq. 3 with ∂μ/∂S, ∂μ/∂β, ∂μ/∂L; failed, naming the key, when the incline is not described."""
+    """Quantity rolling_friction by Eq. 3; failed, naming the key, where the incline is not described."""
     try:
-        way = recording.need("roll.incline_length_mm", "for rolling_friction (Eq. 3)")
+        length_mm = recording.need("roll.incline_length_mm", "for rolling_friction (Eq. 3)")
         beta = recording.need("roll.incline_deg", "for rolling_friction (Eq. 3)")
         if run_out.unit != "mm":
             recording.need("camera.mm_per_px", "for rolling_friction: the run-out is in pixels")
     except MeasurementError as error:
         return failed("rolling_friction", "1", str(error))
-    value, by = eq_3(way, beta, run_out.value)
+    value, by = rolling_friction_eq3(length_mm, beta, run_out.value)
     parts = by * [LENGTH_SD_MM, INCLINE_SD_DEG, run_out.sd]
     common = math.hypot(parts[1], by[2] * run_out.sd_common)
     quantity = Quantity("rolling_friction", value, float(np.linalg.norm(parts)), "1", sd_common=common)
     return quantity.doubt(run_out.reason) if run_out.reason else quantity
 
 
-def eq_3(way_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
-    """μ_r = S sin β / (S cos β + L), and its derivatives by S [1/mm], β [1/°] and L [1/mm]."""
+def rolling_friction_eq3(way_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
+    """μ_r = S sin β / (S cos β + L) and its derivatives by S [1/mm], β [1/°] and L [1/mm]."""
     beta = math.radians(incline_deg)
     below = way_mm * math.cos(beta) + run_out_mm
     value = way_mm * math.sin(beta) / below
@@ -150,7 +152,7 @@ def eq_3(way_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, n
 
 
 def _speeds(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
-    """Speed at each row over a window of about a fiftieth of the rows, and the greatest (robust)."""
+    """Speed at each row over a window of about 2 % of the rows, and their 98th percentile."""
     half = max(2, len(x) // 100)
     low, high = np.clip(np.arange(len(x)) - half, 0, None), np.clip(np.arange(len(x)) + half, None, len(x) - 1)
     speed = (x[high] - x[low]) / (time[high] - time[low])
@@ -158,11 +160,11 @@ def _speeds(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[float, float, int, list[str]]:
-    """Where the seed stops, sd, the row from which it rests, doubts. A rocking seed rests about its last mean place."""
+    """Place of the stop, its sd, the row from which the seed rests, doubts. For a rocking seed: the mean of its last places."""
     moving = np.flatnonzero(speed > STILL_SHARE * top)
     last = int(moving[-1]) + 1
     back = np.flatnonzero((speed < -STILL_SHARE * top) & (x > x[0] + 0.9 * (x[-1] - x[0])))
-    if len(back):  # it rocks: the run is over when it first rolls back
+    if len(back):  # it rocks: the run ends when it first rolls back
         last = min(last, int(back[0]))
     rest = len(x) - last
     tail = slice(-max(5, len(x) // 50), None)
@@ -173,7 +175,7 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
     # The last third of the rest: a seed that rocks has lost most of its swing by then.
     rows = slice(len(x) - max(5, rest // 3), None)
     swing = float(np.ptp(x[rows])) / 2
-    stop, sd = mean(x[rows], track.frame[rows])
+    stop, sd = correlated_mean(x[rows], track.frame[rows])
     noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6)
     if swing > 6 * noise + 0.5:
         doubts.append(f"the seed still rocks by ± {swing:.2g} {track.unit} at the end of the recording")
@@ -185,7 +187,7 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
 
 
 def _extrapolated(track: Track, x: np.ndarray, end_speed: float, top: float) -> tuple[float, float, int, list[str]]:
-    """Still moving at the end: the place where it would stop if it slows on as it did, doubtful; too far ahead: an error."""
+    """As `_stop`, for a seed that still moves at the end: extrapolated at constant deceleration; MeasurementError if that is far."""
     late = slice(np.searchsorted(x, x[0] + 0.6 * np.ptp(x)), None)
     t = track.time[late] - track.time[-1]
     unit = f"{track.unit}/{track.time_unit}"
@@ -203,7 +205,7 @@ def _extrapolated(track: Track, x: np.ndarray, end_speed: float, top: float) -> 
 
 
 def _jumps(track: Track, x: np.ndarray, speed: np.ndarray) -> list[str]:
-    """A doubt when the seed goes further in one step than its greatest speed and the noise allow."""
+    """A doubt where a step is larger than twice the greatest speed and the noise allow."""
     excess = np.abs(np.diff(x)) - 2 * float(speed.max()) * np.diff(track.time) - 8 * _noise(x)
     at = int(np.argmax(excess))
     if excess[at] <= 0:
@@ -213,12 +215,12 @@ def _jumps(track: Track, x: np.ndarray, speed: np.ndarray) -> list[str]:
 
 
 def _noise(x: np.ndarray) -> float:
-    """Of one place, from third differences, which a seed that speeds up or slows down does not show."""
+    """Noise of a place from third differences, which acceleration does not change."""
     return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / math.sqrt(20)
 
 
 def _rest_rows(track: Track, x: np.ndarray, speed: np.ndarray) -> int:
-    """Rows at the start in which the seed rests, 0 when the track begins with a seed on its way."""
+    """Number of rows at the start in which the seed rests, 0 where the track begins with a moving seed."""
     near = x <= np.median(x[:5]) + 4 * _noise(x) + 1e-6 * np.ptp(x)
     rows = int(np.flatnonzero(near)[-1]) + 1
     if rows < 4 or np.polyfit(track.time[:rows], x[:rows], 1)[0] > 0.25 * np.percentile(speed, 98):
@@ -226,21 +228,18 @@ def _rest_rows(track: Track, x: np.ndarray, speed: np.ndarray) -> int:
     return rows
 
 
-def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign: float, seen):
-    """Where the incline meets the level, along the path: from the picture, from the release, or from the motion.
-
-    Returns place, sd, notes, and what makes it doubtful.
-    """
-    kinematic = _turning_place(track, x, speed, stop_row)
-    way = recording.roll.incline_length_mm
-    if seen is not None:
-        place, sd, notes = sign * seen[0], seen[1], []
-    elif way is not None and track.unit == "mm" and (rest := _rest_rows(track, x, speed)):
-        start, start_sd = mean(x[:rest], track.frame[:rest])
-        place, sd = start + way, math.hypot(start_sd, LENGTH_SD_MM)
-        notes = [f"the junction is {way:g} mm along the path from where the seed rests at first"]
+def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign: float, in_picture):
+    """Place of the junction along the path, from the picture, from the release, or from the motion; sd, notes, doubts."""
+    kinematic = _fastest_place(track, x, speed, stop_row)
+    length_mm = recording.roll.incline_length_mm
+    if in_picture is not None:
+        place, sd, notes = sign * in_picture[0], in_picture[1], []
+    elif length_mm is not None and track.unit == "mm" and (rest := _rest_rows(track, x, speed)):
+        start, start_sd = correlated_mean(x[:rest], track.frame[:rest])
+        place, sd = start + length_mm, math.hypot(start_sd, LENGTH_SD_MM)
+        notes = [f"the junction is {length_mm:g} mm along the path from where the seed rests at first"]
     elif kinematic is None:
-        if way is None:
+        if length_mm is None:
             text = f"{recording.toml}: [roll] incline_length_mm is missing, and the motion does not show where the incline ends"
         else:
             text = "neither the release nor the end of the incline is in the track: begin it before the seed is let go"
@@ -250,13 +249,13 @@ def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign:
         return place, sd, [f"the junction is where speeding up turns into slowing down, ± {sd:.2g} {track.unit}"], []
     if kinematic is None or abs(kinematic[0] - place) <= 4 * math.hypot(kinematic[1], sd) + 0.03 * np.ptp(x):
         return place, sd, notes, []
-    check = "the scale" if seen is not None else "incline_length_mm and the scale"
+    check = "the scale" if in_picture is not None else "incline_length_mm and the scale"
     off = f"the seed is fastest at {kinematic[0] - place:+.3g} {track.unit} from the junction as stated: check {check}"
     return place, sd, notes, [off]
 
 
-def _turning_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int) -> tuple[float, float] | None:
-    """Place and sd of the change from speeding up to slowing down: two parabolas of one place and speed at a free time."""
+def _fastest_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int) -> tuple[float, float] | None:
+    """Place and sd of the greatest speed: two parabolas that share place and speed at a free time; None where they do not fit."""
     top = np.percentile(speed, 98)
     begin = int(np.flatnonzero(speed > 0.15 * top)[0])
     rows = slice(begin, max(stop_row - len(x) // 50, begin + 2))
@@ -291,7 +290,7 @@ def _turning_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int
 
 
 def _smooth_path(time: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """The travel as a smooth curve for drawing."""
+    """Running mean of the places, for the plot."""
     half = max(2, len(x) // 100)
     padded = np.pad(x, half, mode="edge")
     return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")

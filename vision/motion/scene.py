@@ -1,7 +1,7 @@
-"""The still scene behind a moving seed: what each pixel looks like without it, and how noisy it is.
+"""The static scene behind a moving seed: background and noise of each pixel.
 
-The background is the median of frames sampled evenly in *motion*, not in time: a seed that rests for most of the film
-fills only few of the samples and does not become background.
+The background is the median of frames sampled evenly in motion, not in time, so that a seed that rests for most of the film does
+not become background.
 """
 
 import itertools
@@ -13,24 +13,24 @@ import numpy as np
 
 from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
-from vision.motion.colour import along_axes, in_noise, noise_matrix
+from vision.motion.colour import colour_axes, in_sds, noise_matrix
 
-COARSE_WIDTH = 320  # moving things are looked for on a picture about this wide
+COARSE_WIDTH = 320  # px of the picture on which moving things are detected
 MEDIAN_FRAMES = 25
-SHADING = 0.05  # of the greatest change between two frames: below it light changes, nothing moves
-RESTLESS = 2.0  # a pixel that deviates by so much more than the others usually do has a noise of its own
+LEAST_CHANGE = 0.05  # of the greatest change between two frames: less is a change of light, not motion
+RESTLESS = 2.0  # deviation, in units of the median one, above which a pixel has more noise than the others
 
 
 @dataclass(frozen=True)
 class Scene:
-    """behind: the picture without the seed, float32 (h, w, c), c = 1 (grey) or 3 colours.
+    """background: the picture without the seed, float32 (h, w, c), c = 1 (grey) or 3 colours.
 
-    factor: by how much the coarse picture is smaller; coarse: its background; restless (h, w) ≥ 1: noise of each coarse pixel, in
-    units of the usual. matrix, coarse_matrix: colours → units of noise, of a pixel and of a coarse one. noise_spread ≥ 1: by how much
-    neighbouring pixels' common noise enlarges the variance of sums.
+    factor: full px per coarse px; coarse: the coarse picture's background; restless (h, w) ≥ 1: relative noise of each coarse pixel.
+    matrix, coarse_matrix: colours → sds of the noise (colour.in_sds). noise_spread ≥ 1: factor by which correlation of neighbouring
+    pixels enlarges the variance of sums. white: the greatest grey level. first: the first frame.
     """
 
-    behind: np.ndarray
+    background: np.ndarray
     factor: int
     coarse: np.ndarray
     matrix: np.ndarray
@@ -42,22 +42,24 @@ class Scene:
 
     @property
     def shape(self) -> tuple[int, int]:
-        height, width = self.behind.shape[:2]
+        height, width = self.background.shape[:2]
         return height, width
 
     @property
-    def background(self) -> np.ndarray:
-        """`behind` in grey, float32 (h, w)."""
-        return grey(self.behind)
+    def grey_background(self) -> np.ndarray:
+        """The background in grey, float32 (h, w)."""
+        return grey(self.background)
 
     def coarse_difference(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """The coarse picture less the background and the background, in units of noise (h, w, c), and the light's gain on it (slow drift,
-        flicker)."""
+        """The coarse picture less the background, the background, both in sds of the noise (h, w, c), and the light's gain.
+
+        gain: brightness relative to the background, for slow drift and flicker.
+        """
         height, width = self.coarse.shape[:2]
         small = colours(cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
         gain = float(np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2)))
-        behind = in_noise(gain * self.coarse, self.coarse_matrix)
-        return (in_noise(small, self.coarse_matrix) - behind) / self.restless[..., None], behind, gain
+        background = in_sds(gain * self.coarse, self.coarse_matrix)
+        return (in_sds(small, self.coarse_matrix) - background) / self.restless[..., None], background, gain
 
 
 def colours(pixels: np.ndarray) -> np.ndarray:
@@ -73,56 +75,56 @@ def grey(pixels: np.ndarray) -> np.ndarray:
 
 
 def learn_scene(source: FrameSource, still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None) -> Scene:
-    """Background and noise from frames sampled over the whole recording.
+    """Estimate background and noise from frames sampled over the whole recording.
 
-    still(pictures) → pictures whose median is the background; without it, those spaced evenly in motion.
+    still(pictures): returns the pictures whose median is the background; default: pictures evenly spaced in motion.
     """
     frames = source.sample(61)
     if len(frames) < 3:
         raise MeasurementError(f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3")
     first = frames[0]
     chosen = even_in_motion(frames) if still is None else still(frames)
-    behind = np.atleast_3d(_median(chosen))
-    height, width = behind.shape[:2]
+    background = np.atleast_3d(_median(chosen))
+    height, width = background.shape[:2]
     factor = max(1, round(width / COARSE_WIDTH))
     small = (max(1, width // factor), max(1, height // factor))
-    coarse = np.maximum(np.atleast_3d(cv2.resize(behind, small, interpolation=cv2.INTER_AREA)), 1.0)
-    sd, spread, coarse_sd = _noise(frames[:: max(1, len(frames) // 7)], behind, coarse)
+    coarse = np.maximum(np.atleast_3d(cv2.resize(background, small, interpolation=cv2.INTER_AREA)), 1.0)
+    sd, spread, coarse_sd = _noise(frames[:: max(1, len(frames) // 7)], background, coarse)
     white, steady = float(np.iinfo(first.dtype).max), np.ones(coarse.shape[:2], np.float32)
     matrices = noise_matrix(sd, white), noise_matrix(coarse_sd, white)
-    plain = Scene(behind, factor, coarse, *matrices, steady, spread, white, first)
+    plain = Scene(background, factor, coarse, *matrices, steady, spread, white, first)
     return replace(plain, restless=_restless(chosen, plain))
 
 
 def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
-    """MEDIAN_FRAMES of the frames, evenly spaced in how much has moved up to each."""
+    """MEDIAN_FRAMES of the frames, evenly spaced in the amount of motion."""
     if len(frames) <= 5:
         return frames
     moved = _motion_between(frames)
     moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
     path = np.concatenate([[0.0], np.cumsum(moved)])
     wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
-    # A frame may be taken several times: of a seed that moves for an instant only, those few frames have to outvote its rest.
+    # A frame may be taken several times, so that the few frames of a short motion outvote the rest.
     return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
 
 
 def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
-    """Share of the picture that changes from each frame to the next, (n − 1,); light that changes slowly is not motion."""
+    """Share of the picture that changes from each frame to the next, (n − 1,), not counting slow changes of light."""
     height, width = frames[0].shape[:2]
     size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
     small = [cv2.resize(grey(f), size, interpolation=cv2.INTER_AREA) for f in frames]
     even = [s / max(float(np.median(s)), 1e-6) for s in small]
     change = np.array([np.abs(b - a) for a, b in itertools.pairwise(even)])
-    # In a picture without noise the median is 0, and a thing that shades itself as it turns would pass for one that moves.
-    level = max(8 * float(np.median(change)) + 0.01, SHADING * float(change.max()))
+    # In a picture without noise the median is 0, and the changing shading of a turning thing would count as motion.
+    level = max(8 * float(np.median(change)) + 0.01, LEAST_CHANGE * float(change.max()))
     return (change > level).mean(axis=(1, 2))
 
 
 def _median(frames: list[np.ndarray]) -> np.ndarray:
-    """Pixel by pixel, in bands of rows to keep memory small. Frames of another brightness are scaled to the first's."""
+    """Median of each pixel, of frames scaled to one brightness; in bands of rows to keep memory small."""
     level = [float(np.median(f[::7, ::7])) for f in frames]
-    usual = float(np.median(level))
-    gain = [usual / v if v > 0 else 1.0 for v in level]
+    typical = float(np.median(level))
+    gain = [typical / v if v > 0 else 1.0 for v in level]
     steady = max(gain) / min(gain) < 1.003
     out: np.ndarray = np.empty(frames[0].shape, dtype=np.float32)
     for top in range(0, out.shape[0], 64):
@@ -134,36 +136,36 @@ def _median(frames: list[np.ndarray]) -> np.ndarray:
     return out
 
 
-def _noise(frames: list[np.ndarray], behind: np.ndarray, coarse: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """sd of a pixel along each axis of its colour, variance factor of neighbouring pixels' common noise, sds of a coarse pixel."""
+def _noise(frames: list[np.ndarray], background: np.ndarray, coarse: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """sd of a pixel for each colour axis, variance factor of correlated neighbouring pixels, sds of a coarse pixel."""
     sds, spreads, coarse_sds = [], [], []
     for frame in frames:
         plain = colours(frame)
-        gain = float(np.median(plain[::5, ::5].sum(axis=2) / np.maximum(behind[::5, ::5].sum(axis=2), 1.0)))
-        off = along_axes(plain - gain * behind)
+        gain = float(np.median(plain[::5, ::5].sum(axis=2) / np.maximum(background[::5, ::5].sum(axis=2), 1.0)))
+        off = colour_axes(plain - gain * background)
         sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
         clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
         own = float((clear**2).mean())
         near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / own if own > 0 else 0.0
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
         small = colours(cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)) - gain * coarse
-        coarse_sds.append([_spread(o) for o in np.moveaxis(along_axes(small), 2, 0)])
+        coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])
     return np.median(sds, axis=0), float(np.median(spreads)), np.maximum(np.median(coarse_sds, axis=0), 0.15)
 
 
 def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:
-    """How much more each coarse pixel deviates than its noise lets it, float32 (h, w) ≥ 1: leaves, a lamp, an edge that shakes."""
+    """Relative noise of each coarse pixel, float32 (h, w) ≥ 1: more at leaves, a lamp, a shaking edge."""
     off = np.array([np.linalg.norm(scene.coarse_difference(frame)[0], axis=2) for frame in frames])
     middle = np.median(off, axis=0)
-    usual = max(float(np.median(middle)), 1.0)
-    share = cv2.GaussianBlur((middle / usual).astype(np.float32), (0, 0), 1.0)
+    typical = max(float(np.median(middle)), 1.0)
+    share = cv2.GaussianBlur((middle / typical).astype(np.float32), (0, 0), 1.0)
     return np.where(share > RESTLESS, share, 1.0).astype(np.float32)
 
 
 def _spread(off: np.ndarray) -> float:
-    """sd of the still part: from the median and from the 95th percentile of the deviation, the larger.
+    """Robust sd: from the median or the 95th percentile of the deviations, whichever is larger.
 
-    A video's codec repeats most of the picture unchanged and errs in the rest, which the median alone does not see.
+    A video codec repeats most of the picture unchanged and has errors in the rest, which the median alone does not show.
     """
     size = np.abs(off - np.median(off))
     return max(1.4826 * float(np.median(size)), float(np.percentile(size[::2, ::2], 95)) / 1.96)

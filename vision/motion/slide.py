@@ -1,4 +1,4 @@
-"""The slide rig: travel along a tilting plate → the angle at which the block lets go, and both frictions.
+"""Slide rig: travel along a tilting plate → slide angle, static and kinetic friction.
 
 Before the onset the block rests; after it
 
@@ -6,8 +6,8 @@ Before the onset the block rests; after it
 
 (2 θ̇ ẋ: Coriolis; the plate turns away from under the moving block, which presses on it less) so
 x(t) = x₀ + A(t; t₀) − μ_k [B(t; t₀) − C(t; t₀)], with A, B the double integrals of g sin θ and g cos θ from the onset t₀
-and C the integral of 2 θ̇ (x − x₀) over the measured x. For a given t₀ that is linear in x₀ and μ_k; t₀ is where the whole
-fits best, not where some threshold is passed. μ_s = tan θ(t₀).
+and C the integral of 2 θ̇ (x − x₀) over the measured x. For a given t₀ that is linear in x₀ and μ_k; t₀ is fitted, not found by a
+threshold. μ_s = tan θ(t₀).
 """
 
 import math
@@ -18,14 +18,14 @@ from scipy.optimize import minimize_scalar
 
 from vision.evidence.grid import grid_of
 from vision.measurement import MeasurementError, Quantity, failed
-from vision.motion.correlated import estimate_rho, fit, frame_lag, whiten
 from vision.motion.flight import G_MM_S2
-from vision.motion.strays import single_spikes
+from vision.motion.least_squares import estimate_rho, fit, frame_lag, whiten
+from vision.motion.outliers import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
 
 TILT_SD_DEG = 0.05  # of a goniometer or inclinometer, common to a whole session
-START_SD_DEG = 0.5  # of a stated angle at the first moment: a film may begin somewhat before the tilting
+START_SD_DEG = 0.5  # of a stated angle at t = 0: a film may begin somewhat before the tilting
 RATE_SD = 0.01  # relative, of a stated rate
 ANGLE_MISSING = "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide] start_deg and tilt_rate_deg_s"
 START_MISSING = (
@@ -37,7 +37,7 @@ QUANTITIES = (("slide_angle", "deg"), ("static_friction", "1"), ("kinetic_fricti
 
 @dataclass(frozen=True)
 class Slide:
-    """quantities, the onset [time unit], the fitted travel for plotting (time, x), what was assumed."""
+    """Quantities; onset [time unit]; fitted: (time, x) for the plot; notes."""
 
     quantities: tuple[Quantity, ...]
     onset: float | None
@@ -47,9 +47,9 @@ class Slide:
 
 @dataclass(frozen=True)
 class _Tilt:
-    """The plate's angle at each row [rad], its rate there, and their double integrals from the first row.
+    """The plate's angle [rad] and its rate at each row, and integrals of g sin θ and g cos θ from the first row.
 
-    sd [deg]: what it is off by in all rows, and in all recordings of a session; pictured: had from the plate's edge.
+    sd [deg]: error that all rows and all recordings of a session share; pictured: the angle is from the plate's edge in the picture.
     """
 
     angle: np.ndarray
@@ -62,8 +62,8 @@ class _Tilt:
     pictured: bool
 
 
-def measure_slide(track: Track, recording: Recording) -> Slide:
-    """slide_angle, static_friction, kinetic_friction; failed, with the reason, where the block never lets go."""
+def measure_slide_track(track: Track, recording: Recording) -> Slide:
+    """Quantities slide_angle, static_friction, kinetic_friction; failed, with the reason, where the block does not slide."""
     used = track.used()
     used = used.marked(single_spikes(used.x)).used()
     try:
@@ -108,9 +108,9 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
 
 
 def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
-    """The plate's angle from the track's column, or from the stated start and rate; MeasurementError naming what is missing."""
-    time, told, pictured = track.time, recording.slide, track.tilt_sd_deg is not None
-    rate, start, notes = told.tilt_rate_deg_s, told.start_deg, []
+    """The plate's angle from the track, or from the stated start and rate, and notes; MeasurementError naming the missing key."""
+    time, stated, pictured = track.time, recording.slide, track.tilt_sd_deg is not None
+    rate, start, notes = stated.tilt_rate_deg_s, stated.start_deg, []
     if track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 4:
         known = np.isfinite(track.tilt_deg)
         angle = _smooth(time, track.tilt_deg, known)
@@ -130,7 +130,7 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
 
 
 def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """The angle as a smooth curve through noisy readings: local lines over about a thirtieth of the rows (Savitzky–Golay)."""
+    """The angle smoothed by local lines over about a thirtieth of the rows (Savitzky–Golay)."""
     from scipy.signal import savgol_filter
 
     filled = np.interp(time, time[known], tilt[known])
@@ -139,7 +139,7 @@ def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray
 
 
 def integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second cumulative integral, from the first row; exact for values linear between rows."""
+    """First and second cumulative integral from the first row; exact for values that are linear between rows."""
     h = np.diff(time)
     first = np.concatenate([[0.0], np.cumsum(h * (values[1:] + values[:-1]) / 2)])
     second = np.concatenate([[0.0], np.cumsum(h * first[:-1] + h**2 * (2 * values[:-1] + values[1:]) / 6)])
@@ -147,7 +147,7 @@ def integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _from(onset: float, time: np.ndarray, values1: np.ndarray, values2: np.ndarray, density: np.ndarray) -> np.ndarray:
-    """The double integral from `onset` on (0 before it), out of the integrals from the first row."""
+    """The double integral from `onset` on (0 before it), from the integrals that begin at the first row."""
     row = int(np.clip(np.searchsorted(time, onset) - 1, 0, len(time) - 2))
     s = onset - time[row]
     h = time[row + 1] - time[row]
@@ -160,7 +160,7 @@ def _from(onset: float, time: np.ndarray, values1: np.ndarray, values2: np.ndarr
 def _turning(time: np.ndarray, x: np.ndarray, tilt: _Tilt) -> np.ndarray:
     """∫ 2 θ̇ (x − x₀) dt from the first row; x downhill.
 
-    Without it an onset at 2 °/s with μ_k = μ_s, where the acceleration starts from 0, is found 0.07° late.
+    Without this Coriolis term an onset at 2 °/s with μ_k = μ_s would be found 0.07° late.
     """
     return integrals(time, 2 * tilt.rate * (x - _first_mean(x)))[0]
 
@@ -175,7 +175,7 @@ def _design(onset: float, time, tilt: _Tilt, turning, stop: int, physical: bool)
     c = np.where(time > onset, turning - np.interp(onset, time, turning), 0.0)[:stop]
     one = np.ones(stop)
     columns = [one, c - b] if physical else [one, a, -b]
-    if tilt.pictured:  # the plate's hinge, found from its turning, is off by some pixels: a travel in step with the angle
+    if tilt.pictured:  # an error of the estimated hinge makes a travel proportional to the angle
         columns.append(tilt.angle[:stop] - tilt.angle[0])
     return np.column_stack(columns), a if physical else math.tan(float(np.interp(onset, time, tilt.angle))) * c
 
@@ -219,8 +219,9 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
 
 
 def _onset_sd(misfit, onset: float, first: float, last: float) -> float:
-    """From where the misfit [σ²] has risen by 1.96² on either side: with μ_k = μ_s it rises with the fourth power, and the
-    linear fit's covariance, to which the onset is then no parameter at all, says nothing.
+    """sd of the onset from the interval in which the misfit [σ²] rises by less than 1.96².
+
+    The linearised covariance does not suffice: with μ_k = μ_s the misfit rises with the fourth power.
     """
     least = misfit(onset)
     reach = []
@@ -235,7 +236,7 @@ def _onset_sd(misfit, onset: float, first: float, last: float) -> float:
 
 
 def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, recording: Recording, rate: float) -> Quantity:
-    """μ_k, with what a wrong scale and a wrong tilt do to it: Δμ = (a / g cos θ) Δscale and Δμ = Δθ / cos² θ."""
+    """Quantity kinetic_friction, with errors of scale and tilt: Δμ = (a / g cos θ) Δscale and Δμ = Δθ / cos² θ."""
     late = slice(np.searchsorted(track.time, onset), stop)
     theta = float(np.mean(tilt.angle[late])) if stop > late.start else float(tilt.angle[stop - 1])
     value = float(params[2])
@@ -262,7 +263,7 @@ def _doubts(q: Quantity, track: Track, onset, onset_sd, stop, found, noise, trav
 
 
 def _end_of_slide(time: np.ndarray, x: np.ndarray, noise: float) -> int:
-    """The row at which the block meets a stop or leaves the plate: where its speed has fallen well below its greatest."""
+    """Row at which the block meets a stop or leaves the plate: its speed has fallen well below the greatest."""
     width = max(3, len(x) // 100)
     if len(x) < 3 * width + 4:
         return len(x)

@@ -1,4 +1,4 @@
-"""A track: where one seed was, frame by frame, each place with its standard deviation."""
+"""A track: the places of one seed over time, with standard deviations."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from vision.evidence.tables import GATE_PLACE, read_gates
 from vision.measurement import MeasurementError
-from vision.motion.strays import slips
+from vision.motion.flight import G_MM_S2
+from vision.motion.outliers import slips
 from vision.recording import Camera, Recording
 
-G_MM_S2 = 9806.65
 GATE_SD_MM = 0.3  # of a light gate's place read off a ruler: its beam is some millimetres wide
 
 
@@ -20,9 +20,9 @@ GATE_SD_MM = 0.3  # of a light gate's place read off a ruler: its beam is some m
 class Track:
     """Arrays of one length n, in the order of time. x to the right, y up, in `unit` ("mm" or "px").
 
-    frame: numbers at the bench (a lost frame is a missing row). t_s: NaN throughout without a frame rate.
-    sd: of x and of y, each; NaN where not stated. angle_deg: unwrapped, anticlockwise; NaN where not seen; None where
-    nobody looked. tilt_deg: the plate's angle at the same time. outlier: rows that no fit should use.
+    frame: numbers as recorded (a lost frame is a missing row). t_s: all NaN without a frame rate.
+    sd: of x and of y, each; NaN where not stated. angle_deg: unwrapped, anticlockwise; NaN where unknown; None where not measured.
+    tilt_deg: the plate's angle at the same time. outlier: rows that no fit uses.
     """
 
     frame: np.ndarray
@@ -56,7 +56,7 @@ class Track:
 
     @property
     def step(self) -> float:
-        """The usual time from one frame to the next."""
+        """Median time from one frame to the next."""
         return float(np.median(np.diff(self.time) / np.maximum(np.diff(self.frame), 1)))
 
     def used(self) -> "Track":
@@ -150,7 +150,7 @@ def _falling(time: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 def _frame_numbers(time: np.ndarray, fps: float | None) -> np.ndarray:
-    """Frame numbers behind the times: whole steps of the usual interval, so that lost rows leave gaps."""
+    """Frame numbers from times: whole steps of the median interval, so that lost rows leave gaps."""
     step = float(np.median(np.diff(time)))
     if fps and 0.9 < fps * step < 1.1:
         step = 1 / fps

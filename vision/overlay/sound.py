@@ -7,7 +7,7 @@ import numpy as np
 from scipy.signal import spectrogram
 
 from vision.evidence.sound import Sound
-from vision.motion.bouncing import Chain
+from vision.motion.impact_chain import Chain
 from vision.motion.onsets import Onsets
 from vision.overlay.canvas import FONT, plain
 from vision.overlay.plot import GRID, INK, ticks
@@ -39,7 +39,7 @@ def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, added: Collection[int
     _loudness(image, part, room)
     _frequencies(image, part, sound.rate_hz, room)
     reasons: dict[str, int] = {}
-    for row, why in chain.removed.items():
+    for row, why in chain.rejected.items():
         if begin <= onsets.time_s[row] <= end:
             number = reasons.setdefault(_kind(why), len(reasons) + 1)
             _mark(image, column(onsets.time_s[row]), REMOVED, str(number), dashed=True)

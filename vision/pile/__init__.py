@@ -1,1 +1,1 @@
-"""A pile photo → angle of repose: ground, silhouette, sub-pixel surface, base line, least-squares lines."""
+"""Photo of a pile → angle of repose (`repose.py`)."""

@@ -1,8 +1,8 @@
-"""The centroid's angle: atan(z̄ / x̄) of what stands higher than a tenth of the crest's height, z̄ from there, x̄ from the wall that
-the pile leans on, or without a wall the mean distance from the heap's own axis.
+"""Centroid angle of a pile: atan(z̄ / x̄) of the part of its outline above a tenth of the crest's height.
 
-A straight-sided pile has its angle of repose. All of the outline from toe to toe counts, so that no single seed decides: between
-packings of a few hundred seeds it scatters less than half as much as a line through part of the slope.
+z̄ is the mean height above that level; x̄ is the mean distance from the wall that the pile leans on or, without a wall, from the
+heap's own axis. For a straight-sided pile this is the angle of repose. All of the outline counts, so no single seed decides:
+between packings of a few hundred seeds it scatters less than half as much as a line through part of the slope.
 """
 
 import numpy as np
@@ -12,14 +12,15 @@ from vision.pile.heap import BaseLine, Heap
 
 NAME = "centroid_angle"
 FOOT = 0.1  # of the crest's height: what is lower does not count
-BARE, LOOSE = 0.02, 0.25  # of the crest's height: lower is bare; how far beyond the toe loose seeds may be taken for the pile
-MARGIN = 2  # small px that a wall was widened by when it was cut away (heap.py)
+BARE = 0.02  # of the crest's height: lower is bare plate
+LOOSE = 0.25  # of the crest's height: how far beyond the toe loose seeds may belong to the pile
+MARGIN = 2  # small px by which heap.py widens a wall when it removes it
 
 
 def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: float, doubts: tuple[str, ...] = ()) -> Quantity:
-    """From the surface's rows (n,) [px, y down; NaN where there is none]; heap: in small px, `factor` px each.
+    """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or its wall is not in the picture.
 
-    Fails with the reason where the wall that the pile leans on is not seen, or its foot is not.
+    surface (w,): rows [px, y down], NaN where there is none; heap: in small px of `factor` px each.
     """
     good = {f.side: f for f in heap.flanks if not f.problem}
     walls = {f.side for f in heap.flanks if f.problem.startswith("a wall")}
@@ -27,17 +28,17 @@ def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: floa
         return failed(NAME, "deg", "the pile's foot is not in the picture on both sides")
     ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
     for side in walls - set(good):
-        at = _wall(heap, side)
+        at = _wall_face(heap, side)
         if at is None:
             return failed(NAME, "deg", "where the wall stands that the pile leans on is not seen")
         ends[side] = at * factor
-    found = _slope(surface, base, heap, factor, ends, walls - set(good))
+    found = _rise_and_reach(surface, base, heap, factor, ends, walls - set(good))
     if found is None:
         return failed(NAME, "deg", "nothing stands above the base line")
     slope, rise, reach = found
     others = [
-        _slope(surface, base, heap, factor, ends | toes, walls - set(good))
-        for toes in _other_toes(surface, base, heap, factor, ends, good)
+        _rise_and_reach(surface, base, heap, factor, ends | toes, walls - set(good))
+        for toes in _alternative_toes(surface, base, heap, factor, ends, good)
     ]
     toe_sd = float(np.ptp([slope, *(other[0] for other in others if other)])) / 2
     # half a small pixel in the base line's height, one in where the wall or the foot stands
@@ -47,12 +48,12 @@ def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: floa
     return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg", DOUBTFUL if reason else GOOD, reason)
 
 
-def _slope(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leaning: set) -> tuple[float, float, float] | None:
-    """z̄/x̄, z̄ and x̄ [px] between the two ends; None where nothing stands there. leaning: sides on which a wall stands."""
+def _rise_and_reach(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leaning: set) -> tuple[float, float, float] | None:
+    """z̄/x̄, z̄ and x̄ [px] between the two ends; None where nothing is above the foot. leaning: sides with a wall."""
     x = np.arange(surface.size)
     inside = (x >= ends["left"]) & (x <= ends["right"]) & np.isfinite(surface)
     rows = surface[inside]
-    for side in leaning:  # the wall's own edge is blurred over the columns beside it: the pile goes on behind
+    for side in leaning:  # beside the wall, whose blurred edge hides them
         hidden = np.abs(x[inside] - ends[side]) < (MARGIN + 0.5) * factor
         if hidden.any() and not hidden.all():
             rows[hidden] = rows[~hidden][0 if side == "left" else -1]
@@ -66,19 +67,18 @@ def _slope(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leani
     return rise / reach, rise, reach
 
 
-def _other_toes(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, good) -> tuple[dict, dict]:
-    """Where the pile may end just as well: at the first bare place outwards from the crest; LOOSE of its height farther, with the
-    loose seeds that lie there."""
-    tall = heap.height_px * factor
-    bare = base.at(np.arange(surface.size)) - surface <= BARE * tall
+def _alternative_toes(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, good) -> tuple[dict, dict]:
+    """Two other choices of the toes: the first bare column outwards from the crest, and LOOSE of the height beyond the toe."""
+    height = heap.height_px * factor
+    bare = base.at(np.arange(surface.size)) - surface <= BARE * height
     crest = int(heap.crest * factor)
     nearer = {"left": np.flatnonzero(bare[:crest]), "right": crest + np.flatnonzero(bare[crest:])}
     near = {side: float(nearer[side][-1 if side == "left" else 0]) if len(nearer[side]) else ends[side] for side in good}
-    return near, {side: ends[side] + (-LOOSE if side == "left" else LOOSE) * tall for side in good}
+    return near, {side: ends[side] + (-LOOSE if side == "left" else LOOSE) * height for side in good}
 
 
-def _wall(heap: Heap, side: str) -> float | None:
-    """The face, towards the pile, of the wall nearest to the crest on that side [small px]; None where none is seen."""
+def _wall_face(heap: Heap, side: str) -> float | None:
+    """Column [small px] of the face of the wall nearest to the crest on that side; None where no wall is seen."""
     if side == "left":
         return max((high - MARGIN for _, high in heap.walls if high - MARGIN <= heap.crest + 1), default=None)
     return min((low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1), default=None)

@@ -1,4 +1,4 @@
-"""What stands where in a silhouette: the plate's line, box walls, the pile's crest, toes and flanks. Profile in, places out.
+"""Geometry of a pile's profile: walls, crest, toes, flanks.
 
 A profile is the row y_px (down) of the surface in each column x; heights are measured up from the base line.
 """
@@ -17,12 +17,12 @@ TOE = 0.02  # of the crest's height: where the pile ends
 
 @dataclass(frozen=True)
 class BaseLine:
-    """The pile's foot: y_px = intercept + slope · x, and how it was found."""
+    """The line that the pile stands on: y_px = intercept + slope · x, and how it was found (base_line.BASES)."""
 
     intercept: float
     slope: float
     slope_sd: float
-    source: str  # "plate" | "edge" | "foot" | "mirror" | "given" | "toe"
+    source: str
 
     def at(self, x: Any) -> Any:
         """y_px at x, a number or an array."""
@@ -51,10 +51,10 @@ class Heap:
 
 
 def level_line(profile: np.ndarray, tolerance: float, share: float, below: float = 0.15) -> tuple[float, float] | None:
-    """The nearly level line that most points of the profile lie on: intercept and slope; None if there is none.
+    """Intercept and slope of the nearly level line with most points of the profile; None where there is none.
 
-    `share` of the columns must lie within `tolerance` px of it, and at most `below` of the others under it (the plate is what
-    everything else stands on). All slopes within MAX_PLATE_SLOPE are tried.
+    At least `share` of the columns must lie within `tolerance` px of it, and at most `below` of the others under it, since
+    everything stands on the plate. All slopes within MAX_PLATE_SLOPE are tried.
     """
     x = np.flatnonzero(np.isfinite(profile)).astype(float)
     if x.size < 8:
@@ -68,13 +68,13 @@ def level_line(profile: np.ndarray, tolerance: float, share: float, below: float
     for count, slope, intercept in sorted(lines, reverse=True):
         if count < max(8, share * profile.size):
             return None
-        if (line := _settle(x, y, slope, intercept, tolerance, share * profile.size, below)) is not None:
+        if (line := _refit_level_line(x, y, slope, intercept, tolerance, share * profile.size, below)) is not None:
             return line
     return None
 
 
-def _settle(x, y, slope, intercept, tolerance, least, below) -> tuple[float, float] | None:
-    """The line refitted through the points near it, if it stays level, keeps its points and lies under all the rest."""
+def _refit_level_line(x, y, slope, intercept, tolerance, least, below) -> tuple[float, float] | None:
+    """The line refitted to the points near it; None where it is no longer level, loses its points or has too many below it."""
     for _ in range(3):
         on = np.abs(y - intercept - slope * x) <= tolerance
         if on.sum() < max(8, least):
@@ -87,9 +87,9 @@ def _settle(x, y, slope, intercept, tolerance, least, below) -> tuple[float, flo
 
 
 def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) -> Heap:
-    """Walls cut away, the tallest sloping piece taken, its crest and flanks found.
+    """Crest and flanks of the tallest part of the profile, without box walls.
 
-    profile (n,) rows y_px, NaN where there is nothing; window the height fractions that a flank must span to be measured.
+    profile (n,): rows y_px, NaN where there is nothing; window: shares of the height that a flank must span to be measured.
     """
     x = np.arange(profile.size)
     height = base.at(x) - profile
@@ -97,7 +97,7 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     free = np.isfinite(height)
     for low, high in walls:
         free[low:high] = False
-    pieces = [p for p in _runs(free, gap=max(2, profile.size // 100)) if p[1] - p[0] >= 8]
+    pieces = [p for p in _true_ranges(free, gap=max(2, profile.size // 100)) if p[1] - p[0] >= 8]
     if not pieces:
         return Heap(0, 0.0, (), walls, "no pile in the picture")
     smooth = _smooth(height, free)
@@ -124,7 +124,7 @@ def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:
 
 
 def _crest_height(height: np.ndarray, free: np.ndarray, crest: int) -> float:
-    """The highest point about the crest, a running median of 5 columns having taken single wrong ones away."""
+    """The highest point about the crest after a running median of 5 columns."""
     reach = max(3, height.size // 50)
     near = np.flatnonzero(free & np.isfinite(height))
     near = near[np.abs(near - crest) <= reach]
@@ -163,7 +163,7 @@ def _cliffs(height: np.ndarray, least: float) -> list[int]:
     return cliffs
 
 
-def _runs(flags: np.ndarray, gap: int) -> list[tuple[int, int]]:
+def _true_ranges(flags: np.ndarray, gap: int) -> list[tuple[int, int]]:
     """Ranges where `flags` holds, bridging holes of up to `gap` columns."""
     where = np.flatnonzero(flags)
     if where.size == 0:
@@ -180,7 +180,7 @@ def _flank(
     outward = smooth[low : crest + 1][::-1] if side == "left" else smooth[crest:high]
     ends = np.flatnonzero(outward < TOE * top)
     length = int(ends[0]) if ends.size else outward.size - 1
-    if ends.size:  # the running mean has rounded the toe: where, near it, does the surface itself come down?
+    if ends.size:  # the running mean has rounded the toe: look for it in the unsmoothed surface nearby
         reach = max(3, smooth.size // 50)
         raw = sharp[low : crest + 1][::-1] if side == "left" else sharp[crest:high]
         near = np.arange(max(length - reach, 1), min(length + reach, raw.size))
@@ -196,18 +196,18 @@ def _flank(
         what = f"the pile is cut by the picture's {side} border" if at_border else "the surface ends"
         return Flank(side, crest, toe, f"{what} at {100 * lowest:.0f} % of its height")
     upwards = outward[: length + 1][::-1]
-    upwards = upwards[np.isfinite(upwards)]  # one gap must not hide all that lies above it
+    upwards = upwards[np.isfinite(upwards)]  # a gap would make NaN of all above it
     if np.max(np.maximum.accumulate(upwards) - upwards, initial=0.0) > 0.2 * top:
         return Flank(side, crest, toe, "the surface falls and rises again: two piles, or something in front of it")
     return Flank(side, crest, toe)
 
 
 def _second_pile(smooth: np.ndarray, free: np.ndarray, pieces, crest: int, flanks: tuple[Flank, ...]) -> str:
-    """Is there, beyond the toes, another hump of more than 40 % of the height?"""
+    """The problem that another hump of more than 40 % of the height lies beyond the toes; "" where none does."""
     low, high = min(f.toe for f in flanks), max(f.toe for f in flanks)
     outside = np.where(free, smooth, 0.0)
     outside[low : high + 1] = 0.0
-    for a, b in _runs(outside > 0.4 * smooth[crest], gap=1):
+    for a, b in _true_ranges(outside > 0.4 * smooth[crest], gap=1):
         if b - a >= 0.1 * smooth[crest] and a > 2 and b < smooth.size - 2:
             return "two piles in the picture: name the one to measure by --roi"
     return ""

@@ -1,9 +1,9 @@
-"""Steps from a photo to a mask: shrink → background → denoise → grayscale → flatten light → binarise. One function a step."""
+"""Steps from a photo to a mask, one function each: reduce, denoise, fit the illumination, find a threshold."""
 
 import cv2
 import numpy as np
 
-WORKING_PX = 1024  # longest side of the picture on which shapes are sought; edges are read off the full picture
+WORKING_PX = 1024  # longest side of the reduced picture; edges are read off the full one
 
 
 def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray, float]:
@@ -30,20 +30,11 @@ def denoise(image: np.ndarray, aperture_px: int = 5) -> np.ndarray:
     return blurred.reshape(image.shape)
 
 
-def grayscale(image: np.ndarray, axis: np.ndarray, ground: np.ndarray) -> np.ndarray:
-    """Grey = how far a pixel has gone from the ground's colour towards the pile's.
+def fit_illumination(image: np.ndarray, where: np.ndarray, order: int = 2) -> np.ndarray:
+    """Illumination of the background: a polynomial of `order` in x and y, for each channel, fitted to the pixels of `where`.
 
-    image (h, w, c) any depth on 0–255, axis (c,) unit vector of the colour difference, ground (h, w, c) or (c,).
-    Returns float32 (h, w): 0 on the ground, positive on the pile, whether it is lighter or darker.
-    """
-    return ((image - ground) @ axis.astype(np.float32)).astype(np.float32)
-
-
-def fit_light(image: np.ndarray, where: np.ndarray, order: int = 2) -> np.ndarray:
-    """The light on the ground: a polynomial of `order` in x and y through the pixels of `where`, a channel at a time.
-
-    Least squares, repeated three times without pixels farther than 3 robust standard deviations.
-    Returns coefficients (terms, channels) for `light_at`.
+    Least squares, repeated three times without pixels farther off than 3 robust standard deviations.
+    Returns coefficients (terms, channels) for `illumination_at`.
     """
     height, width = where.shape
     y, x = np.nonzero(where)
@@ -61,8 +52,8 @@ def fit_light(image: np.ndarray, where: np.ndarray, order: int = 2) -> np.ndarra
     return coefficients
 
 
-def light_at(coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """The fitted light (…, channels) at pixels x, y of a picture of `shape` (height, width)."""
+def illumination_at(coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """The fitted illumination (…, channels) at pixels x, y of a picture of `shape` (height, width)."""
     order = {1: 0, 3: 1, 6: 2}[coefficients.shape[0]]
     x, y = np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32)
     flat = _terms(np.ravel(x) / shape[1], np.ravel(y) / shape[0], order) @ coefficients.astype(np.float32)

@@ -37,13 +37,13 @@ def test_roll_is_a_recording_s_plumb_deg(plumb_deg):
 def test_the_measuring_code_reads_roll_the_same_way():
     from types import SimpleNamespace
 
-    from vision.motion.rebound import upright
+    from vision.motion.rebound import gravity_axes
 
     camera = Camera(roll_deg=4.0)
     places = np.array([(0.01, 0, 0.05), (0.01, 0, 0.02), (0.03, 0, 0.02)])
     seen = project(camera, places) * camera.mm_per_px
     recording = SimpleNamespace(camera=SimpleNamespace(plumb_deg=4.0))
-    up, across = upright(SimpleNamespace(x=seen[:, 0], y=-seen[:, 1]), recording)
+    up, across = gravity_axes(SimpleNamespace(x=seen[:, 0], y=-seen[:, 1]), recording)
     assert np.diff(up) == pytest.approx([-30.0, 0.0], abs=1e-9)
     assert np.diff(across) == pytest.approx([0.0, 20.0], abs=1e-9)
 

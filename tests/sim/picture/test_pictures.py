@@ -210,7 +210,7 @@ def test_a_heap_measures_as_what_it_is(look):
 @render
 def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     """The measuring code's centroids on a noisy film of a turning seed: measured 0.01 px rms off the projected centre."""
-    from vision.motion.moving import observe_moving
+    from vision.motion.observe_motion import observe_moving
     from vision.recording import Camera as Stated
     from vision.recording import Recording
     from vision.synthetic.film import write_frames

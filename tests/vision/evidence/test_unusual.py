@@ -4,7 +4,7 @@ import pytest
 
 from vision.evidence.keys import Seed
 from vision.evidence.unusual import questions
-from vision.motion.rolling import inertia_of
+from vision.motion.inertia import inertia_of
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from drops import CAMERA, drop, named
 
-from vision.motion.correlated import estimate_rho, fit, frame_lag
 from vision.motion.flight import drag_shift
 from vision.motion.gravity import drag_per_metre
+from vision.motion.least_squares import estimate_rho, fit, frame_lag
 from vision.motion.rebound import measure_rebound
 from vision.motion.track import make_track, track_from_table
 from vision.recording import Camera, Drop, Recording, Seed

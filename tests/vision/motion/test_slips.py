@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vision.motion.strays import slips
+from vision.motion.outliers import slips
 from vision.motion.track import track_from_table
 from vision.recording import Camera
 

@@ -16,8 +16,8 @@ from sound import study
 
 from vision.evidence.sound import Sound, only_sound, read_sound
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
-from vision.motion.bouncing import find_chain
-from vision.motion.heard import hear, observe_heard, with_sound
+from vision.motion.drop_sound import combine_with_sound, impacts_in_sound, observe_sound
+from vision.motion.impact_chain import find_chain
 from vision.motion.onsets import find_onsets
 from vision.recording import find_recordings, read_recording
 
@@ -59,14 +59,14 @@ def test_noise_alone_holds_no_impacts(kind, tmp_path):
     for seed in range(4):
         drawn = draw(Scene("noise", (-60, -60), kind), np.random.default_rng([7, seed]))
         with pytest.raises(MeasurementError, match=r"intervals shrink|no impact"):
-            hear(write(drawn, "", tmp_path, f"{seed}"), drop())
+            impacts_in_sound(write(drawn, "", tmp_path, f"{seed}"), drop())
 
 
 def test_a_drop_with_sound_only_gives_its_restitution(tmp_path):
     drawn = draw(replace(NAMED["pink"], db=(25, 30), e=(0.55, 0.65)), np.random.default_rng(5))
     recording = recorded(tmp_path / "heard", drawn, "libopus 64000" if drawn.rate == 48_000 else "")
     assert recording.evidence == "sound"
-    seen = observe_heard(recording, recording.files[0])
+    seen = observe_sound(recording, recording.files[0])
     found = {q.name: q for q in seen.quantities}
     assert found["restitution_normal"].quality == GOOD
     assert abs(found["restitution_normal"].value - drawn.e[0]) < 3 * found["restitution_normal"].sd
@@ -79,7 +79,7 @@ def test_a_drop_with_sound_only_gives_its_restitution(tmp_path):
 def test_without_a_height_the_later_bounces_still_give_e(tmp_path):
     drawn = draw(replace(NAMED["pink"], db=(25, 30), e=(0.6, 0.7)), np.random.default_rng(6))
     recording = recorded(tmp_path / "heard", drawn, toml='rig = "drop"\n')
-    found = {q.name: q for q in observe_heard(recording, recording.files[0]).quantities}
+    found = {q.name: q for q in observe_sound(recording, recording.files[0]).quantities}
     assert found["restitution"].quality == "failed" and "height_mm" in found["restitution"].reason
     assert found["restitution_normal"].value == pytest.approx(drawn.e[1], abs=0.006)
 
@@ -96,7 +96,7 @@ def test_an_echo_and_a_thump_are_named_and_left_out(tmp_path):
     chain = find_chain(onsets, sound.duration_s, drawn.height_mm)
     times = onsets.time_s[chain.impacts]
     assert np.abs(times[:3] - drawn.times[:3]).max() < 3e-4
-    assert any("echo" in why and "31" in why for why in chain.removed.values())
+    assert any("echo" in why and "31" in why for why in chain.rejected.values())
     assert not np.any(np.abs(times - 0.35) < 0.05)
 
 
@@ -111,7 +111,7 @@ def test_double_hits_are_one_impact(tmp_path):
     onsets = find_onsets(sound)
     chain = find_chain(onsets, sound.duration_s, drawn.height_mm)
     assert np.abs(onsets.time_s[chain.impacts][:3] - drawn.times[:3]).max() < 3e-4
-    assert any("second hit" in why for why in chain.removed.values())
+    assert any("second hit" in why for why in chain.rejected.values())
 
 
 def seen_drop(times, sd, e):
@@ -127,7 +127,7 @@ def test_a_shift_of_the_sound_against_the_pictures_is_found_and_said(tmp_path, s
     file = write(drawn, "", tmp_path, "sound")
     times = drawn.times[:3] - shift + 1e-4 * np.array([1, -1, 1])
     recording = replace(drop(drawn.height_mm), evidence="video", files=(file,))
-    both = with_sound(seen_drop(times, 2e-3, drawn.e[:3]), recording, file)
+    both = combine_with_sound(seen_drop(times, 2e-3, drawn.e[:3]), recording, file)
     note = next(n for n in both.notes if "both seen and heard" in n)
     assert says in note.replace("−", "-")
     assert both.bounces.t_sd_s.max() < 2e-4 and both.quantities[0].sd < 0.005
@@ -138,7 +138,7 @@ def test_sound_and_pictures_that_contradict_each_other_are_in_doubt(tmp_path):
     drawn = draw(replace(NAMED["pink"], db=(30, 35), e=(0.6, 0.65)), np.random.default_rng(12))
     file = write(drawn, "", tmp_path, "sound")
     recording = replace(drop(drawn.height_mm), evidence="video", files=(file,))
-    both = with_sound(seen_drop(drawn.times[:3], 2e-3, drawn.e[:3] + 0.1), recording, file)
+    both = combine_with_sound(seen_drop(drawn.times[:3], 2e-3, drawn.e[:3] + 0.1), recording, file)
     assert both.quantities[0].quality == "doubtful" and "the sound" in both.quantities[0].reason
 
 
@@ -176,7 +176,7 @@ def test_an_impact_that_was_not_heard_makes_no_wrong_restitution(tmp_path):
     at, long = int((drawn.times[2] - 0.01) * drawn.rate), int(0.06 * drawn.rate)
     samples[at : at + long] = samples[:long]
     recording = recorded(tmp_path / "heard", replace(drawn, samples=samples))
-    seen = observe_heard(recording, recording.files[0])
+    seen = observe_sound(recording, recording.files[0])
     assert any("was not heard" in note for note in seen.notes)
     known = seen.bounces[np.isfinite(seen.bounces.restitution)]
     assert len(known) > 4
@@ -199,14 +199,14 @@ def test_the_sound_of_slow_motion_is_not_used(tmp_path):
         container.mux(sound.encode(None))
     recording = replace(drop(fps=240.0), evidence="video", files=(file,))
     with pytest.raises(MeasurementError, match="slow motion"):
-        hear(file, recording)
+        impacts_in_sound(file, recording)
 
 
 def test_sound_of_another_rig_and_two_sounds(tmp_path):
     drawn = draw(SCENES[0], np.random.default_rng(0))
     recording = recorded(tmp_path / "roll", drawn, toml='rig = "roll"\n')
     with pytest.raises(MeasurementError, match="a roll needs pictures"):
-        hear(recording.files[0], recording)
+        impacts_in_sound(recording.files[0], recording)
     write(drawn, "", tmp_path / "roll", "second")
     error = find_recordings(tmp_path / "roll")[0]
     assert isinstance(error, MeasurementError) and "2 sounds" in str(error)

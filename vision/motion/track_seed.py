@@ -1,0 +1,209 @@
+"""Frames → track of the seed: of all things that move, the one that moves like a falling, sliding or rolling seed.
+
+Moving things are detected in each frame independently (`detect`), so a lost frame costs nothing, and linked to tracklets. The
+tracklets are scored by their motion: in flight the height is a parabola that opens downwards. A hand, a clamp, a mirror image
+(which falls upwards) and a shadow (fainter) score low.
+"""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.evidence.frames import FrameSource
+from vision.measurement import MeasurementError
+from vision.motion.detect import Silhouette, find_silhouettes
+from vision.motion.ellipse_track import fit_ellipses
+from vision.motion.scene import Scene, learn_scene
+from vision.motion.track import Track, make_track
+from vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
+
+MOST_AREA_CHANGE = 0.12  # from the frames around: more means merged with something, or partly hidden
+MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
+LEAST_ELONGATION = 0.01  # (a² − b²)/(a² + b²) of the axes, below which an outline is round: pixels and shading give a ball 0.003
+
+
+@dataclass(frozen=True)
+class TrackedSeed:
+    """The seed's track [px, y up from the bottom row] and the scene behind it."""
+
+    track: Track
+    scene: Scene
+    size: float  # diameter of the circle with the seed's silhouette area, px
+    areas: np.ndarray  # of the silhouette in each row of the track, px²
+
+
+def track_seed(
+    source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
+    at: tuple[float, float, float] | None = None, area_px: tuple[float, float] = (0.0, np.inf),
+) -> TrackedSeed:  # fmt: skip
+    """Track the seed through all frames.
+
+    falling: it is dropped; otherwise it rolls or slides. scene: default is the median of the frames.
+    at: frame, x, y [px, y down] where somebody says that the seed is. area_px: least and greatest silhouette of the stated seed.
+    progress(fraction done) is called now and then. Raises MeasurementError where nothing moves like a seed.
+    """
+    scene = learn_scene(source) if scene is None else scene
+    tracklets: list[Tracklet] = []
+    active: list[Tracklet] = []
+    done = 0
+    for frame in source.iterate():
+        if frame.pixels.shape[:2] != scene.shape:
+            source.note(f"frame {frame.index} skipped: its size is not that of the others")
+            continue
+        shapes = find_silhouettes(frame.pixels, scene)
+        active = [p for p in active if frame.index - p.frames[-1] <= PATIENCE]
+        extend(active, tracklets, shapes, frame.index, frame.t_s)
+        done += 1
+        if progress and done % 20 == 0:
+            progress(min(done / max(source.count, 1), 1.0))
+    if progress:
+        progress(1.0)
+    tracklets = [p for p in tracklets if len(p.frames) >= 3]
+    chosen = _choose(tracklets, falling, scene) if at is None else _nearest_to(tracklets, *at)
+    if chosen is None and at is not None:
+        raise MeasurementError(f"{source.path}: nothing moves near [track] follow_px = {[float(f'{v:.6g}') for v in at]}")
+    if chosen is None:
+        raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
+    areas = np.array([s.area for s in chosen.shapes])
+    return TrackedSeed(_to_track(chosen, scene, done, area_px), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
+
+
+def _nearest_to(tracklets: list[Tracklet], frame: float, x: float, y: float) -> Tracklet | None:
+    """The tracklet that passes the place at about that frame, joined with others of the same thing."""
+    found: list[tuple[float, int, Tracklet]] = []
+    for tracklet in tracklets:
+        k = int(np.argmin(np.abs(np.array(tracklet.frames) - frame)))
+        away, size = np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y), np.sqrt(tracklet.area)
+        if abs(tracklet.frames[k] - frame) <= PATIENCE and away < 2 * size + 4:
+            found.append((float(away), len(found), tracklet))
+    return join_alike(min(found)[2], tracklets) if found else None
+
+
+def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet | None:
+    """The tracklet with the highest score, joined with others of the same thing; None where all score 0."""
+    scored = [(_score(p, falling, scene), i) for i, p in enumerate(tracklets)]
+    scored = [entry for entry in scored if entry[0] > 0]
+    if not scored:
+        return None
+    return join_alike(tracklets[max(scored)[1]], tracklets)
+
+
+def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
+    """Score of a tracklet: distance covered, times smoothness and contrast; for a drop, height fallen, times contrast."""
+    x, y = np.array([s.x for s in tracklet.shapes]), -np.array([s.y for s in tracklet.shapes])
+    extent = tracklet.extent
+    size = np.sqrt(tracklet.area)
+    if extent < max(0.7 * size, 4.0) or tracklet.area > 0.05 * np.prod(scene.shape):
+        return 0.0
+    strength = tracklet.contrast
+    if not falling:
+        return extent * np.sqrt(strength) * _smoothness(x, size)
+    if np.ptp(y) < 0.5 * extent:
+        return 0.0
+    return _fall_height(np.array(tracklet.frames, dtype=float), y) * np.sqrt(strength)
+
+
+def _fall_height(frames: np.ndarray, y: np.ndarray) -> float:
+    """Sum of the heights of all flights that are parabolas opening downwards, less those opening upwards."""
+    if len(y) < 4:
+        return 0.3 * float(np.ptp(y))
+    turns = np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1 if len(y) > 4 else np.array([], int)
+    big = [0, *[int(t) for t in turns if _stands_out(y, int(t))], len(y) - 1]
+    height = 0.0
+    for a, b in itertools.pairwise(big):
+        inner = slice(a + 1, b) if b - a > 5 else slice(a, b + 1)
+        if inner.stop - inner.start < 3:
+            continue
+        f, h = frames[inner] - frames[inner].mean(), y[inner]
+        if a == 0:  # omit the rest before the release
+            begin = int(np.flatnonzero(h >= h.max() - 0.02 * np.ptp(h))[-1])
+            f, h = (f[begin:], h[begin:]) if len(h) - begin >= 4 else (f, h)
+        bend, slope, level = np.polyfit(f, h, 2)
+        left = float(np.std(h - np.polyval([bend, slope, level], f)))
+        extent = float(np.ptp(h))
+        if extent > 2 and left < 0.1 * extent:
+            height += extent * (1.0 if bend < 0 else -1.0)
+    return max(height, 0.0)
+
+
+def _stands_out(y: np.ndarray, at: int) -> bool:
+    """Whether a minimum is deeper than noise on both sides."""
+    least = 0.03 * np.ptp(y) + 1.0
+    return bool(y[: at + 1].max() - y[at] > least and y[at:].max() - y[at] > least)
+
+
+def _smoothness(x: np.ndarray, size: float) -> float:
+    """1 for a smooth path, towards 0 for one that jumps about."""
+    if len(x) < 6:
+        return 0.3
+    jerk = np.abs(np.diff(x, 2))
+    return float(1 / (1 + 10 * np.median(jerk) / max(np.ptp(x) / len(x), 1e-9) * (np.median(jerk) > 0.3) + np.mean(jerk > size)))
+
+
+def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float, float]) -> Track:
+    """The tracklet as a Track: y up from the bottom row, orientation unwrapped, outlying silhouettes marked."""
+    shapes = tracklet.shapes
+    x, y, sd = np.array([(s.x, s.y, s.sd) for s in shapes]).T
+    area, cut = np.array([s.area for s in shapes]), np.array([s.cut for s in shapes])
+    frame, t_s = np.array(tracklet.frames), np.array(tracklet.times)
+    outlying = _outlying_areas(area)
+    if (poses := fit_ellipses(shapes, area_px)) is not None:
+        x, y, sd = np.array([(s.x, s.y, s.sd) if one is None else (one.x, one.y, one.sd) for s, one in zip(shapes, poses)]).T
+        outlying = np.array([one is None for one in poses])
+    y = scene.shape[0] - 1 - y
+    angle, angle_sd = _orientation(shapes, frame, outlying | cut)
+    seen = bool(np.isfinite(angle).any())
+    notes = []
+    if total > len(shapes):
+        notes.append(f"the seed was found in {len(shapes)} of {total} frames")
+    if cut.any():
+        notes.append(f"{int(cut.sum())} frames with the seed partly out of the picture (marked as outliers)")
+    if (outlying & ~cut).any():
+        notes.append(
+            f"{int((outlying & ~cut).sum())} frames with the seed partly hidden or merged with something (marked as outliers)"
+        )
+    return make_track(
+        t_s, x, y, unit="px", frame=frame, sd=sd, outlier=outlying | cut,
+        angle_deg=angle if seen else None, angle_sd_deg=angle_sd if seen else None, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _outlying_areas(area: np.ndarray) -> np.ndarray:
+    """Rows whose area differs from that of the frames around (a tumbling seed's changes slowly)."""
+    if len(area) < 9:
+        return np.zeros(len(area), dtype=bool)
+    window = 15 if len(area) > 60 else 5
+    half = window // 2
+    padded = np.pad(area, half, mode="reflect")
+    typical = np.median(np.lib.stride_tricks.sliding_window_view(padded, window), axis=1)
+    off = np.abs(area / typical - 1)
+    return off > max(MOST_AREA_CHANGE, 6 * 1.4826 * float(np.median(off)))
+
+
+def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unwrapped orientation [deg, anticlockwise] and its sd; NaN where it is unknown.
+
+    A silhouette gives it up to half turns, so the value nearest to the extrapolated spin is taken. A round outline has none.
+    """
+    raw = np.array([0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in shapes])
+    sd = np.array([s.angle_sd_deg for s in shapes])
+    stretch = np.array([np.hypot(s.xx - s.yy, 2 * s.xy) / (s.xx + s.yy) for s in shapes])
+    round_outline = np.median(stretch[~outlying] if (~outlying).any() else stretch) < LEAST_ELONGATION
+    seen = (sd < MOST_ANGLE_SD_DEG) & ~outlying & ~round_outline
+    angle = np.full(len(shapes), np.nan)
+    spin = 0.0
+    history: list[float] = []
+    last = None
+    for i in np.flatnonzero(seen):
+        if last is None:
+            angle[i] = raw[i]
+        else:
+            ahead = frame[i] - frame[last]
+            expected = angle[last] + spin * ahead
+            angle[i] = raw[i] + 180 * np.round((expected - raw[i]) / 180)
+            history = [*history[-4:], (angle[i] - angle[last]) / ahead]
+            spin = float(np.median(history))
+        last = i
+    return angle, np.where(seen, sd, np.nan)

@@ -1,0 +1,164 @@
+"""Silhouette and surface of a pile on a smooth background: where, going down each column, the background ends."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.ndimage import median_filter
+
+from vision.pile.image import as_float, binarise, denoise, fit_illumination, illumination_at, shrink
+
+
+@dataclass(frozen=True)
+class Background:
+    """The picture's background, and how far the colour of every pixel is from it.
+
+    small: the reduced picture, float32 (h, w, c); factor: full px per small px.
+    light: coefficients of image.fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255.
+    """
+
+    small: np.ndarray
+    factor: float
+    light: np.ndarray
+    distance: np.ndarray
+
+
+@dataclass(frozen=True)
+class Silhouette:
+    """What differs from the background in the small picture: mask (h, w), top and bottom row of each column (−1: none)."""
+
+    mask: np.ndarray
+    top: np.ndarray
+    bottom: np.ndarray
+    threshold: float
+
+
+def fit_background(image: np.ndarray) -> Background:
+    """Fit the illumination of the background, which must show at the picture's top.
+
+    Starts from the median colour of the top rows. The pixels nearest to the fit (below the lowest of Otsu's thresholds) are
+    background; the illumination is fitted to them, first a plane, then a quadratic, over more and more rows. (Starting with all
+    rows, a plate between background and pile in brightness would be taken for uneven light.)
+    """
+    small, factor = shrink(image)
+    small = denoise(small, 3 if factor > 1 else 5)
+    start = np.median(small[: max(1, small.shape[0] // 20)].reshape(-1, small.shape[2]), axis=0)
+    light = start[None].astype(float)
+    coarse = np.ascontiguousarray(small[::2, ::2])  # three quarters of the pixels are needed only once
+    for share, order in ((0.25, 1), (0.5, 1), (0.75, 2), (1.0, 2)):
+        light = _refit(coarse, light, max(4, round(share * coarse.shape[0])), order)
+    light = _refit(small, light, small.shape[0], 2)
+    return Background(small, factor, light, _distance(small, light, small.shape[0]))
+
+
+def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.ndarray:
+    """The illumination refitted to those pixels of the upper `rows` that are near the present fit."""
+    distance = _distance(small, light, rows)
+    where = np.zeros(small.shape[:2], dtype=bool)
+    where[:rows] = distance <= _thresholds(distance)[-1]
+    return fit_illumination(small, where, order if where[:rows].mean() > 0.05 else 0)
+
+
+def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
+    """Distance of the colours in the upper `rows` from the background's."""
+    y, x = np.mgrid[0:rows, 0 : small.shape[1]].astype(np.float32)
+    off = small[:rows] - illumination_at(light, x, y, small.shape[:2])
+    return np.sqrt(np.einsum("yxc,yxc->yx", off, off))
+
+
+def silhouettes(background: Background) -> list[Silhouette]:
+    """Candidate silhouettes, one for each threshold: the plate may lie between background and pile in brightness."""
+    found = [_silhouette(background.distance > threshold, threshold) for threshold in _thresholds(background.distance)]
+    return [s for s in found if (s.top >= 0).sum() >= 8]
+
+
+def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
+    """Otsu's threshold, then Otsu's of what is below it, and so on down to the background's noise."""
+    values = np.minimum(distance.ravel()[::3], np.percentile(distance[::4, ::4], 99.8))
+    found: list[float] = []
+    for _ in range(most):
+        threshold, _ = binarise(values)
+        below = values[values <= threshold]
+        noise = 1.4826 * float(np.median(below)) if below.size else 0.0
+        if found and (below.size < 0.05 * distance.size / 3 or threshold < max(4 * noise, 4.0)):
+            break
+        found.append(threshold)
+        values = below
+    return found
+
+
+def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
+    """The mask opened by 3 px (thin lines, specks), without small parts; gaps of 1 % of the picture do not separate parts."""
+    size = max(mask.shape)
+    solid = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disc(3))
+    joined = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, _disc(max(3, size // 100)))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(joined, connectivity=8)
+    if count > 1:
+        area = stats[1:, cv2.CC_STAT_AREA]
+        kept = 1 + np.flatnonzero(area >= 0.15 * area.max())
+        solid = np.where(np.isin(labels, kept), solid, 0)
+    some = solid.any(axis=0)
+    top = np.where(some, solid.argmax(axis=0), -1)
+    bottom = np.where(some, solid.shape[0] - 1 - solid[::-1].argmax(axis=0), -1)
+    return Silhouette(solid.astype(bool), top, bottom, threshold)
+
+
+def _disc(diameter: int) -> np.ndarray:
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter | 1, diameter | 1))
+
+
+def subpixel_edge(image: np.ndarray, background: Background, coarse: np.ndarray, threshold: float, upward: bool = False) -> np.ndarray:
+    """Sub-pixel row of the surface in every column of the full picture; NaN where `coarse` has none.
+
+    coarse: rows in the small picture (−1: none); threshold: distance from the background by which they were found.
+    In a strip about the coarse row the picture is denoised, the illumination subtracted, and the rest projected on the pile's
+    local colour (running median over 2 % of the width), so that background = 0 and pile = 1. The surface is where ½ is first
+    crossed, interpolated between two rows. upward: read a lower edge, coming from below.
+    """
+    (height, width), factor = image.shape[:2], background.factor
+    columns = np.arange(width)
+    nearest = np.clip(np.rint((columns + 0.5) / factor - 0.5).astype(int), 0, coarse.size - 1)
+    known = coarse[nearest] >= 0
+    if known.sum() < 2:
+        return np.full(width, np.nan)
+    inward = -1 if upward else 1
+    reach, inside = int(np.ceil(2 * factor)) + 6, max(6, int(np.ceil(3 * factor)))
+    start = np.rint((coarse[nearest] + 0.5) * factor - 0.5).astype(int)
+    rows = start + inward * np.arange(-reach, reach + inside + 1)[:, None]
+    first, last = max(0, rows[:, known].min()), min(height, rows[:, known].max() + 1)
+    band = as_float(denoise(np.ascontiguousarray(image[first:last])))
+    visible = np.clip(rows, first, last - 1)
+    run = max(3, int(0.02 * width)) | 1
+    strip = band[visible - first, columns] - _colour_at(background, visible, columns)
+    strip = strip - _running_median(strip[: reach - 4].mean(axis=0), run)  # what the fitted illumination leaves
+    face = _running_median(strip[reach + 3 : reach + 3 + inside].mean(axis=0), run)
+    clear = (face**2).sum(axis=1) >= (0.5 * threshold) ** 2  # otherwise uneven light, no edge
+    level = np.einsum("rxc,xc->rx", strip, face) / np.maximum((face**2).sum(axis=1), 1e-9)
+    level = (np.roll(level, 1, 0) + 2 * level + np.roll(level, -1, 0)) / 4
+    crossing = _first_crossing(level, rows == visible)
+    found = np.where(known & clear, start + inward * (crossing - reach), np.nan)
+    border = known & ((coarse[nearest] >= background.small.shape[0] - 2) if upward else (coarse[nearest] <= 1))
+    return np.where(border, height - 1.0 if upward else 0.0, found)  # it goes on beyond the picture
+
+
+def _running_median(values: np.ndarray, run: int) -> np.ndarray:
+    """Running median of (columns, channels) along the columns."""
+    return np.stack([median_filter(channel, run, mode="nearest") for channel in values.T], axis=1)
+
+
+def _first_crossing(level: np.ndarray, visible: np.ndarray) -> np.ndarray:
+    """Fractional index at which `level` first rises through ½ along axis 0; NaN where it starts above or never does."""
+    before, after = level[1:-2], level[2:-1]
+    rises = (before < 0.5) & (after >= 0.5) & visible[1:-2] & visible[2:-1]
+    at, columns = rises.argmax(axis=0), np.arange(level.shape[1])
+    a, b = before[at, columns], after[at, columns]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = 1 + at + (0.5 - a) / (b - a)
+    return np.where(rises.any(axis=0), crossing, np.nan)
+
+
+def _colour_at(background: Background, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """The background's colour at pixels of the full picture (its polynomial is in px of the small one)."""
+    x = (np.broadcast_to(columns, rows.shape) + 0.5) / background.factor - 0.5
+    y = (rows + 0.5) / background.factor - 0.5
+    return illumination_at(background.light, x, y, background.small.shape[:2])
