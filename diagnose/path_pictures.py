@@ -50,6 +50,13 @@ def compared(again: Again, twins: list[Twin], folder: Path, pictures: bool, say:
     return again
 
 
+def with_frame_rate(recording: Recording, time_s: np.ndarray) -> Recording:
+    """The recording with the frame rate of these rows where none is stated."""
+    if recording.camera.fps is not None:
+        return recording
+    return replace(recording, camera=recording.camera.model_copy(update={"fps": float(1 / np.median(np.diff(time_s)))}))
+
+
 def apart(twin: Twin, path: Path1D) -> float:
     """Root mean square [mm] between recorded and twin's way, both clocks started at `from_mm`; over all that was recorded."""
     begin, own = twin.seen.reached(twin.from_mm), path.reached(twin.from_mm)

@@ -1,5 +1,6 @@
 """Model: what was named is switched on in the twin (a force law, the air, the rig, the camera), and the twin is run again like the
-recordings. What stands for an effect is its `counterpart`; AGAIN says how a rig is run again."""
+recordings. What stands for an effect is its `counterpart`.
+"""
 
 import importlib
 import math
@@ -15,7 +16,6 @@ from diagnose.finding import Finding
 from diagnose.words import MANY, effect_of, followed
 
 HARDLY = 0.95  # of what the old twin was off by
-AGAIN = {"drop": "drops_again", "slide": "slides_again", "roll": "rolls_again", "pile": "piles_again"}  # in rigs/<rig>/resimulation.py
 FOLLOWING = ("drop", "slide")  # rigs whose recordings are run each with a parameter of its own
 
 
@@ -108,6 +108,19 @@ def beside_mean(contact: Contact, finding: Finding, recordings: list) -> dict[st
     return dict(zip(finding.recordings, more.tolist(), strict=True))
 
 
+def secant(
+    miss: Callable[[float], float], low: float, high: float, limits: tuple[float, float], *, iterations: int, close: float
+) -> float:
+    """A zero of `miss` within limits, by so many secant steps from two points or until |miss| < `close`: the better of the last two."""
+    at_low, at_high = miss(low), miss(high)
+    for _ in range(iterations):
+        if abs(at_high) < close or abs(at_high - at_low) < 1e-9:
+            break
+        step = float(np.clip(high - at_high * (high - low) / (at_high - at_low), *limits))
+        low, at_low, high, at_high = high, at_high, step, miss(step)
+    return float(high if abs(at_high) < abs(at_low) else low)
+
+
 def change_in_words(rig: str, finding: Finding) -> str:
     """What was changed, with the values that all recordings gave."""
     return "; ".join(_change(rig, name, finding) for name in finding.modelled)
@@ -142,8 +155,8 @@ def _again(rig: str, effects: tuple[str, ...], finding: Finding, found, folder: 
     if why := [f"{e}: {reason}" for e in effects if (reason := why_not(rig, e))]:
         return replace(nothing, notes=tuple(f"the twin was not run again: {line}" for line in why))
     try:
-        run = getattr(importlib.import_module(f"diagnose.rigs.{rig}.resimulation"), AGAIN[rig])
-        return run(finding, found.recordings[rig], folder, pictures, say)
+        resimulate = importlib.import_module(f"diagnose.rigs.{rig}.resimulation").resimulate
+        return resimulate(finding, found.recordings[rig], folder, pictures, say)
     except (ValueError, RuntimeError) as error:  # a rig that does not fit, the engine's watches, no renderer
         return replace(nothing, notes=(f"the twin could not be run again: {error}",))
     except OSError:

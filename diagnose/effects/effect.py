@@ -5,7 +5,7 @@ A rig calls the hooks of whatever effects it finds in its folder: an effect's fi
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 
@@ -69,6 +69,12 @@ class Effect:
     resist: Callable | None = None
     summary: Callable | None = None
     needs: Callable | None = None
+
+
+def separating_recordings(effects: Mapping[str, Effect], names: tuple[str, ...]) -> str | None:
+    """The recordings that would tell these effects apart, two at most."""
+    said = dict.fromkeys(effects[n].separating for n in names if n in effects and effects[n].separating)
+    return "; ".join(list(said)[:2]) or None
 
 
 def discovered(package: str, path: Iterable[str]) -> dict[str, Effect]:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from diagnose.engine.evidence import Kind, Table
+from diagnose.engine.linear import chance
 from diagnose.engine.noise import maximum_draws
 from diagnose.engine.posterior import Explanation, Posterior
 
@@ -33,7 +34,7 @@ def _p_fitted(posterior: Posterior, base: Explanation, rng: np.random.Generator)
     for e in posterior.explanations:
         if e.alternative == base.alternative and len(e.names) == 1 and e.names == e.listed and e.fit is not base.fit:
             fall = max(base.fit.chi2 - e.fit.chi2, 0.0) / base.power
-            found.append(float(stats.chi2.sf(fall / doubt, len(table.spot[e.names[0]])).mean()))
+            found.append(chance(fall, len(table.spot[e.names[0]]), doubt))
     return min(1.0, sum(c.kind is not Kind.UNLISTED for c in table.components.values()) * min(found))
 
 
@@ -90,4 +91,4 @@ def _p_group(table: Table, at: np.ndarray, s: int, doubt: np.ndarray) -> float:
     values, vectors = np.linalg.eigh(table.information[s][np.ix_(at, at)])
     kept = values > 1e-6 * max(values.max(initial=0.0), UNSEEN)
     fall = float(((vectors[:, kept].T @ table.right[s][at]) ** 2 / values[kept]).sum())
-    return float(stats.chi2.sf(fall / doubt, max(int(kept.sum()), 1)).mean())
+    return chance(fall, max(int(kept.sum()), 1), doubt)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from diagnose.engine.held_out import missed
-from diagnose.engine.linear import Reduced, fall_of_chi2, projector, ridge, stacked
+from diagnose.engine.linear import Reduced, beside_globals, fall_of_chi2, ridge, stacked
 from diagnose.engine.problem import Fit
 
 WITHIN = 3.84  # χ² of one degree of freedom at 95 %
@@ -24,26 +24,13 @@ class Family:
     """say(rises, power in words) → the law; columns(powers (K,)) → K columns in the form that the problem's `reduce` takes,
     each of unit size where the term is usual; rises: the coefficient is positive."""
 
-    name: str
     say: Callable[[bool, str], str]
     columns: Callable[[np.ndarray], Any]
     powers: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class Law:
-    """words; family; power with low, high of its 95 % range (∓inf at the end of what was tried); fall of χ²."""
-
-    words: str
-    family: str
-    power: float
-    low: float
-    high: float
-    fall: float
-
-
-def law_of(base: Fit, families: tuple[Family, ...]) -> Law | None:
-    """The best single term, or None where no term stands out, or none that serves left-out recordings."""
+def law_of(base: Fit, families: tuple[Family, ...]) -> str | None:
+    """The best single term in words, or None where no term stands out, or none that serves left-out recordings."""
     found = [_best(base, family) for family in families]
     for fall, family, at, falls, reduced in sorted(found, key=lambda f: -f[0]):
         if fall < LEAST_FALL:
@@ -51,9 +38,8 @@ def law_of(base: Fit, families: tuple[Family, ...]) -> Law | None:
         if _ratio(base, reduced, len(base.names) + at) >= 1:
             continue  # it serves the recordings that it was read from, and no others
         low, high = _range(np.array(family.powers), falls, at)
-        power = float(family.powers[at])
         rises = _coefficient(base, reduced, len(base.names) + at) > 0
-        return Law(family.say(rises, in_words(power, low, high)), family.name, power, low, high, fall)
+        return family.say(rises, in_words(float(family.powers[at]), low, high))
     return None
 
 
@@ -77,9 +63,7 @@ def _best(base: Fit, family: Family):
     """(fall, family, which power, falls of all, reduced space with the family's columns)."""
     reduced, _ = base.problem.reduce(base.starts, base.values, family.columns(np.array(family.powers)))
     reduced = tuple(_common(r, len(base.names), len(family.powers)) for r in reduced)
-    a, b = stacked(reduced)
-    a, columns = np.split(a, [len(base.names)], axis=1)
-    project = projector(a, base.prior_sd)
+    columns, project, b = beside_globals(reduced, base.prior_sd)
     falls = np.array([fall_of_chi2(columns[:, [k]], project, b)[0] for k in range(columns.shape[1])])
     at = int(np.argmax(falls))
     return float(falls[at]), family, at, falls, reduced

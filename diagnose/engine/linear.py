@@ -58,16 +58,13 @@ def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, in
     return float((seen**2 / values[kept]).sum()), int(kept.sum())
 
 
+def beside_globals(reduced: tuple[Reduced, ...], prior_sd: np.ndarray):
+    """Columns (M, K) that follow those of the globals, the projection that marginalises the globals, and b (M,)."""
+    a, b = stacked(reduced)
+    a, columns = np.split(a, [len(prior_sd)], axis=1)
+    return columns, projector(a, prior_sd), b
+
+
 def chance(fall: float, freedom: int, doubt: np.ndarray) -> float:
     """P(χ² > fall), averaged over what is not known of the noise's power (`doubt`: draws of true over estimated power)."""
     return float(stats.chi2.sf(fall / doubt, freedom).mean())
-
-
-def block_diagonal(blocks: list[np.ndarray]) -> np.ndarray:
-    """Blocks of any shapes down the diagonal, zeros elsewhere."""
-    out = np.zeros((sum(len(x) for x in blocks), sum(x.shape[1] for x in blocks)))
-    row = column = 0
-    for x in blocks:
-        out[row : row + len(x), column : column + x.shape[1]] = x
-        row, column = row + len(x), column + x.shape[1]
-    return out

@@ -41,6 +41,10 @@ class Noise:
         """Noise power at zero frequency over σ²: white + (1 − white)(1 + ρ)/(1 − ρ)."""
         return self.white + (1 - self.white) * (1 + self.rho) / (1 - self.rho)
 
+    def whiten(self, rows: np.ndarray, lag: np.ndarray) -> np.ndarray:
+        """Rows (n, p) of one series at lags (n,) with this noise of variance 1 made independent."""
+        return whiten(rows[:, None, :], lag[:, None], self.rho, self.white)[0][:, 0]
+
 
 @dataclass(frozen=True)
 class Stretch:
@@ -49,6 +53,12 @@ class Stretch:
     design: np.ndarray
     data: np.ndarray
     lag: np.ndarray  # (n,) frames since the row before, inf for the first
+
+    def residual(self, noise: Noise) -> tuple[np.ndarray, int]:
+        """Whitened residual (n,) about the design, in the data's unit, and its degrees of freedom."""
+        clean = noise.whiten(np.column_stack([self.design, self.data]), self.lag)
+        solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
+        return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - int(rank)
 
 
 def averaged(noise: Noise, block: int) -> Noise:

@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 from diagnose.effects.effect import Effect
 from diagnose.engine.descent import Cheap
 from diagnose.engine.linear import Reduced
-from diagnose.engine.noise import Noise, whiten
+from diagnose.engine.noise import Noise
 from diagnose.engine.problem import Problem
 
 STEP = 1e-3  # of a prior's sd, for derivatives; less where predictions are exact and bend much within a sd
@@ -89,7 +89,7 @@ def cost(series, own: Locals, predict: Callable, names: tuple[str, ...], starts:
     held = np.isfinite(own.sd)
     for r, s in enumerate(series):
         rows = (s.data - predict(r, starts[r], at)) / s.sigma
-        white = whiten(rows[:, None, None], s.lag[:, None], s.noise.rho, s.noise.white)[0]
+        white = s.noise.whiten(rows[:, None], s.lag)
         total += float((white**2).sum()) + float((((own.start[r] - starts[r]) / own.sd)[held] ** 2).sum())
     return total
 
@@ -137,7 +137,7 @@ def _reduced(one: Series, own: Locals, predict, asked, r: int, start: np.ndarray
     chance = [] if one.own is None else list(one.own.T)
     columns = columns[: len(start)] + chance + columns[len(start) :]
     rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(one.sigma, (-1, 1))
-    white = whiten(rows[:, None, :], one.lag[:, None], one.noise.rho, one.noise.white)[0][:, 0]
+    white = one.noise.whiten(rows, one.lag)
     count = len(start) + len(chance)
     sd = np.concatenate([own.sd, np.ones(len(chance))])
     off = np.concatenate([own.start[r] - start, np.zeros(len(chance))])

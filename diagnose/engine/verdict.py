@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 from scipy import stats
+from scipy.optimize import brentq
 
 from diagnose.engine.alarm import ALARM_P
 from diagnose.engine.posterior import WEAK, Explanation, Posterior
@@ -14,7 +15,7 @@ HOLDS = 0.95  # of the weight of what is missing, for a name or a class
 NAMED = 0.8  # of all, for a name with nothing unlisted beside it
 HALF = 0.5
 MATTERS_SDS = 0.5  # of a contact parameter
-QUANTILES = (0.025, 0.5, 0.975)
+ENDS = (0.025, 0.975)  # of a 95 % interval
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Moved:
 
     @property
     def shift_sds(self) -> float:
-        half = (self.nothing_missing.high95 - self.nothing_missing.low95) / 2 / stats.norm.ppf(QUANTILES[2])
+        half = (self.nothing_missing.high95 - self.nothing_missing.low95) / 2 / stats.norm.ppf(ENDS[1])
         return (self.explained.value - self.nothing_missing.value) / half if half > 0 else 0.0
 
 
@@ -98,14 +99,12 @@ def mixture(parts: list[tuple[float, float, float]]) -> Interval:
     weight, mean, sd = (np.array(column) for column in zip(*parts, strict=True))
     weight, sd = weight / weight.sum(), np.maximum(sd, 1e-12 * (1 + np.abs(mean)))
     low, high = (mean - 8 * sd).min(), (mean + 8 * sd).max()
-    ends = []
-    for q in QUANTILES:
-        a, b = low, high
-        for _ in range(60):
-            middle = (a + b) / 2
-            a, b = (middle, b) if float(weight @ stats.norm.cdf((middle - mean) / sd)) < q else (a, middle)
-        ends.append((a + b) / 2)
-    return Interval(float(weight @ mean), ends[0], ends[2])
+
+    def below(x: float, share: float) -> float:
+        return float(weight @ stats.norm.cdf((x - mean) / sd)) - share
+
+    ends = [brentq(below, low, high, args=(share,), xtol=1e-15 * (high - low)) for share in ENDS]
+    return Interval(float(weight @ mean), *ends)
 
 
 def told_of(posterior: Posterior, name: str) -> Told:
@@ -154,7 +153,6 @@ def _combined(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
 
 def moved_of(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> Moved:
     """A contact parameter; value(explanation) → its mean and sd there."""
-
 
     def told(e: Explanation, weight: float) -> tuple[float, float, float]:
         mean, sd = value(e)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from falling import Bench, G, tracks
 
-from diagnose.air import Air
 from diagnose.finding import Question, answer
 from diagnose.rigs.drop import diagnose
 from diagnose.rigs.drop.bounce import bounces_of
@@ -319,14 +318,14 @@ def heard_times(e_of, height, hops, rng):
     return np.array(out)
 
 
-NO_AIR = Air(0.0, 0.0, 0.018, 400.0, 1e-4)
-
-
 def microphone(e_of, seed, heights=(0.31, 0.1)):
     rng = np.random.default_rng(seed)
-    about = [{"seed": STATED_BALL, "drop": {"height_mm": 1e3 * h}} for h in (*heights, *heights, *heights)]
+    about = [{"seed": STATED_BALL, "drop": {"height_mm": 1e3 * h}, "air": {"density_kg_m3": 0.0}} for h in (*heights, *heights, *heights)]
     times = [heard_times(e_of, d["drop"]["height_mm"] / 1e3, 5, rng) for d in about]
-    return heard(tuple("abcdef"), times, [np.full(len(t), 2e-4) for t in times], about, [NO_AIR] * 6)
+    return heard([
+        SimpleNamespace(recording=n, description=d, contacts_s=t, contacts_sd_s=np.full(len(t), 2e-4))
+        for n, d, t in zip("abcdef", about, times, strict=True)
+    ])
 
 
 

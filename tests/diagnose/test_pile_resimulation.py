@@ -9,7 +9,7 @@ from heaping import Heap, repeats
 
 from diagnose.effects.pile import EFFECTS
 from diagnose.rigs.pile.diagnose import diagnose_pile
-from diagnose.rigs.pile.resimulation import FRICTIONS, Kind, _compared, _fitted, piles_again
+from diagnose.rigs.pile.resimulation import FRICTIONS, Kind, _compared, _fitted, resimulate
 from diagnose.rigs.pile.slices import AT, Knobs, Shape, setting, shape_of
 from twin.parameters import Parameters, bench
 from twin.piles import read_piles
@@ -104,7 +104,7 @@ def test_cohesion_hidden_in_the_dem_is_found_in_its_photos_and_mends_the_twin(tm
     found = diagnose_pile(seen, np.random.default_rng(1))
     assert found.verdict != "name" and (found.verdict != "class" or "cohesion" in found.names)
     stand_in = SimpleNamespace(modelled=("cohesion",), recordings=tuple(s.recording for s in seen))
-    again = piles_again(stand_in, seen, tmp_path / "twin", True, lambda text: None)
+    again = resimulate(stand_in, seen, tmp_path / "twin", True, lambda text: None)
     before, after, unit, _ = again.total()
     assert after < 0.9 * before and unit == "1"
     assert again.held_out and again.picture and {c.by for c in again.compared} == {"pictures"}

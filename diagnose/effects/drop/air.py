@@ -28,10 +28,6 @@ def lifted(motion: Motion, value: float) -> np.ndarray:
     return value * motion.lift[..., None] * (motion.spin[..., None] * np.stack([-vz, vx], axis=-1) + unseen)
 
 
-def _turns(session) -> bool:
-    return session.spin_seen and bool(np.any(session.spin))
-
-
 EFFECTS = (
     Effect(
         name="drag", sector="flight", unit="1", meaning="drag force over weight at 2 m/s", prior_sd=0.04, low=0.0, high=0.5,
@@ -53,7 +49,8 @@ EFFECTS = (
     Effect(
         name="magnus", sector="flight", unit="1", meaning="C in a = C (rho A r / 2 m) omega x v", prior_sd=1.0, low=-10.0, high=10.0,
         source="Rubinow, Keller (1961), J. Fluid Mech. 11, 447 (C = 2); Oesterlé, Bui Dinh (1998), Exp. Fluids 25, 16 (0.2 to 1)",
-        says=("a side force from the spin (Magnus) is missing", "= C in C (ρ A r/2m) ω × v"), acceleration=lifted, needs=_turns,
+        says=("a side force from the spin (Magnus) is missing", "= C in C (ρ A r/2m) ω × v"), acceleration=lifted,
+        needs=lambda session: session.spins,
         separating="drops that spin the other way: a draught does not turn with the spin",
         counterpart=Counterpart("the Magnus law is on with C = {value}", lambda v: {"air": {"lift": v["magnus"]}}),
     ),

@@ -1,15 +1,9 @@
 """What a camera gets wrong: its scale, its clock, its upright, its perspective, the centre of a silhouette that turns."""
 
-import numpy as np
-
-from diagnose.effects.drop.hooks import keystone, scaled, turned, wobbled
+from diagnose.effects.drop.hooks import distorted, keystone, scaled, turned, wobbled
 from diagnose.effects.effect import Counterpart, Effect
 
 _WOBBLE = "a shadow or a lit side moves one edge by up to a pixel, so the centre by up to half of one, at 0.1 to 0.3 mm a pixel"
-
-
-def _turns(session) -> bool:
-    return session.spin_seen and bool(np.any(session.spin))
 
 
 EFFECTS = (
@@ -47,12 +41,18 @@ EFFECTS = (
     ),
     Effect(
         name="silhouette-wobble", sector="measurement", unit="mm", meaning="amplitude", prior_sd=0.1, low=-2.0, high=2.0,
-        source=_WOBBLE, needs=_turns, picture=wobbled(0), says=("the tracked centre wobbles as the seed turns", "mm"),
+        source=_WOBBLE, needs=lambda session: session.spins, picture=wobbled(0),
+        says=("the tracked centre wobbles as the seed turns", "mm"),
         separating="a film with light from all sides",
         counterpart=Counterpart("the centre of the silhouette goes round by {value} mm as the seed turns"),
     ),
     Effect(
         name="silhouette-wobble.other_phase", sector="measurement", unit="mm", meaning="amplitude a quarter turn on", prior_sd=0.1,
-        low=-2.0, high=2.0, source=_WOBBLE, needs=_turns, picture=wobbled(1), group="silhouette-wobble",
+        low=-2.0, high=2.0, source=_WOBBLE, needs=lambda session: session.spins, picture=wobbled(1), group="silhouette-wobble",
+    ),
+    Effect(  # on nobody's list of names: it says how the picture is bent, not by what
+        name="(unlisted) measurement: lens", sector="measurement", unit="1", meaning="distortion at the edge of the view",
+        prior_sd=0.01, low=-0.3, high=0.3, source="wide angles bend by 1 to 10 %", picture=distorted, unlisted=True,
+        untwinned="the twin's camera has no lens",
     ),
 )  # fmt: skip

@@ -70,6 +70,12 @@ def keystone(places: np.ndarray, view: View, value: float) -> np.ndarray:
     return about + (places - about) / (1 + value * (places[:, 1:] - view.middle[1]))
 
 
+def distorted(places: np.ndarray, view: View, value: float) -> np.ndarray:
+    """r → r (1 + `value` (r/reach)²) about the middle of the view."""
+    off = places - view.middle
+    return view.middle + off * (1 + value * (off**2).sum(1, keepdims=True) / view.reach**2)
+
+
 def wobbled(phase: int):
     """Adds `value` [mm] (cos 2θ, sin 2θ), θ the seed's angle in the picture; phase 1: (−sin 2θ, cos 2θ)."""
 

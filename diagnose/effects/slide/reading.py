@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
+from diagnose.air import G_M_S2
 from diagnose.effects.effect import Effect
 
-G_M_S2 = 9.80665
 RATE = "the same slide at three times the tilt rate: a clock's error in angle grows with the rate, a sensor's does not"
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnose.air import G_M_S2
 from diagnose.rigs.drop.impacts import Impacts
 from diagnose.rigs.drop.model import ROUND
 
@@ -36,7 +37,7 @@ class Bounces:
     offset_sd: np.ndarray
 
 
-def bounces_of(impacts: Impacts, elongation: float, g: float = 9.80665) -> Bounces:
+def bounces_of(impacts: Impacts, elongation: float) -> Bounces:
     """All of them; `elongation` of the seeds: balls are touched below their centre whatever noise says."""
     radius, gyration = (getattr(impacts.seeds, key)[impacts.recording] for key in ("radius", "gyration"))
     (vx, vz, w), (vx2, vz2, w2) = impacts.before.T, impacts.after.T
@@ -52,7 +53,7 @@ def bounces_of(impacts: Impacts, elongation: float, g: float = 9.80665) -> Bounc
     safe = np.where(usable, closing, 1.0)
     e, kick = leaving / safe, (vx2 - vx) / gain
     across = [v + np.where(spun, reach * np.nan_to_num(turning), 0.0) for v, turning in ((vx, w), (vx2, w2))]
-    e_error = _error(impacts, 1, -e / safe, 1 / safe) + np.diag((g * impacts.time_sd * (1 + e) / safe) ** 2)
+    e_error = _error(impacts, 1, -e / safe, 1 / safe) + np.diag((G_M_S2 * impacts.time_sd * (1 + e) / safe) ** 2)
     if elongation >= ROUND:  # both speeds of the point of contact hold the spins, and the offset, which comes from them
         swing = np.where(spun, gyration * (np.nan_to_num(w2) + e * np.nan_to_num(w)) / gain, 0.0)
         e_error += _error(impacts, 2, np.nan_to_num((e * arm - swing) / safe), np.nan_to_num((arm + swing) / safe))

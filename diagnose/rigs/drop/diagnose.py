@@ -1,13 +1,14 @@
 """Drops, from tracks to a finding: flights and impacts as one problem, and the alternatives of its baseline."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from diagnose.air import air_of
 from diagnose.effects.drop import EFFECTS
 from diagnose.effects.drop.shape_conversion import SHAPE
-from diagnose.engine.conditions import Condition, Contact, conditions_of, with_conditions
+from diagnose.effects.effect import separating_recordings
+from diagnose.engine.conditions import Contact, conditions_of, with_conditions
 from diagnose.engine.posterior import LISTED_ODDS, Alternative, Explanation, of_p_value
 from diagnose.engine.problem import Fit, Problem, fit, ln_evidence
 from diagnose.finding import Curve, Finding, Question, answer
@@ -35,7 +36,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     if not filmed and not listened:
         raise ValueError("; ".join(t.trouble for t in tracks if t.trouble) or "there is no drop")
     told = {t.recording: t for t in usable}
-    sounds = _heard(listened) if listened else None
+    sounds = heard(listened) if listened else None
     baselines, notes = _distances(filmed) if filmed else ([((), None, 1.0)], ())
     alternatives: list[Alternative] = []
     for sittings, flights, odds in baselines:
@@ -45,7 +46,8 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     few = alternatives[0].problem.model.impacts is None
     contact = {} if few else {RESTITUTION.name: restitution}
     asked = Question(
-        "drop", tuple(alternatives), windows_of, _curves, contact, law_in_words, advice, (*notes, *((FEW,) if few else ())),
+        "drop", tuple(alternatives), windows_of, _curves, contact, law_in_words, partial(separating_recordings, EFFECTS),
+        (*notes, *((FEW,) if few else ())),
     )  # fmt: skip
     return answer(asked, rng)
 
@@ -78,7 +80,7 @@ def _alternatives(sittings, flights: Fit | None, sounds: Impacts | None, told: d
         raise ValueError(f"{FEW}: the times of at least 5 impacts in all are needed")
     kept = [names.index(n) for n in plain.recordings]
     follows = tuple(replace(c, z=c.z[kept]) for c in follows)
-    out = [Alternative(_following(plain, follows), odds)]
+    out = [Alternative(with_conditions(plain, RESTITUTION, follows), odds)]
     joint: Joint = plain.model
     if joint.impacts is None or all((s.noise.sigma[:, 0] >= UNSEEN_M).all() for s in sittings):
         return out, notes  # nobody looked how far beside their centre seeds are struck
@@ -89,8 +91,9 @@ def _alternatives(sittings, flights: Fit | None, sounds: Impacts | None, told: d
         longer = with_impacts(flights, sittings, sounds, z, shape.elongation)
         assert longer is not None  # the impacts are enough, as above
         out.append(Alternative(
-            _following(longer, follows), odds * LISTED_ODDS, f"contacts lie as far beside the centre as those of a seed of elongation "
-            f"{shape.elongation:.2g}", (SHAPE.name,), SHAPE.sector, {}, of_p_value(shape.p) + _same(plain, longer), shape.p,
+            with_conditions(longer, RESTITUTION, follows), odds * LISTED_ODDS,
+            f"contacts lie as far beside the centre as those of a seed of elongation {shape.elongation:.2g}",
+            (SHAPE.name,), SHAPE.sector, {}, of_p_value(shape.p) + _same(plain, longer), shape.p,
         ))  # fmt: skip
     return out, notes
 
@@ -99,16 +102,6 @@ def _same(plain: Problem, longer: Problem) -> float:
     """Takes the likelihood of the impacts' rows about each baseline out of the comparison: the wider scatter of a longer seed would be
     counted twice, here and in the p value."""
     return ln_evidence(fit(plain)) - ln_evidence(fit(longer))
-
-
-def _following(problem: Problem, follows: tuple[Condition, ...]) -> Problem:
-    return with_conditions(problem, RESTITUTION, follows)
-
-
-def _heard(listened) -> Impacts:
-    about = [t.description for t in listened]
-    times, sds = [t.contacts_s for t in listened], [t.contacts_sd_s for t in listened]
-    return heard(tuple(t.recording for t in listened), times, sds, about, [air_of(d) for d in about])
 
 
 def restitution(e: Explanation) -> tuple[float, float]:
@@ -124,12 +117,6 @@ def restitution(e: Explanation) -> tuple[float, float]:
     here = mean(at)
     slope = np.array([(mean(at + 1e-4 * unit) - here) / 1e-4 for unit in np.eye(len(at))])
     return here, float(np.sqrt(slope @ e.fit.covariance[np.ix_(joint.own_spot, joint.own_spot)] @ slope))
-
-
-def advice(names: tuple[str, ...]) -> str | None:
-    """The recordings that would tell these apart."""
-    said = dict.fromkeys(EFFECTS[n].separating for n in names if n in EFFECTS and EFFECTS[n].separating)
-    return "; ".join(list(said)[:2]) or None
 
 
 def _curves(base: Fit, model: Fit) -> tuple[Curve, ...]:

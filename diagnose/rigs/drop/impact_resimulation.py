@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnose.air import air_of
 from diagnose.effects.drop import EFFECTS
 from diagnose.finding import Finding
-from diagnose.rerun import Again, Compared, beside_mean, settings, values_by_recording
+from diagnose.rerun import Again, Compared, beside_mean, secant, settings, values_by_recording
 from diagnose.rigs.drop.diagnose import RESTITUTION
 from diagnose.rigs.drop.impacts import Impacts, chosen, heard, impacts_of, joined, usable
 from diagnose.rigs.drop.joint import Sitting, flown, parts_of
@@ -69,10 +68,7 @@ def impacts_seen(tracks: list, sittings: tuple[Sitting, ...]) -> Impacts:
         flights = parts_of(flown(sittings))
         parts = [impacts_of(part, s.noise, s.tracks) for part, s in zip(flights, sittings, strict=True)]
     if listened:
-        about = [t.description for t in listened]
-        names = tuple(t.recording for t in listened)
-        times, sds = [t.contacts_s for t in listened], [t.contacts_sd_s for t in listened]
-        parts.append(heard(names, times, sds, about, [air_of(d) for d in about]))
+        parts.append(heard(listened))
     table = joined(parts)
     return chosen(table, usable(table))
 
@@ -105,10 +101,4 @@ def calibrated(seen: Impacts, told: dict, anchor: float, values: dict[str, float
         return float(outcome(seen, told, e, anchor, values)["e"].mean()) - want
 
     low, high = np.clip(want, *LIMITS), np.clip(want + 0.05, *LIMITS)
-    at_low, at_high = miss(low), miss(high)
-    for _ in range(2):
-        if abs(at_high - at_low) < 1e-6:
-            break
-        step = float(np.clip(high - at_high * (high - low) / (at_high - at_low), *LIMITS))
-        low, at_low, high, at_high = high, at_high, step, miss(step)
-    return float(high)
+    return secant(miss, low, high, LIMITS, iterations=2, close=1e-6)

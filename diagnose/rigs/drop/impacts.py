@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from diagnose.air import G_M_S2, Air
+from diagnose.air import G_M_S2, air_of
 from diagnose.engine.problem import Fit
 from diagnose.rigs.drop.model import STARTS, Model, predict, pushed, velocities
 from diagnose.rigs.drop.noise_of_track import TrackNoise
@@ -140,26 +140,24 @@ def chosen(impacts: Impacts, rows: np.ndarray) -> Impacts:
     return replace(impacts, **cut)
 
 
-def heard(
-    names: tuple[str, ...], times: list[np.ndarray], time_sds: list[np.ndarray], descriptions: list[dict], air: list[Air]
-) -> Impacts:
-    """From the times [s] of successive impacts of each recording with their sds, and the stated heights where there are any.
+def heard(tracks) -> Impacts:
+    """From tracks' times of successive impacts with their sds, and the stated heights where there are any.
 
     A hop of duration T leaves and lands at g T/2, but for the air: (1 + κ/4) on leaving and (1 − κ/4) on landing, κ drag over
     weight at that speed (first order in κ).
     """
     rows, flights = [], []
     sds: list[float] = []
-    for r, (heard_at, heard_sd, about) in enumerate(zip(times, time_sds, descriptions, strict=True)):
-        hop = np.diff(np.asarray(heard_at, dtype=float))
+    for r, track in enumerate(tracks):
+        hop, sd, air = np.diff(track.contacts_s), track.contacts_sd_s, air_of(track.description)
         speed = G_M_S2 * hop / 2
-        share = air[r].share * (speed / 2) ** 2
+        share = air.share * (speed / 2) ** 2
         up, down = speed * (1 + share / 4), speed * (1 - share / 4)
-        height = about.get("drop", {}).get("height_mm")
+        height = track.description.get("drop", {}).get("height_mm")
         fall = math.sqrt(2 * G_M_S2 * height / 1000) if height else np.nan
-        fall *= 1 - air[r].share * (fall / 2) ** 2 / 4
+        fall *= 1 - air.share * (fall / 2) ** 2 / 4
         first = len(sds)
-        sds += [G_M_S2 * HEIGHT_SD_M / fall if height else 1.0, *(G_M_S2 / 2 * np.hypot(heard_sd[:-1], heard_sd[1:]))]
+        sds += [G_M_S2 * HEIGHT_SD_M / fall if height else 1.0, *(G_M_S2 / 2 * np.hypot(sd[:-1], sd[1:]))]
         for k in range(len(hop)):
             arrival = fall if k == 0 else down[k - 1]
             if np.isfinite(arrival):
@@ -168,9 +166,11 @@ def heard(
     found = np.array(rows).reshape(-1, 4)
     unseen = np.full(len(found), np.nan)
     table = Impacts(
-        names, found[:, 0].astype(int), found[:, 1].astype(int), np.column_stack([unseen, -found[:, 2], unseen]),
+        tuple(t.recording for t in tracks),
+        found[:, 0].astype(int), found[:, 1].astype(int), np.column_stack([unseen, -found[:, 2], unseen]),
         np.column_stack([unseen, found[:, 3], unseen]), np.array(flights, dtype=int).reshape(-1, 2),
-        np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]), np.zeros(len(found)), 0.0, seeds_of(descriptions),
+        np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]), np.zeros(len(found)), 0.0,
+        seeds_of([t.description for t in tracks]),
         np.full(len(found), np.nan),
     )  # fmt: skip
     return chosen(table, usable(table))

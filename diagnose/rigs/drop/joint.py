@@ -9,9 +9,10 @@ covariance.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from diagnose.engine.evidence import Spread
-from diagnose.engine.linear import Reduced, block_diagonal
+from diagnose.engine.linear import Reduced
 from diagnose.engine.noise import averaged
 from diagnose.engine.problem import Fit, Problem, fit
 from diagnose.rigs.drop import impact_problem
@@ -211,7 +212,7 @@ def _with_impacts(joint: Joint, flights: list[Reduced], count, width, starts, va
         if flown is None:
             out.append(replace(hits, a=a))
             continue
-        b, smooth = np.concatenate([flown.b, hits.b]), block_diagonal([flown.smooth, hits.smooth])
+        b, smooth = np.concatenate([flown.b, hits.b]), block_diag(flown.smooth, hits.smooth)
         out.append(Reduced(np.vstack([flown.a, a]), smooth, b, None, flown.bulk))
     return out
 

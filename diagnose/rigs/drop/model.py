@@ -153,17 +153,12 @@ def push_slopes(model: Model, starts: np.ndarray, values: dict[str, float], push
     aside = (force(aside_square=starts[:, 4] + SMALL_SQUARE) - now) / SMALL_SQUARE
     direct: dict[int | str, np.ndarray] = dict(zip(FELT, (nil, nil, aside), strict=True))
     direct |= {n: (force(values=values | {n: values[n] + step[n]}) - now) / step[n] for n in values if not _pictures(n)}
-    if spins(model):
+    if s.spins:
         direct[SPIN] = force(replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))) - now
     speeds = np.zeros((len(direct), len(starts), 2))
     speeds[0, :, 0] = speeds[1, :, 1] = 1.0
     found = changes(velocity, s.half, forces(model, values, starts[:, 4]), speeds, np.array(list(direct.values())))
     return dict(zip(direct, found, strict=True))
-
-
-def spins(model: Model) -> bool:
-    """Whether a force depends on the spin, which is each flight's own."""
-    return model.session.spin_seen and bool(np.any(model.session.spin))
 
 
 def _pictures(name: str) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from diagnose.air import G_M_S2
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
+from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
 from diagnose.rigs.drop.session import LEAST_ROWS, Session
 
 TELLING = 20  # flights that tell the noise's correlation
@@ -45,8 +45,8 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
         noise = known[axis] if known else estimate(sorted(stretches, key=lambda s: -len(s.data))[:TELLING])
         power, freedom = np.zeros(len(session.names)), np.zeros(len(session.names))
         for f, stretch in enumerate(stretches):
-            innovation, spare = _innovations(stretch, noise)
-            power[session.recording[f]] += (innovation**2).sum()
+            left, spare = stretch.residual(noise)
+            power[session.recording[f]] += left @ left
             freedom[session.recording[f]] += spare
         spread = np.sqrt(power / np.maximum(freedom, 1))
         enough = freedom >= 10
@@ -72,11 +72,3 @@ def _stretch(session: Session, flight: int, axis: int) -> Stretch:
     left, size, _ = np.linalg.svd(np.hstack(columns), full_matrices=False)
     data = session.places[rows, axis]
     return Stretch(left[:, size > 1e-3 * size[0]], data - data.mean(), frame_lag(session.frame[rows]))
-
-
-def _innovations(stretch: Stretch, noise: Noise) -> tuple[np.ndarray, int]:
-    """Whitened residuals of one stretch in its own unit, and their degrees of freedom."""
-    both = np.column_stack([stretch.design, stretch.data])[:, None, :]
-    clean = whiten(both, stretch.lag[:, None], noise.rho, noise.white)[0][:, 0]
-    solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
-    return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - rank

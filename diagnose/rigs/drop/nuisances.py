@@ -7,7 +7,7 @@ this table says.
 import numpy as np
 
 from diagnose.air import SLOPE_SD
-from diagnose.effects.drop.hooks import View, keystone, scaled, turned, wobbled
+from diagnose.effects.drop.hooks import View, distorted, keystone, scaled, turned, wobbled
 from diagnose.effects.effect import Effect
 from diagnose.engine.noise import LOCK_PX
 
@@ -30,14 +30,8 @@ LOCK = "pixel-lock"
 OFF_CENTRE = 0.3  # of the view's reach
 
 
-def lens(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """r → r (1 + `value` (r/reach)²), reach: from the middle to the top of what was seen."""
-    off = places - view.middle
-    return view.middle + off * (1 + value * (off**2).sum(1, keepdims=True) / view.reach**2)
-
-
 def _off_centre(axis: int):
-    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: to first order what `lens` does about another middle. Brown,
+    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: to first order what `distorted` does about another middle. Brown,
     Photogrammetric Engineering 32 (1966) 444."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
@@ -65,14 +59,11 @@ def _nuisance(name: str, picture=None, needs=None, sd: float | None = None) -> E
     return Effect(name, "nuisance", unit, why, size or 1.0, -np.inf, np.inf, why, picture=picture, needs=needs)
 
 
-def _turns(session) -> bool:
-    return session.spin_seen and bool(np.any(session.spin))
-
-
 _FOUND = (
-    _nuisance("scale", scaled), _nuisance("plumb", turned), _nuisance("keystone", keystone), _nuisance("lens", lens),
-    _nuisance("lens.x", _off_centre(0)), _nuisance("lens.z", _off_centre(1)), _nuisance("wobble", wobbled(0), _turns),
-    _nuisance("wobble.other", wobbled(1), _turns), _nuisance("air"), _nuisance("air-slope"),
+    _nuisance("scale", scaled), _nuisance("plumb", turned), _nuisance("keystone", keystone), _nuisance("lens", distorted),
+    _nuisance("lens.x", _off_centre(0)), _nuisance("lens.z", _off_centre(1)),
+    _nuisance("wobble", wobbled(0), lambda session: session.spins),
+    _nuisance("wobble.other", wobbled(1), lambda session: session.spins), _nuisance("air"), _nuisance("air-slope"),
     *(_nuisance(f"{LOCK}.{'xz'[k]}.{w.__name__}", _lock(k, w), sd=LOCK_PX) for k in (0, 1) for w in (np.sin, np.cos)),
 )  # fmt: skip
 NUISANCES: dict[str, Effect] = {effect.name: effect for effect in _FOUND}

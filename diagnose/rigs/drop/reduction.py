@@ -31,7 +31,6 @@ from diagnose.rigs.drop.model import (
     pushed,
     rate_of,
     sides,
-    spins,
 )
 from diagnose.rigs.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from diagnose.rigs.drop.nuisances import LOCK
@@ -48,7 +47,7 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
-    lower, change = _eliminate(model, starts, blocks, len(values) + len(pushes), spins(model))
+    lower, change = _eliminate(model, starts, blocks, len(values) + len(pushes), model.session.spins)
     at = np.concatenate([values, np.zeros(len(pushes))])
     return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
 

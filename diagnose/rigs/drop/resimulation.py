@@ -19,7 +19,7 @@ TURNS = 3  # of Gauss–Newton for the starts
 TYPICAL = 0.75  # of the greatest speed: where drag bends a flight most
 
 
-def drops_again(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Again:
+def resimulate(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Again:
     """Flight and picture by flights, impacts by impacts; both where both were named."""
     from diagnose.rigs.drop.impact_resimulation import strikes_again
     from diagnose.rigs.drop.pictures import with_pictures

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial import legendre
 
-from diagnose.engine.noise import frame_lag, whiten
+from diagnose.engine.noise import frame_lag
 from diagnose.rigs.drop.model import ROUND
 from diagnose.rigs.drop.noise_of_track import DEGREE, TrackNoise
 from diagnose.rigs.drop.session import Session
@@ -64,8 +64,8 @@ def _fall(session: Session, noise: TrackNoise, flight: int) -> tuple[float, floa
     rows = slice(session.first[flight], session.stop[flight])
     tau, half = session.tau[rows], session.half[flight]
     data = session.places[rows, 1] / noise.sigma[session.recording[flight], 1]
-    both = np.column_stack([np.ones_like(tau), tau / half, -((tau / half) ** 2) / 2, data - data.mean()])[:, None, :]
-    clean = whiten(both, frame_lag(session.frame[rows])[:, None], noise.axes[1].rho, noise.axes[1].white)[0][:, 0]
+    both = np.column_stack([np.ones_like(tau), tau / half, -((tau / half) ** 2) / 2, data - data.mean()])
+    clean = noise.axes[1].whiten(both, frame_lag(session.frame[rows]))
     values = np.linalg.lstsq(clean[:, :3], clean[:, 3], rcond=None)[0]
     sd = np.sqrt(np.linalg.inv(clean[:, :3].T @ clean[:, :3])[2, 2])
     size = noise.sigma[session.recording[flight], 1] / half**2
@@ -92,14 +92,13 @@ def _second_touch(session: Session, noise: TrackNoise, flight: int, *, at_end: b
     late = tau[-1] - tau if at_end else tau - tau[0]
     bends = np.column_stack([np.maximum(a - late, 0.0) for a in after]) / 1e-3
     basis = legendre.legvander(tau / half, DEGREE if half > SLOW_S / 2 else SLOW_DEGREE)
-    angle, lag = session.angle[rows], frame_lag(session.frame[rows])[:, None]
+    angle, lag = session.angle[rows], frame_lag(session.frame[rows])
     if np.ptp(2 * angle) > 2 * np.pi:
         basis = np.column_stack([basis, np.cos(2 * angle), np.sin(2 * angle)])
     falls = np.zeros(len(after))
     for axis in (0, 1):
         data = session.places[rows, axis] / noise.sigma[session.recording[flight], axis]
-        both = np.column_stack([basis, bends, data - data.mean()])[:, None, :]
-        clean = whiten(both, lag, noise.axes[axis].rho, noise.axes[axis].white)[0][:, 0]
+        clean = noise.axes[axis].whiten(np.column_stack([basis, bends, data - data.mean()]), lag)
         smooth, rest = clean[:, : basis.shape[1]], clean[:, basis.shape[1] :]
         rest = rest - smooth @ np.linalg.lstsq(smooth, rest, rcond=None)[0]
         columns, left = rest[:, :-1], rest[:, -1]

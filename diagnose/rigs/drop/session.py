@@ -64,6 +64,11 @@ class Session:
     rocking_m: float  # how far aside it may come between its first touch and its last at one contact
     notes: tuple[str, ...] = ()
 
+    @property
+    def spins(self) -> bool:
+        """Whether the silhouettes were seen to turn."""
+        return self.spin_seen and bool(np.any(self.spin))
+
 
 def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Session:
     """Tracks (twin.tracks.SeenTrack, those in trouble left out) → Session. unstated_m: distance of a camera of which none

@@ -120,8 +120,7 @@ def law_in_words(fit: Fit) -> str | None:
     families = [_force(fit, *kind) for kind in LAWS] if fit.problem.model.parts else []
     if fit.problem.model.impacts is not None:
         families += _of_impacts(fit)
-    found = law_of(fit, tuple(families))
-    return found.words if found else None
+    return law_of(fit, tuple(families))
 
 
 def _force(fit: Fit, axis: str, way: str, quantity: str, powers: tuple[float, ...]) -> Family:
@@ -139,7 +138,7 @@ def _force(fit: Fit, axis: str, way: str, quantity: str, powers: tuple[float, ..
     def say(rises: bool, power: str) -> str:
         return f"a force {WAYS[way][0 if rises else 1]} that goes as {quantity}{power}, in flight only"
 
-    return Family(f"{way} {quantity}", say, columns, powers)
+    return Family(say, columns, powers)
 
 
 def _of_impacts(fit: Fit) -> list[Family]:
@@ -160,7 +159,7 @@ def _of_impacts(fit: Fit) -> list[Family]:
         def say(rises: bool, power: str, words: str = words) -> str:
             return f"the restitution {'rises' if rises else 'falls'} {words}, in impacts only"
 
-        families.append(Family(f"e {axis}", say, columns, (1.0,)))
+        families.append(Family(say, columns, (1.0,)))
     return families
 
 
@@ -180,4 +179,4 @@ def _power(model, none: list[np.ndarray], kind: str, quantity: str, values: np.n
             return f"the restitution {'rises' if rises else 'falls'} with {quantity}{power}, in impacts only"
         return f"a sideways kick over the change of speed towards {'+x' if rises else '−x'} that goes as {quantity}{power}, in impacts only"
 
-    return Family(f"{kind} {quantity}", say, columns, IMPACT_POWERS)
+    return Family(say, columns, IMPACT_POWERS)

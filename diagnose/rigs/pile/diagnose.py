@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from diagnose.effects.effect import separating_recordings
 from diagnose.effects.pile import EFFECTS
 from diagnose.engine.conditions import Contact, conditions_of, with_conditions
 from diagnose.engine.linear import fall_of_chi2, projector, stacked
@@ -36,7 +37,11 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
     orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)  # no plumb: a later tilt shows nothing
     alternatives = tuple(Alternative(with_conditions(problem_of(photos, scatter, after=a), REPOSE, follows)) for a in orders)
     notes = (*refused, *_notes(photos), *said)
-    return answer(Question("pile", alternatives, windows_of, curves_of, {REPOSE.name: repose_deg}, law_of, advice, notes), rng)
+    asked = Question(
+        "pile", alternatives, windows_of, curves_of, {REPOSE.name: repose_deg}, law_of,
+        lambda names: separating_recordings(EFFECTS, names) or AGAIN, notes,
+    )  # fmt: skip
+    return answer(asked, rng)
 
 
 def repose_deg(e: Explanation) -> tuple[float, float]:
@@ -83,12 +88,6 @@ def law_of(fit: Fit) -> str | None:
         follows = fit.problem.effects[where].follows
         return f"the angle of repose {'rises' if value > 0 else 'falls'} with the {follows} of the heaps"
     return f"flanks {where} of their way: {abs(value):.1%} of the height off a straight line, steeper {'below' if value > 0 else 'above'}"
-
-
-def advice(names: tuple[str, ...]) -> str | None:
-    """The recordings that would tell these apart."""
-    said = dict.fromkeys(EFFECTS[n].separating for n in names if n in EFFECTS and EFFECTS[n].separating)
-    return "; ".join(list(said)[:2]) or AGAIN
 
 
 def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:

@@ -51,7 +51,7 @@ class Kind:
         return Shape(surface, angle + float(np.interp(strength, steps, [s.angle_deg - one.angle_deg for s in self.strengths])))
 
 
-def piles_again(finding: Finding, recordings: list[SeenPile], folder: Path, pictures: bool, say) -> Again:
+def resimulate(finding: Finding, recordings: list[SeenPile], folder: Path, pictures: bool, say) -> Again:
     """Each half of the recordings beside heaps with what the other half gave; one recording beside what it gave itself."""
     if len(finding.modelled) > 1:
         raise ValueError("two things at once are not put into the twin of a heap")

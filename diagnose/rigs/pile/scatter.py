@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
+from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
 from diagnose.rigs.pile.flanks import STEP, Flank, Photo
 from diagnose.rigs.pile.heap_priors import PACKING_SD, PARTS, straight
 
@@ -97,7 +97,7 @@ def _roughness(photos: tuple[Photo, ...], lags, one: float) -> tuple[Noise, tupl
 def _waves(flank: Flank, lag: np.ndarray, noise: Noise, beside: np.ndarray, orders) -> np.ndarray:
     """Whitened amplitudes (k,) of cosines of these orders beside the columns `beside`, of variance 1 where σ is 1."""
     rows = np.column_stack([beside, cosines(flank.u, orders), flank.v - straight(flank.u)])
-    white = whiten(rows[:, None, :], lag[:, None], noise.rho, noise.white)[0][:, 0]
+    white = noise.whiten(rows, lag)
     return np.linalg.qr(white[:, :-1])[0][:, beside.shape[1] :].T @ white[:, -1]
 
 
@@ -111,7 +111,7 @@ def _packing(photos: tuple[Photo, ...], lags, noise: Noise, sigma) -> tuple[dict
     seen: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = {}
     for at, _, f in _each(photos):
         rows = np.column_stack([_packed(f.u), f.v - straight(f.u)])
-        white = whiten(rows[:, None, :] / sigma[at[0]], lags[at][:, None], noise.rho, noise.white)[0][:, 0]
+        white = noise.whiten(rows / sigma[at[0]], lags[at])
         inverse = np.linalg.inv(white[:, :-1].T @ white[:, :-1])
         values, errors = inverse @ (white[:, :-1].T @ white[:, -1]), np.sqrt(np.diag(inverse))
         seen[at] = np.append(values[2:], f.angle_deg), np.append(errors[2:], ANGLE_SD_DEG)

@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from diagnose.effects.effect import separating_recordings
 from diagnose.effects.roll import EFFECTS
 from diagnose.engine.conditions import Contact, conditions_of, with_conditions
 from diagnose.engine.posterior import Alternative, Explanation
 from diagnose.engine.problem import Fit, fit
-from diagnose.finding import Finding, Question, answer
-from diagnose.rigs.roll.curves import curves_of
+from diagnose.finding import Curve, Finding, Question, answer
+from diagnose.rigs.roll.model import moved
 from diagnose.rigs.roll.problem import build, roll_problem
 from diagnose.rigs.roll.readings import diagnose_readings
 from diagnose.rigs.roll.ripple import SEEN_P, arguments, find_ripple
@@ -42,10 +43,7 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     one_way = len({run.sign for run in runs}) < 2
 
     def advice(names: tuple[str, ...]) -> str | None:
-        if not names:
-            return BOTH_WAYS if one_way else OTHER_LENGTH
-        texts = dict.fromkeys(EFFECTS[n].separating for n in names if n in EFFECTS and EFFECTS[n].separating)
-        return "; ".join(list(texts)[:2]) or None
+        return separating_recordings(EFFECTS, names) if names else BOTH_WAYS if one_way else OTHER_LENGTH
 
     asked = Question(
         "roll", (Alternative(with_conditions(problem, friction, follows)),), windows_of, curves_of,
@@ -70,6 +68,16 @@ def corner_notes(base: Fit) -> tuple[str, ...]:
     if lost[1] < 1.5 * (lost[2] - lost[0]):  # three standard deviations
         return ()
     return (f"The corner takes {100 * lost[1]:.2g} % of the speed: no more than a sharp corner may.",)
+
+
+def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
+    """Travel of each run over the time since its release."""
+    out = []
+    for r, run in enumerate(base.problem.model.runs):
+        left = [1e3 * (run.x - moved(of.problem.model, r, of.starts[r], of.by_name)[0]) for of in (base, model)]
+        since, way = run.time_s - base.starts[r][0], 1e3 * (run.x - base.starts[r][1])
+        out.append(Curve(run.recording, "travel", "mm", "t_s", since, way, *left))
+    return tuple(out)
 
 
 def rolling_friction(e: Explanation) -> tuple[float, float]:

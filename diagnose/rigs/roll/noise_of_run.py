@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
+from scipy.linalg import block_diag
 
-from diagnose.engine.linear import block_diagonal
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, whiten
+from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
 from diagnose.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # a simulated track may be exact; no camera is, and no path is straight to less than some micrometres
@@ -38,11 +38,9 @@ def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     power, spare = np.zeros(len(runs)), np.zeros(len(runs))
     for r, own in enumerate(stretches):
         for s in own:
-            rows = np.column_stack([s.design, s.data])
-            white = whiten(rows[:, None, :], s.lag[:, None], noise.rho, noise.white)[0][:, 0]
-            left = white[:, -1] - white[:, :-1] @ np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=1e-9)[0]
+            left, freedom = s.residual(noise)
             power[r] += left @ left
-            spare[r] += len(left) - np.linalg.matrix_rank(white[:, :-1], tol=1e-9 * np.abs(white[:, :-1]).max())
+            spare[r] += freedom
     pooled = np.sqrt(power.sum() / max(spare.sum(), 1))
     sigma = np.where(spare >= 10, np.sqrt(power / np.maximum(spare, 1)), pooled)
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
@@ -118,7 +116,7 @@ def _stretches(run: Run, turn: float) -> list[Stretch]:
     if not used:
         return []
     frame = np.cumsum(np.append(0.0, run.lag[1:]))[np.concatenate(used)]
-    return [Stretch(block_diagonal(curves), np.concatenate(data), frame_lag(frame))]
+    return [Stretch(block_diag(*curves), np.concatenate(data), frame_lag(frame))]
 
 
 def smooth_curves(run: Run) -> np.ndarray:

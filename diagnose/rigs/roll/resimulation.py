@@ -1,29 +1,28 @@
 """Rolls run again in the DEM, over a level that is none, or with a resistance that grows with speed."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from diagnose.air import air_of, drag_shape
+from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
 from diagnose.finding import Finding
-from diagnose.path_pictures import MOST, Twin, compared
-from diagnose.rerun import Again, change_in_words
+from diagnose.path_pictures import MOST, Twin, compared, with_frame_rate
+from diagnose.rerun import Again, change_in_words, secant, values_by_recording
 from diagnose.rigs.roll.session import FEW_ROWS, stays
 from twin.flights import drag_factor
 from twin.parameters import Parameters
 from twin.paths import Path1D, Recording, like, run_path
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
-DRAG_M_S = 0.5  # at which a roll's drag is reported
 
 
-def rolls_again(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
+def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
     """Each roll with the rolling friction that lets all of them run out as far as recorded, on average."""
     seen = [r for r in recordings if len(r.x_mm) >= FEW_ROWS and not stays(r.description)]
     if not seen:
         raise ValueError("no track from the release to the stop is there to run again: the twin's rolls go from end to end")
-    values = {r: {n: v[min(k, len(v) - 1)] for n, v in finding.left_out.items()} for k, r in enumerate(finding.recordings)}
+    values = values_by_recording(finding)
     chosen = [r for r in seen if r.recording in values][:MOST]
     paths = [_path(r) for r in chosen]
     whole = [values[r.recording] for r in chosen]
@@ -57,10 +56,7 @@ def _made(r, mu: float, values: dict[str, float]) -> tuple[Recording, Parameters
     """(recording to be like, parameters) with what was named."""
     about = {"slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))}  # the rig counts what falls towards +x
     about["direction"] = r.description.get("roll", {}).get("direction") or r.description["roll"].get("seen_direction", "+x")
-    recording = like("roll", r.description, **about)
-    if recording.camera.fps is None:
-        rate = float(1 / np.median(np.diff(r.time_s)))
-        recording = replace(recording, camera=recording.camera.model_copy(update={"fps": rate}))
+    recording = with_frame_rate(like("roll", r.description, **about), r.time_s)
     return recording, Parameters(rolling_friction=mu, laws=laws_of(r.description, values))
 
 
@@ -87,14 +83,8 @@ def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
         ran = [run_path(*_made(r, mu, value), k) for k, (r, value) in enumerate(zip(chosen, values, strict=True))]
         return float(np.mean([_end(path, own) for path, own in zip(paths, ran, strict=True)]) - ends.mean())
 
-    low, high = start, 0.93 * start
-    at_low, at_high = miss(low), miss(high)
-    for _ in range(3):
-        if abs(at_high) < 0.002 * ends.mean() or abs(at_high - at_low) < 1e-9:
-            break
-        step = float(np.clip(high - at_high * (high - low) / (at_high - at_low), 0.3 * start, min(3 * start, MOST_MU)))
-        low, at_low, high, at_high = high, at_high, step, miss(step)
-    return high if abs(at_high) < abs(at_low) else low
+    limits = (0.3 * start, min(3 * start, MOST_MU))
+    return secant(miss, start, 0.93 * start, limits, iterations=3, close=0.002 * float(ends.mean()))
 
 
 def _end(path: Path1D, own: Path1D) -> float:

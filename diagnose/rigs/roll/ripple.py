@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnose.engine.linear import chance, fall_of_chi2, projector, stacked
+from diagnose.engine.linear import beside_globals, chance, fall_of_chi2
 from diagnose.engine.problem import Fit
 from diagnose.rigs.roll.motion import Table
 from diagnose.rigs.roll.noise_of_run import few
@@ -88,7 +88,5 @@ def _falls(base: Fit, at: Flown, asked) -> list[tuple[float, int]]:
             for j, wave in enumerate((np.cos, np.sin)):
                 push = Table(0.0, float(grid[1]), PUSH * wave(phi))
                 extra[r][:, 2 * (k * count + r) + j] = response(base, at, r, place=push)
-    a, b = stacked(base.problem.reduce(base.starts, base.values, extra)[0])
-    a, columns = np.split(a, [len(base.names)], axis=1)
-    project = projector(a, base.prior_sd)
+    columns, project, b = beside_globals(base.problem.reduce(base.starts, base.values, extra)[0], base.prior_sd)
     return [fall_of_chi2(part, project, b) for part in np.split(columns, len(asked), axis=1)]

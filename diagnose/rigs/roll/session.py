@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from diagnose.air import G_M_S2, Air, air_of, drag_shape
+from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S
 from diagnose.engine.noise import frame_lag
 from diagnose.rigs.roll.path import Path, fit_path, path_of_few, path_on_incline
 from twin.roll_tracks import inertia_told
@@ -18,7 +19,6 @@ REST_SHARE = 0.25  # rows at rest, over rows on the way, that are used at either
 SPIKE_SD = 8.0
 NEIGHBOURS = 9
 USUAL_RADIUS_M = 3.5e-3
-REFERENCE_SPEED_M_S = 0.5
 ANY_DISTANCE_M = 0.87  # of a camera of which none is stated: (mean of 1/D²)^−½ of 0.3 to 20 m, log-uniform
 OF_DRAG = ("length_mm", "width_mm", "thickness_mm", "mass_g", "density_kg_m3")  # what drag over weight is worked out from
 DRAG_DOUBT = 4.0  # over that of free flight: a plate beside it and its spin make up to 2 × the drag of a ball in free air
@@ -49,7 +49,6 @@ class Run:
     sd_m: np.ndarray = field(default_factory=lambda: np.zeros(0))
     notes: tuple[str, ...] = field(default=())
 
-
     def gate(self, k: int) -> str:
         """The global that row k's light gate has: how far it stands from where it is said to."""
         return f"gate.{self.session}.{1000 * self.x[k]:.6g}mm"
@@ -67,7 +66,6 @@ class Seed:
     rise_mm: float
     drag: float
     drag_sd: float
-    room_drag: float
     reynolds_per_speed: float
     round: bool
 
@@ -193,7 +191,7 @@ def seed_of(told: dict) -> Seed:
     inertia = inertia_told(told)
     radius = inertia.radius_mm / 1000 if sizes else USUAL_RADIUS_M
     rise = 500 * (sizes[1] - sizes[-1]) if len(sizes) > 1 else math.nan
-    return Seed(radius, inertia.factor, inertia.sd, rise, air.share * at_half, DRAG_DOUBT * air.sd * at_half, air.room * at_half,
+    return Seed(radius, inertia.factor, inertia.sd, rise, air.share * at_half, DRAG_DOUBT * air.sd * at_half,
                 air.reynolds_per_speed, inertia.ball)  # fmt: skip
 
 

@@ -1,12 +1,11 @@
 """What nobody listed, on rolls: resistance in one window of time, travel, speed or turn; and the law that it follows."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
 
-from diagnose.engine.linear import fall_of_chi2, projector, stacked
+from diagnose.engine.linear import beside_globals, fall_of_chi2
 from diagnose.engine.locate import Bin, Windows
 from diagnose.engine.problem import Fit
 from diagnose.rigs.roll.model import moved, way_of
@@ -28,9 +27,6 @@ class Flown:
     ways: tuple
     seen: tuple[np.ndarray, ...]
     speed: tuple[np.ndarray, ...]
-
-    def since(self, r: int, times: np.ndarray) -> np.ndarray:
-        return times - self.ways[r].t0
 
 
 def flown(fit: Fit) -> Flown:
@@ -100,29 +96,10 @@ class Term:
     part: tuple[float, float] = (0.0, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Asked:
-    """Terms with their columns (M, K) in the reduced space of a fit, the globals: a (M, G), projection and residual b (M,)."""
-
-    terms: list[Term]
-    columns: np.ndarray
-    a: np.ndarray
-    project: Callable
-    b: np.ndarray
-
-
-def asked_of(base: Fit) -> Asked:
-    """The library of terms, put to a fit."""
-    terms, library = _library(base)
-    a, b = stacked(base.problem.reduce(base.starts, base.values, library)[0])
-    a, columns = np.split(a, [len(base.names)], axis=1)
-    return Asked(terms, columns, a, projector(a, base.prior_sd), b)
-
-
 def law_of(base: Fit) -> str | None:
     """The law in words, None where nothing stands out."""
-    asked = asked_of(base)
-    terms, columns, project, b = asked.terms, asked.columns, asked.project, asked.b
+    terms, library = _library(base)
+    columns, project, b = beside_globals(base.problem.reduce(base.starts, base.values, library)[0], base.prior_sd)
     chosen: list[int] = []
     reached, said = 0.0, np.zeros(len(terms))
     for _ in range(2):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from diagnose.effects.effect import separating_recordings
 from diagnose.effects.slide import EFFECTS
 from diagnose.effects.slide.plate import SHAKEN, STEPPED
 from diagnose.effects.slide.reading import RATE
@@ -35,7 +36,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     notes += (f"the travel ripples at {heard.hertz:.3g} Hz in all runs",) if heard else ()
     asked = Question(
         "slide", alternatives(prepared, follows, heard), windows_of, curves_of,
-        {FRICTION.name: static_friction}, law_of, advice, notes,
+        {FRICTION.name: static_friction}, law_of, lambda names: separating_recordings(EFFECTS, names) if names else RATE, notes,
     )  # fmt: skip
     return answer(asked, rng)
 
@@ -103,14 +104,6 @@ def static_friction(e: Explanation) -> tuple[float, float]:
     at, model = e.fit.by_name, e.fit.problem.model
     more = sum(effect.rest(at[n]) for n, effect in model.effects.items() if effect.rest and n in e.names)
     return model.friction + at["friction"] + more, e.fit.sd("friction")
-
-
-def advice(names: tuple[str, ...]) -> str | None:
-    """The recordings that would tell these apart."""
-    if not names:
-        return RATE
-    said = dict.fromkeys(EFFECTS[n].separating for n in names if n in EFFECTS and EFFECTS[n].separating)
-    return "; ".join(list(said)[:2]) or None
 
 
 def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:

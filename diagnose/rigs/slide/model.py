@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from diagnose.air import G_M_S2
 from diagnose.effects.effect import Effect
 from diagnose.rigs.slide.motion import Laws, friction_at, travel
 from diagnose.rigs.slide.session import Read, Run, Session
@@ -109,7 +110,7 @@ def angles(model: Model, read: Read, values: dict[str, float]) -> np.ndarray:
             mu += effect.rest(values[name]) if effect.rest else 0.0
             laws = effect.act(laws, read, values[name]) if effect.act and np.isfinite(read.mass_g) else laws
     # sin θ − μ cos θ = μ F/(m g), and sin θ − μ cos θ = √(1 + μ²) sin(θ − atan μ)
-    lean = mu * laws.press / 9.80665 / math.hypot(1.0, mu)
+    lean = mu * laws.press / G_M_S2 / math.hypot(1.0, mu)
     out = math.degrees(math.atan(mu) + math.asin(min(max(lean, -0.99), 0.99)))
     for name, effect in model.effects.items():
         if effect.read and values.get(name) and not (effect.tilt and model.session.runs):  # a sensor's fault is no reader's

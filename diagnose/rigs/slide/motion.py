@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-G_M_S2 = 9.80665
+from diagnose.air import G_M_S2
+
 STEPS = 300  # at least, from rest to the end
 FARTHEST_M = 100.0  # a block that a fit drives on beyond this stays there: its numbers must not overflow
 SHARE, SCATTER = 0.85, 0.2  # of a/ω, the speed of a shaken block that slides on; its scatter between phases

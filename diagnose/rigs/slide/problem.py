@@ -7,15 +7,15 @@ from functools import partial
 import numpy as np
 from numpy.polynomial import legendre
 
+from diagnose.air import G_M_S2
 from diagnose.effects.slide import EFFECTS
 from diagnose.engine.evidence import Spread
 from diagnose.engine.linear import Reduced, stacked
-from diagnose.engine.noise import LOCK_PX, Noise, Stretch, estimate, frame_lag, spikes, told_by, whiten
+from diagnose.engine.noise import LOCK_PX, Noise, Stretch, estimate, frame_lag, spikes, told_by
 from diagnose.engine.problem import Problem
 from diagnose.engine.series import Locals, Series
 from diagnose.engine.series import problem_of as series_problem
 from diagnose.rigs.slide.model import LOCALS, Model, moved, predict
-from diagnose.rigs.slide.motion import G_M_S2
 from diagnose.rigs.slide.session import LEAST_REST, LEAST_SLIDING, Read, Run, Session
 
 # What every bench has, about nil: sd, unit, why. What a bench states replaces the sd (scale) or the centre (air, tilt).
@@ -64,7 +64,7 @@ def prepare(session: Session) -> Prepared:
             kept.append(run)
             sigma.append(np.full(len(run.time), pooled))
             continue
-        good = np.concatenate([~spikes(_innovations(part, noise)) for part in _stretches(run)])
+        good = np.concatenate([~spikes(part.residual(noise)[0]) for part in _stretches(run)])
         rest = int(good[: run.rest].sum())
         clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=rest, lock=run.lock[good])
         kept.append(clean)
@@ -74,10 +74,9 @@ def prepare(session: Session) -> Prepared:
 
 def _pooled(runs: list[Run]) -> float:
     """σ [mm] of the rows of runs of few, all together: about a parabola each."""
-    parts = [part for run in runs for part in _stretches(run)]
-    left = [part.data - part.design @ np.linalg.lstsq(part.design, part.data, rcond=None)[0] for part in parts]
-    spare = sum(max(len(part.data) - part.design.shape[1], 0) for part in parts)
-    return max(math.sqrt(sum(float(v @ v) for v in left) / spare), EXACT_MM) if spare else FEW_SD_MM
+    found = [part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in _stretches(run)]
+    spare = sum(n for _, n in found)
+    return max(math.sqrt(sum(float(v @ v) for v, _ in found) / spare), EXACT_MM) if spare else FEW_SD_MM
 
 
 def _stretches(run: Run) -> list[Stretch]:
@@ -111,18 +110,10 @@ def motion_of(run: Run) -> Stretch:
     return _stretches(run)[-1]
 
 
-def _innovations(stretch: Stretch, noise: Noise) -> np.ndarray:
-    both = np.column_stack([stretch.design, stretch.data])[:, None, :]
-    clean = whiten(both, stretch.lag[:, None], noise.rho, noise.white)[0][:, 0]
-    return clean[:, -1] - clean[:, :-1] @ np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=None)[0]
-
-
 def _sigma(run: Run, noise: Noise) -> np.ndarray:
     """At rest and in motion each its own where both are long enough to tell, else one."""
-    left, spare = [], []
-    for part in _stretches(run):
-        left.append(float((_innovations(part, noise) ** 2).sum()))
-        spare.append(len(part.data) - part.design.shape[1])
+    found = [part.residual(noise) for part in _stretches(run)]
+    left, spare = [float((r**2).sum()) for r, _ in found], [n for _, n in found]
     both = math.sqrt(sum(left) / max(sum(spare), 1))
     apart = all(n >= 60 for n in spare)
     each = [math.sqrt(p / n) if apart else both for p, n in zip(left, spare, strict=True)]

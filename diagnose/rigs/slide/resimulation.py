@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnose.finding import Finding
-from diagnose.path_pictures import MOST, Twin, compared
+from diagnose.path_pictures import MOST, Twin, compared, with_frame_rate
 from diagnose.rerun import Again, Compared, beside_mean, change_in_words, settings, values_by_recording
 from diagnose.rigs.slide.diagnose import FRICTION
 from diagnose.words import followed
@@ -18,7 +18,7 @@ BEGUN_MM = 1.0  # of travel: from here clocks are compared
 BEFORE_DEG = 1.5  # the twin's plate starts as much below the angle of onset
 
 
-def slides_again(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
+def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
     """The way of each slide with the friction at rest that lets it go at the recorded angle; the angle itself by its conditions."""
     values = values_by_recording(finding)
     seen = [r for r in recordings if len(r.x_mm) and r.recording in values]
@@ -91,10 +91,7 @@ def let_go_deg(r, parameters: Parameters, number: int):
     """The angle [°] at which the twin's block has gone BEGUN_MM, and the recording that it was run like."""
     start = float(np.degrees(np.arctan(parameters.static_friction))) - BEFORE_DEG
     about = {"start_deg": float(np.clip(start, 0.0, 79.0)), "tilt_rate_deg_s": float(np.clip(rate_of(r), 0.05, 90.0))}
-    recording = like("slide", r.description, **about)
-    if recording.camera.fps is None:
-        rate = float(1 / np.median(np.diff(r.time_s)))
-        recording = replace(recording, camera=recording.camera.model_copy(update={"fps": rate}))
+    recording = with_frame_rate(like("slide", r.description, **about), r.time_s)
     path = run_path(recording, parameters, number)
     return float(np.interp(path.reached(BEGUN_MM), path.time, path.motion.series["tilt_deg"])), recording
 

@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from diagnose.engine.linear import fall_of_chi2, projector, stacked
+from diagnose.air import G_M_S2
+from diagnose.engine.linear import beside_globals, fall_of_chi2
 from diagnose.engine.locate import Bin, Windows
 from diagnose.engine.problem import Fit
 from diagnose.rigs.slide.model import moved
-from diagnose.rigs.slide.motion import G_M_S2
 
 BINS = 8
 POWERS = np.arange(0.25, 4.01, 0.25)
@@ -73,9 +73,7 @@ def law_of(fit: Fit) -> str | None:
     for r, run in enumerate(fit.problem.model.session.runs):
         cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[r] > 0)
         pushes.append([-cosine * (axes[a][r] / max(v.max() for v in axes[a])) ** p for a, p in keys])
-    a, b = stacked(fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0])
-    a, columns = np.split(a, [len(fit.names)], axis=1)
-    project = projector(a, fit.prior_sd)
+    columns, project, b = beside_globals(fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0], fit.prior_sd)
     signs = np.sign(columns.T @ project(b))
     falls = np.array([fall_of_chi2(columns[:, [k]], project, b)[0] for k in range(len(keys))])
     best = int(np.argmax(falls))

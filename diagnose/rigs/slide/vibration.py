@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from diagnose.engine.noise import whiten
 from diagnose.rigs.slide.problem import Prepared, motion_of
 
 SEEN_P = 1e-4  # over all frequencies
@@ -60,7 +59,7 @@ def _falls(prepared: Prepared, r: int, hertz: np.ndarray, skip: float = 0.0):
     kept = slice(int(skip * len(curve.data)), None)
     angle = 2 * np.pi * (run.time[run.rest :] - run.tilt.origin)[:, None] * hertz
     rows = np.column_stack([curve.design, np.cos(angle), np.sin(angle), curve.data]) / prepared.sigma[r][run.rest :, None]
-    white = whiten(rows[kept, None, :], curve.lag[kept, None], prepared.noise.rho, prepared.noise.white)[0][:, 0]
+    white = prepared.noise.whiten(rows[kept], curve.lag[kept])
     count = curve.design.shape[1]
     basis = np.linalg.qr(white[:, :count])[0]
     white = white[:, count:] - basis @ (basis.T @ white[:, count:])
