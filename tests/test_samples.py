@@ -200,7 +200,7 @@ def test_the_damp_slides_are_what_their_script_makes(tmp_path, monkeypatch):
     monkeypatch.setattr(damp_slides, "FILMED_PCT", damp_slides.FILMED_PCT[:2])
     damp_slides.make(tmp_path / "bench")
     stored = SAMPLES / "damp-slides"
-    for name in ("bench.toml", "key.b64", "film-01/recording.toml", "film-02/recording.toml", "read-03/recording.toml",
+    for name in ("bench.toml", ".key.b64", "film-01/recording.toml", "film-02/recording.toml", "read-03/recording.toml",
                  "read-01/readings.csv", "read-03/readings.csv"):  # fmt: skip
         assert (tmp_path / "bench" / name).read_text() == (stored / name).read_text()
     for name in ("film-01", "film-02"):
