@@ -8,6 +8,7 @@ from calibrate.statistics.assessment import response_grid
 from report import draw
 
 CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": {"x": 0, "y": 0, "z": -0.2}}  # titles of the axes in view
+FACE_ON = {"eye": {"x": 1.5, "y": 1.5, "z": 1.3}, "center": {"x": 0, "y": 0, "z": -0.2}}  # what lies across the box, seen flat
 
 def path(fit: PileFit) -> dict:
     """The path of steepest ascent with the bench's angle drawn in."""
@@ -153,7 +154,7 @@ def sheet(fit: PileFit) -> dict | None:
     }
     return {
         "data": [points, here],
-        "layout": {"scene": axes | {"camera": CAMERA}, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": 420},
+        "layout": {"scene": axes | {"camera": FACE_ON}, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": 420},
     }
 
 
