@@ -1,30 +1,35 @@
-# Two commands do everything:   make demo   (the main job on samples/)   and   make test
+# Two commands do everything:   make demo   (the main job on a sample bench)   and   make test
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 DEMO_OUT := demo-out
 
-.PHONY: demo test page bench slow lint docs clean
+.PHONY: demo examples test page bench slow lint docs clean
 
 demo: $(VENV)/installed
 	@sh scripts/system-packages.sh
-	@echo "1. Measuring: a bench of soybeans, one of every kind of recording, and the shapes of a lot"
-	@$(BIN)/benchtwin measure samples/soybean-bench samples/drawn-bench samples/soybean-paper samples/heard-drop samples/gates-roll samples/imported-drop --out $(DEMO_OUT)/measured --overwrite
+	@echo "1. What is on each recording of a bench of soybeans, and how well is it known?"
+	@$(BIN)/benchtwin measure samples/soybean-bench --out $(DEMO_OUT)/measured --overwrite
+	@printf "\n2. Which contact parameters make a simulation do the same? (6 to 9 minutes; stopped, make demo goes on)\n"
+	@$(BIN)/benchtwin calibrate samples/soybean-bench --out $(DEMO_OUT)/calibrated --quick --overwrite
+	@printf "\n3. Is anything in the recordings that no parameter explains?\n"
+	@$(BIN)/benchtwin diagnose samples/soybean-bench --out $(DEMO_OUT)/diagnosed --quick --overwrite
+	@printf "\nWhat the bench was made with: "; $(BIN)/python samples/concealed.py reveal samples/soybean-bench
+	@echo "Open in a browser:  $(DEMO_OUT)/calibrated/report.html   $(DEMO_OUT)/diagnosed/report.html   $(DEMO_OUT)/measured/overlays/index.html"
+
+examples: $(VENV)/installed        # every other kind of recording, and what else may be missing: some minutes
+	@sh scripts/system-packages.sh
+	@echo "1. Photos, films, tracks, sounds, readings, a paper's means, gates, other tools' files; the shapes of a lot"
+	@$(BIN)/benchtwin measure samples/drawn-bench samples/soybean-paper samples/heard-drop samples/gates-roll samples/imported-drop --out $(DEMO_OUT)/examples --overwrite
 	@$(BIN)/benchtwin shape samples/seed-lot/spread.jpg --scanner --out $(DEMO_OUT)/lot --overwrite
-	@echo "2. A drop simulated, filmed and measured (half a minute)"
+	@echo "2. A drop simulated, filmed and measured"
 	@$(BIN)/benchtwin simulate drop --out $(DEMO_OUT)/twin-drop
 	@echo "3. A published calibration, recomputed from its printed simulations"
 	@$(BIN)/benchtwin calibrate samples/soybean-paper --tables --out $(DEMO_OUT)/paper --overwrite
-	@echo "4. Drops with something concealed: what is missing, and the twin again with it (a minute)"
+	@echo "4. Drops with something concealed: what is missing, and the twin again with it"
 	@$(BIN)/benchtwin diagnose samples/concealed-drop --out $(DEMO_OUT)/diagnosed-drop --overwrite
-	@echo "5. Damp seeds on a plate, with no camera distance and angles read to half a degree: what does friction follow?"
+	@echo "5. Damp seeds on a plate: what does friction follow?"
 	@$(BIN)/benchtwin diagnose samples/damp-slides --out $(DEMO_OUT)/diagnosed-slides --quick --overwrite
-	@echo "6. The bench of soybeans calibrated on simulations of it (5 to 10 minutes; stopped, make demo goes on)"
-	@$(BIN)/benchtwin calibrate samples/soybean-bench --out $(DEMO_OUT)/calibrated --quick --overwrite
-	@echo "7. Is anything in these recordings that no parameter explains?"
-	@$(BIN)/benchtwin diagnose samples/soybean-bench --out $(DEMO_OUT)/diagnosed --quick --overwrite
-	@echo "What it was made with: $$($(BIN)/python samples/concealed.py reveal samples/soybean-bench)"
-	@echo "Open in a browser:  $(DEMO_OUT)/calibrated/report.html   $(DEMO_OUT)/diagnosed/report.html   $(DEMO_OUT)/diagnosed-drop/report.html"
 
 test: $(VENV)/installed
 	$(BIN)/ruff check .

@@ -173,7 +173,8 @@ def _progress(quiet: bool) -> Iterator[tuple]:
         def say(text: str) -> None:
             stage[0] = text
             progress.update(task, description=text)
-            progress.console.print(text, highlight=False)
+            if not progress.console.is_terminal:  # where nothing moves
+                progress.console.print(text, highlight=False)
 
         yield say, lambda told: progress.update(task, description=f"{stage[0]}: {told}")
 
@@ -181,12 +182,7 @@ def _progress(quiet: bool) -> Iterator[tuple]:
 def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     """The answer in the terminal, and where to look."""
     console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
-    shown = Table(box=None, pad_edge=False)
-    for heading in ("parameter", "value (95 % interval)", ""):
-        shown.add_column(heading)
-    for row in parameters(c).itertuples():
-        shown.add_row(name(row.parameter), with_interval(row.value, row.low, row.high), row.status)
-    console.print(shown)
+    show_parameters(console, parameters(c).to_dict("records"))
     lines = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
     lines += [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
     lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
@@ -194,3 +190,13 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
     for line in (*lines, f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):
         console.print(line, markup=False, soft_wrap=True)
+
+
+def show_parameters(console: Console, rows: list[dict]) -> None:
+    """A line a parameter. rows: parameter, value, low, high, status."""
+    shown = Table(box=None, pad_edge=False)
+    for heading in ("parameter", "value (95 % interval)", ""):
+        shown.add_column(heading)
+    for row in rows:
+        shown.add_row(name(row["parameter"]), with_interval(row["value"], row["low"], row["high"]), row["status"])
+    console.print(shown)

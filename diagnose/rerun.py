@@ -56,15 +56,15 @@ class Again:
         return before, after, first.unit, first.quantity
 
     def in_words(self) -> str:
-        """ "run again with drag, the twin is off by 0.06 mm where it was off by 0.17 (place in flight, …)"."""
+        """ "run again so that the plate rises by 0.2°, the twin is off by 0.97 mm where it was off by 7.7 mm (way …)"."""
         if not self.compared:
             return "; ".join(self.notes)
         before, after, unit, quantity = self.total()
-        held = ", each recording with what the others gave" if self.held_out else ""
+        held = "; each recording with what the others gave" if self.held_out else ""
         unit = {"1": "", "°": "°"}.get(unit, f" {unit}")
-        what = f"the twin is off by {after:.3g}{unit} where it was off by {before:.3g}"
+        what = f"the twin is off by {after:.2g}{unit} where it was off by {before:.2g}{unit}"
         mended = "" if after < HARDLY * before else ": hardly mended, so the twin does not bear the verdict out"
-        return f"run again with {' and '.join(self.effects)}, {what} ({quantity}{held}){mended}"
+        return f"run again so that {self.change}, {what} ({quantity}{held}){mended}"
 
     def to_json(self) -> dict:
         """What stands under "twin" in diagnosis.json."""

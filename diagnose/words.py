@@ -169,9 +169,9 @@ def brief(x: float) -> str:
 
 
 def lines(diagnosis) -> list[str]:
-    """What the command prints: a line a rig, what to record next, what could not be used."""
+    """What the command prints: a line a rig, what is missing first, what to record next, what could not be used."""
     out = []
-    for rig, finding in diagnosis.findings.items():
+    for rig, finding in sorted(diagnosis.findings.items(), key=lambda entry: entry[1].verdict == "none"):
         out.append(f"{rig}: {verdict_in_words(finding)}")
         if finding.matters and finding.next_record:
             out.append(f"  to settle it, record: {finding.next_record}")

@@ -39,7 +39,8 @@ def render(found: Diagnosis) -> str:
     drawn |= {f"{rig}-twins": points(again.figure) for rig, again in found.twins.items() if again.figure}
     # "</" would end the script element that carries the figures
     text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
-    rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in found.findings.items()]
+    missing_first = sorted(found.findings.items(), key=lambda entry: entry[1].verdict == "none")
+    rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in missing_first]
     return template.render(d=found, rigs=rigs, figures=sorted(drawn), drawn=text, plotly=get_plotlyjs(), versions=versions())
 
 
@@ -116,23 +117,31 @@ def _sure(f: Finding) -> str:
 def _explanations(f: Finding) -> pd.DataFrame | None:
     """The most probable first."""
     rows = [
-        {"what is missing": " + ".join(names) or "nothing", "probability": words.percent(p)}
+        {"what is missing": _together(names, f.rig), "probability": words.percent(p)}
         for names, p in f.explanations[:MOST_EXPLANATIONS]
     ]
     return pd.DataFrame(rows) if rows else None
+
+
+def _together(names: tuple[str, ...], rig: str) -> str:
+    """ "air drag is missing; the scale is wrong", "nothing"."""
+    return "; ".join(words.missing(n, rig) for n in names) or "nothing"
 
 
 def _effects(f: Finding) -> pd.DataFrame | None:
     """Effects with their probability, and their size where they are there."""
     rows = [
         {
-            "effect": n, "in words": words.missing(n, f.rig), "probability": words.percent(t.probability),
-            "size, if there (95 %)": with_interval(*vars(t.size).values()) if math.isfinite(t.size.value) else "–",
-            "unit": "" if t.unit == "1" else t.unit,
+            "what may be missing": words.missing(n, f.rig), "probability": words.percent(t.probability),
+            "size, if there (95 %)": _size(t.size), "unit": {"1": "", "deg": "°"}.get(t.unit, t.unit), "in diagnosis.json": n,
         }
         for n, t in sorted(f.effects.items(), key=lambda entry: -entry[1].probability)[:MOST_EFFECTS]
     ]  # fmt: skip
     return pd.DataFrame(rows) if rows else None
+
+
+def _size(size) -> str:
+    return with_interval(*vars(size).values()).replace("-", "−") if math.isfinite(size.value) else "–"
 
 
 def _contact(f: Finding) -> pd.DataFrame | None:

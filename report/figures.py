@@ -100,21 +100,30 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
                         **_axes(axis),
                     },
                 ]
-            gap = 0.03
+            gap, x_ends, y_ends = 0.03, _ends(draws[column], marks[column]), _ends(draws[row], marks[row])
             layout[f"xaxis{n}"] = {
                 "domain": [j / k + gap / 2, (j + 1) / k - gap / 2],
                 "anchor": f"y{n}",
                 "nticks": 4,
-                **({"title": {"text": draw.short(column), "font": {"size": 11}}} if i == k - 1 else {"showticklabels": False}),
+                "range": x_ends,
+                **({"title": {"text": draw.short(column), "font": {"size": 11}}} if i == k - 1 else {"showticklabels": False, "ticks": ""}),
             }
             layout[f"yaxis{n}"] = {
                 "domain": [1 - (i + 1) / k + gap / 2, 1 - i / k - gap / 2],
                 "anchor": f"x{n}",
                 "nticks": 4,
+                **({"range": y_ends} if j != i else {}),
                 **({"title": {"text": draw.short(row), "font": {"size": 11}}} if j == 0 and i else {}),
-                **({"showticklabels": False} if j or i == j else {}),
+                **({"showticklabels": False, "ticks": ""} if j or i == j else {}),
             }
     return {"data": data, "layout": layout}
+
+
+def _ends(draws, mark: float) -> list[float]:
+    """What an axis shows: all draws and the mark, with a little room."""
+    low, high = min(float(draws.min()), mark), max(float(draws.max()), mark)
+    room = 0.04 * (high - low)
+    return [low - room, high + room]
 
 
 def _axes(axis: dict) -> dict:

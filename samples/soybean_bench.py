@@ -1,11 +1,12 @@
 """A whole bench of one lot of soybeans, samples/soybean-bench: drops, slides, rolls both ways and weighed piles, made by the
 twin with parameters that the recordings do not state, and with something concealed in them.
 
-    .venv/bin/python samples/soybean_bench.py FOLDER      # make it anew (two minutes)
+    .venv/bin/python samples/soybean_bench.py samples/soybean-bench      # make it anew, in its place (some five minutes)
 
 The key stands beside the recordings; `samples/concealed.py reveal samples/soybean-bench` reads it.
 """
 
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -14,7 +15,7 @@ import cv2
 import numpy as np
 import pandas as pd
 import tomli_w
-from concealed import begin, conceal, noise
+from concealed import KEY, begin, conceal, noise
 
 from twin import Parameters
 from twin.job import Job
@@ -31,29 +32,33 @@ RIGS = {
     "drop": {"height_mm": 310.0},
     "slide": {"tilt_rate_deg_s": 2.0, "travel_mm": 60.0, "start_deg": 15.0},
     "roll": {"incline_deg": 15.0, "incline_length_mm": 20.0},
-    "pile": {"box_mm": [70, 30, 200], "gate_mm": [30, 200], "plate_mm": [200, 30], "fill_height_mm": 40, "gate_speed_mm_s": 200,
+    "pile": {"box_mm": [110, 32, 200], "gate_mm": [32, 200], "plate_mm": [300, 32], "fill_height_mm": 60, "gate_speed_mm_s": 200,
              "slab": True},
 }  # fmt: skip
 CONCEALED = {"roll": {"slope_deg": SLOPE_DEG, "axis_sd_deg": 1.0}}
 FPS = {"drop": 1000.0, "slide": 100.0, "roll": 200.0}
-COUNT = {"drop": 8, "slide": 5, "roll": 8, "pile": 3}
-PHOTO = {"width_px": 1900, "height_px": 700, "mm_per_px": 0.12, "target_mm": [102, 0, 34]}
+COUNT = {"drop": 8, "slide": 5, "roll": 8, "pile": 6}
+PHOTO = {"width_px": 3200, "height_px": 900, "mm_per_px": 0.1, "target_mm": [148, 0, 33]}
 TOLD = ("length_mm", "width_mm", "thickness_mm", "mass_g")
 SEED = 2031
 
 
 def make(folder: Path) -> None:
-    """All recordings, bench.toml and the key."""
-    begin(folder, tomli_w.dumps(_bench()))
+    """All recordings, bench.toml and the key; a bench that was made before is replaced when the new one is complete."""
+    if folder.exists() and not (folder / KEY).is_file():
+        sys.exit(f"{folder} is there, and no bench made by this script: it is not replaced")
     rng = np.random.default_rng(SEED)
     with tempfile.TemporaryDirectory() as scratch:
+        made = Path(scratch) / "bench"
+        begin(made, tomli_w.dumps(_bench()))
         for rig, count in COUNT.items():
             for k in range(count):
                 name = f"{rig}-{k + 1:02d}"
-                run = _job(rig, k).run(Path(scratch) / name)
-                _write(folder / name, run, rng)
+                _write(made / name, _job(rig, k).run(Path(scratch) / name), rng)
                 print(name, flush=True)
-    conceal(folder, {"rig": "roll", "effect": "slope", "parameter": -SLOPE_DEG, "unit": "deg", "parameters": TRUTH | ON_SEED})
+        conceal(made, {"rig": "roll", "effect": "slope", "parameter": -SLOPE_DEG, "unit": "deg", "parameters": TRUTH | ON_SEED})
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(made, folder)
 
 
 def _bench() -> dict:

@@ -38,15 +38,16 @@ def show_results(table: pd.DataFrame, means: Sequence[Line], notes: Notes, not_r
     _show_means(console, [line for line in means if line.n > 1] if short else _answers(means))
     if look.any():
         console.print("\nlook at these:" if (~look).any() else "")
-        _show_rows(console, table[look])
+        _show_rows(console, table[look]) if short else _show_reasons(console, table[look])
     told = notes if len(notes) <= MOST_NOTES else not_read
     for recording, note in told:
         console.print(f"[dim]{_plain(recording)}: {_plain(note)}[/]")
     counts = ", ".join(f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED))
-    files = {"Numbers": "measurements.csv", "means": "summary.csv", "pictures": "overlays/index.html"}
-    files |= {} if len(told) == len(notes) else {f"{len(notes)} notes on what was assumed": "notes.csv"}
-    places = "; ".join(f"{what}: {_plain(str(out / name))}" for what, name in files.items() if (out / name).exists())
-    console.print(f"\n{counts}. {places}", highlight=False)
+    console.print(f"\n{len(table)} quantities: {counts}", highlight=False)
+    files = {"overlays/index.html": "what was found on each, in pictures", "measurements.csv": "", "summary.csv": ""}
+    files |= {} if len(told) == len(notes) else {"notes.csv": f"{len(notes)} notes on what was assumed"}
+    there = [f"{name} ({what})" if what else name for name, what in files.items() if (out / name).exists()]
+    console.print(_plain(f"in {out}: {', '.join(there)}"), highlight=False, soft_wrap=True)
 
 
 def _answers(means: Sequence[Line]) -> list[Line]:
@@ -76,13 +77,20 @@ def _show_rows(console: Console, table: pd.DataFrame) -> None:
         console.print(shown)
 
 
+def _show_reasons(console: Console, table: pd.DataFrame) -> None:
+    """One line for each recording and reason: what is doubtful or failed there, and why."""
+    for (recording, quality, reason), rows in table.groupby(["recording", "quality", "reason"], sort=False):
+        what = ", ".join(rows["quantity"])
+        console.print(f"{_plain(recording)}: {what} [{COLOURS[quality]}]{quality}[/]: {_plain(reason)}", highlight=False)
+
+
 def _show_means(console: Console, lines: Sequence[Line]) -> None:
     """What a paper prints: the mean over the repeats."""
     if not lines:
         return
     several = len({line.bench for line in lines}) > 1
     shown = Table(box=None, pad_edge=False)
-    for heading in ("mean over repeats", "95 % interval", "unit", "n", "scatter", "by measuring", ""):
+    for heading in ("mean over repeats", "± 95 %", "unit", "n", "sd between repeats", "sd of reading", ""):
         shown.add_column(heading, justify="left" if heading in ("mean over repeats", "unit", "") else "right", no_wrap=bool(heading))
     for line in lines:
         name = " ".join(part for part in (line.bench if several else "", line.rig, line.quantity) if part)

@@ -92,7 +92,7 @@ def _seed_status(pile: PileFit, name: str, edge: str | None, narrowed: float, wi
     low, high = (f"{v:.3g}" for v in within)
     limit = f"at the {edge} limit of what was simulated" if edge else ""
     if narrowed < NARROWED_LEAST:
-        by = f"the pile narrows it by {narrowed:.0%}" if narrowed >= 0.05 else "the pile says nothing of it"
+        by = f"the pile narrows it by {100 * narrowed:.0f} %" if narrowed >= 0.05 else "the pile says nothing of it"
         return f"{f'{limit}, ' if limit else ''}not resolved: {by}; it may be anything from {low} to {high}"
     if hidden and pile.shown:
         seen = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.shown)

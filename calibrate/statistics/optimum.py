@@ -77,13 +77,13 @@ def _stand(surface: Surface, coded: np.ndarray, target: float, ends: np.ndarray)
     edge = {n: "high" if z > 0 else "low" for n, z in zip(surface.names, coded) if abs(z) > 1 - EDGE}
     point = {n: float(f"{v:.9g}") for n, v in zip(surface.names, surface.box.natural(coded))}
     reach = f"{reachable[0]:.4g} to {reachable[1]:.4g}"
-    words = [f"{surface.response_name} {predicted:.4g} ± {se:.2g} for a target of {target:.4g}"]
+    words = [f"the reported point gives {surface.response_name} {predicted:.4g} ± {se:.2g}, the bench {target:.4g}"]
     if outcome != "reached":
         words.append(f"no parameters of the box give it (it reaches {reach}): a finding about the model, or the box is too small")
     elif len(surface.names) > 1:
-        words.append(f"one point of a set of {len(surface.names) - 1} dimensions that all give it")
+        words.append(f"a whole set of points, of {len(surface.names) - 1} dimensions, gives the same")
     if edge:
-        words.append("at the boundary: " + ", ".join(f"{n} at its {side} limit" for n, side in edge.items()))
+        words.append("it lies at the edge of what was simulated: " + ", ".join(f"{n} at its {side} limit" for n, side in edge.items()))
     return Optimum(outcome, point, coded, predicted, se, target, predicted - target, edge, reachable, "; ".join(words))
 
 
@@ -191,6 +191,7 @@ def solution_set(
     natural = surface.box.natural(np.array([low, high]))
     rows = {"factor": list(surface.names), "low": natural[0], "high": natural[1], "box_fraction": (high - low) / 2}
     ranges = pd.DataFrame(rows)
-    free = [f"{r.factor} {r.low:.3g} to {r.high:.3g} ({r.box_fraction:.0%} of its range)" for r in ranges.itertuples()]
-    words = f"{target:.4g} is given by " + "; ".join(free) + f"; {volume:.0%} of the box agrees within the errors"
+    free = [f"{r.factor} {r.low:.3g} to {r.high:.3g} ({100 * r.box_fraction:.0f} % of its range)" for r in ranges.itertuples()]
+    agree = f"within the errors {100 * volume:.0f} % of all that was simulated agrees"
+    words = f"{target:.4g} is reached with {', '.join(free)}; {agree}"
     return SolutionSet(table, len(surface.names) - 1, ranges, volume, words)

@@ -20,8 +20,9 @@ def directions(posterior: Posterior, resolved_below: float = 0.5) -> pd.DataFram
     for i, (variance, vector) in enumerate(zip(spread, vectors.T)):
         vector = vector * np.sign(vector[np.argmax(abs(vector))])
         ratio = float(np.sqrt(max(variance, 0)))
-        mix = " ".join(f"{c:+.2f} {n}" for c, n in zip(vector, names) if abs(c) >= 0.1)
-        said = f"{mix} is {'resolved' if ratio < resolved_below else 'not resolved'}: {ratio:.0%} of its prior sd is left"
+        mix = " ".join(f"{'−' if c < 0 else '+'} {abs(c):.2f} {n}" for c, n in zip(vector, names) if abs(c) >= 0.1)
+        resolved = "resolved" if ratio < resolved_below else "not resolved"
+        said = f"{resolved}: {mix.removeprefix('+ ')}; the bench narrows it by {max(0, 100 * (1 - ratio)):.0f} %"
         rows.append([i + 1, *vector, ratio, ratio < resolved_below, said])
     return pd.DataFrame(rows, columns=["direction", *names, "sd_ratio", "resolved", "statement"])
 

@@ -79,7 +79,7 @@ def test_what_a_stopped_diagnosis_left_is_no_hindrance_and_old_films_go(airless,
     assert not (tmp_path / "out" / "twin" / "drop-9-old").exists()
     twin = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"]["drop"]["twin"]
     assert twin["rmse_after"] < twin["rmse_before"] and twin["effects"] == ["drag"] and twin["held_out"]
-    assert "run again with drag, the twin is off by" in result.output
+    assert "run again so that the air's drag law is on" in result.output and "the twin is off by" in result.output
 
 
 @pytest.mark.parametrize(

@@ -114,8 +114,9 @@ def test_names_from_outside_are_text_only():
 def test_explanations_and_effects_have_their_probabilities(page):
     rows = re.findall(r"<tr>(.*?)</tr>", own(page))
     cells = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in rows]
-    assert ["drag", "96 %"] in cells and ["drag + perspective", "2 %"] in cells and ["nothing", "&lt; 0.1 %"] in cells
-    assert ["perspective", "the scale changes with height", "2 %", "-0.030 (-0.050 to -0.010)", "1/m"] in cells
+    assert ["air drag is missing", "96 %"] in cells and ["nothing", "&lt; 0.1 %"] in cells
+    assert ["air drag is missing; the scale changes with height", "2 %"] in cells
+    assert ["the scale changes with height", "2 %", "−0.030 (−0.050 to −0.010)", "1/m", "perspective"] in cells
 
 
 def test_nothing_found_is_a_page_too():

@@ -1,10 +1,16 @@
 """What every overlay starts from: the picture as 8-bit RGB at a size to look at, lines, crosses and a legend that can be read."""
 
+import textwrap
+
 import cv2
 import numpy as np
 
 LONGEST_PX, SHORTEST_PX = 1600, 800
+SHOWN_PX = 480  # the longest side at which overlays/index.html and report.html show a picture
+LETTER_PX, LINE_PX = 13, 18  # there: size of the letters, from one line of text to the next
+TALL = 1.3  # height over width beyond which the legend stands beside the picture
 FONT = cv2.FONT_HERSHEY_SIMPLEX
+ASCII_ONLY = int(cv2.__version__.split(".")[0]) < 5  # older versions of OpenCV have no other letters
 ASCII = {"°": " deg", "±": "+/-", "–": "-", "−": "-", "×": "x", "√": "sqrt", "≤": "<=", "μ": "mu", "²": "2"}
 GREEN, RED, BLUE, YELLOW, WHITE = (0, 200, 60), (235, 50, 40), (60, 150, 255), (255, 210, 0), (255, 255, 255)
 Colour = tuple[int, int, int]  # red, green, blue
@@ -20,7 +26,8 @@ class Canvas:
         how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR
         small = _eight_bits(cv2.resize(image, size, interpolation=how) if self.scale != 1 else image)
         self.pixels = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small[..., :3].copy()
-        self.unit = max(1.0, max(self.pixels.shape[:2]) / 900)
+        self.unit = max(self.pixels.shape[:2]) / 700
+        self.shown = max(self.pixels.shape[:2]) / SHOWN_PX
 
     def _at(self, x, y) -> tuple[int, int]:
         return round(((x + 0.5) * self.scale - 0.5) * 16), round(((y + 0.5) * self.scale - 0.5) * 16)
@@ -58,25 +65,50 @@ class Canvas:
     def ring(self, x: float, y: float, colour: Colour, radius: float = 6.0, width: float = 2.0) -> None:
         cv2.circle(self.pixels, self._at(x, y), round(radius * self.unit * 16), colour, round(width * self.unit), cv2.LINE_AA, 4)
 
-    def tag(self, text: str, x: float, y: float, colour: Colour, size: float = 0.45) -> None:
-        """Text centred at x, y, with a dark rim so that it can be read on any ground."""
-        size *= self.unit
-        (wide, high), _ = cv2.getTextSize(text, FONT, size, 1)
-        at = (round((x + 0.5) * self.scale - wide / 2), round((y + 0.5) * self.scale + high / 2))
-        for ink, thick in (((0, 0, 0), 3.0), (colour, 1.0)):
-            cv2.putText(self.pixels, plain(text), at, FONT, size, ink, max(1, round(thick * self.unit)), cv2.LINE_AA)
+    def tag(self, text: str, x: float, y: float, colour: Colour, most_px: float) -> None:
+        """Text centred at x, y, at most so high (px of the original), with a dark rim to be read on any ground."""
+        size = min(self.shown, most_px * self.scale / LETTER_PX)
+        at = (x + 0.5) * self.scale, (y + 0.5) * self.scale + 0.35 * LETTER_PX * size
+        for ink, bold in (((0, 0, 0), 3.0), (colour, 1.0)):
+            write(self.pixels, text, *at, ink, size, anchor=0.5, bold=bold)
 
     def legend(self, lines: list[tuple[str, Colour]]) -> None:
-        """Text on a dark strip below the picture, so that nothing found is hidden; long lines are wrapped."""
-        size, thick = 0.5 * self.unit, max(1, round(self.unit))
-        room = max(20, int(self.pixels.shape[1] / (9.5 * self.unit)))
-        rows = [(part, colour) for text, colour in lines for part in _wrapped(plain(text), room)]
-        step = round(20 * self.unit)
-        strip = np.full((step * len(rows) + round(10 * self.unit), self.pixels.shape[1], 3), 30, np.uint8)
+        """Text on a dark strip below the picture, beside a tall one, so that nothing found is hidden; long lines are wrapped."""
+        high, wide = self.pixels.shape[:2]
+        tall = high > TALL * wide
+        strip_px = round(0.4 * high) if tall else wide
+        margin, step = 8 * self.shown, LINE_PX * self.shown
+        rows = [(part, colour) for text, colour in lines for part in wrapped(text, strip_px - 2 * margin, self.shown)]
+        needed = round(step * len(rows) + margin)
+        strip = np.full((high if tall else needed, strip_px, 3), 30, np.uint8)
         for i, (text, colour) in enumerate(rows):
-            place = (round(10 * self.unit), round((i + 1) * step - 4 * self.unit))
-            cv2.putText(strip, text, place, FONT, size, colour, thick, cv2.LINE_AA)
-        self.pixels = np.vstack([self.pixels, strip])
+            write(strip, text, margin, (i + 1) * step - 0.2 * LETTER_PX * self.shown, colour, self.shown)
+        self.pixels = np.hstack([self.pixels, strip]) if tall else np.vstack([self.pixels, strip])
+
+
+def write(
+    image: np.ndarray, text: str, x: float, y: float, colour: Colour, shown: float, *, anchor: float = 0.0, bold: float = 1.0
+) -> None:
+    """Text on the line y, in letters that are LETTER_PX high where `shown` pixels are shown as one; anchor: the share of its
+    width that stands left of x."""
+    at = (round(x - anchor * text_width(text, shown)), round(y))
+    cv2.putText(image, plain(text), at, FONT, _size(shown), colour, max(1, round(0.6 * bold * shown)), cv2.LINE_AA)
+
+
+def text_width(text: str, shown: float) -> int:
+    """Pixels that `write` takes for it."""
+    return cv2.getTextSize(plain(text), FONT, _size(shown), max(1, round(0.6 * shown)))[0][0]
+
+
+def wrapped(text: str, room_px: float, shown: float) -> list[str]:
+    """The text in lines that `write` fits into so many pixels."""
+    letters = int(len(text) * room_px / max(text_width(text, shown), 1))
+    return textwrap.wrap(text, max(letters, 12), subsequent_indent="  ") or [""]
+
+
+def _size(shown: float) -> float:
+    """OpenCV's scale: 1 has letters of 30 px."""
+    return LETTER_PX * shown / 30
 
 
 def _eight_bits(image: np.ndarray) -> np.ndarray:
@@ -87,14 +119,10 @@ def _eight_bits(image: np.ndarray) -> np.ndarray:
     return np.clip((image.astype(np.float32) - low) / max(high - low, 1) * 255, 0, 255).astype(np.uint8)
 
 
-def _wrapped(text: str, room: int) -> list[str]:
-    import textwrap
-
-    return textwrap.wrap(text, room, subsequent_indent="   ") or [""]
-
-
 def plain(text: str) -> str:
-    """OpenCV's letters are ASCII only."""
+    """The text in letters that this OpenCV has."""
+    if not ASCII_ONLY:
+        return text
     for mark, ascii_mark in ASCII.items():
         text = text.replace(mark, ascii_mark)
     return text.encode("ascii", "replace").decode()

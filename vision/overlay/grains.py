@@ -23,7 +23,7 @@ def draw_grains(image: np.ndarray, grains: Grains, paper: Scale | None = None) -
         if grain.quality != FAILED:
             for ends in _axes(grain):
                 canvas.curve(ends[:, 0], ends[:, 1], colour, 0.5)
-        canvas.tag(str(number), grain.x_px, grain.y_px, colour)
+        canvas.tag(str(number), grain.x_px, grain.y_px, colour, 0.6 * grain.width_px)
     canvas.legend([*_words(grains), *([(scale_words(paper), REGION)] if paper is not None else [])])
     return canvas.pixels
 

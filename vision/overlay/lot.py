@@ -3,11 +3,11 @@
 import cv2
 import numpy as np
 
-from vision.overlay.canvas import FONT, plain
+from vision.overlay.canvas import SHOWN_PX, write
 from vision.shape.fourier import outline
 from vision.shape.lot import SIZES, Lot
 
-SIDE, MARGIN, BINS = 900, 60, 15
+SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
 PAPER, INK, LINE, BOLD, BAR = 255, (60, 60, 60), (190, 170, 140), (160, 60, 30), (200, 160, 110)
 
 
@@ -25,7 +25,7 @@ def draw_outlines(lot: Lot) -> np.ndarray:
         draw(seed.outline_mm(180), LINE, 1)
     draw(outline(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3)
     cv2.line(image, (MARGIN, SIDE - 25), (MARGIN + round(scale), SIDE - 25), INK, 3)
-    _text(image, f"1 mm; {len(lot.seeds)} seeds, their mean bold", MARGIN, SIDE - 35)
+    write(image, f"1 mm; {len(lot.seeds)} seeds, their mean bold", MARGIN, SIDE - 38, INK, SIDE / SHOWN_PX)
     return image
 
 
@@ -37,20 +37,16 @@ def draw_sizes(lot: Lot) -> np.ndarray:
 
 
 def _histogram(values: np.ndarray, name: str) -> np.ndarray:
-    high, wide = 420, 520
-    image = np.full((high, wide, 3), PAPER, np.uint8)
+    image = np.full((HIGH, WIDE, 3), PAPER, np.uint8)
     counts, edges = np.histogram(values, BINS)
-    step, unit = (wide - 2 * MARGIN) / BINS, (high - 2 * MARGIN) / counts.max()
+    step, unit = (WIDE - 2 * MARGIN) / BINS, (HIGH - 2 * MARGIN) / counts.max()
     for k, count in enumerate(counts):
         x = MARGIN + k * step
-        cv2.rectangle(image, (round(x), round(high - MARGIN - count * unit)), (round(x + step) - 1, high - MARGIN), BAR, -1)
-    cv2.line(image, (MARGIN, high - MARGIN), (wide - MARGIN, high - MARGIN), INK, 1, cv2.LINE_AA)
-    for at, value in ((MARGIN, edges[0]), (wide - MARGIN, edges[-1])):
-        _text(image, f"{value:.2f}", at - 18, high - MARGIN + 20)
+        cv2.rectangle(image, (round(x), round(HIGH - MARGIN - count * unit)), (round(x + step) - 1, HIGH - MARGIN), BAR, -1)
+    cv2.line(image, (MARGIN, HIGH - MARGIN), (WIDE - MARGIN, HIGH - MARGIN), INK, 1, cv2.LINE_AA)
+    shown = WIDE / SHOWN_PX
+    for at, value in ((MARGIN, edges[0]), (WIDE - MARGIN, edges[-1])):
+        write(image, f"{value:.2f}", at, HIGH - MARGIN + 24, INK, shown, anchor=0.5)
     sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
-    _text(image, f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}", MARGIN, 30)
+    write(image, f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}", MARGIN, 30, INK, shown)
     return image
-
-
-def _text(image: np.ndarray, text: str, x: float, y: float) -> None:
-    cv2.putText(image, plain(text), (round(x), round(y)), FONT, 0.55, INK, 1, cv2.LINE_AA)

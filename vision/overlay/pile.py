@@ -29,8 +29,9 @@ def draw_repose(image: np.ndarray, found: Repose) -> np.ndarray:
 
 
 def _words(found: Repose):
+    one_sided = len(found.slopes) == 1  # its only side's angle is the angle
     for q in found.quantities:
-        if np.isfinite(q.value):
+        if np.isfinite(q.value) and not (one_sided and q.name.endswith(("_left", "_right"))):
             yield f"{q.name} {q.value:.2f} ± {q.sd:.2f}°  {q.quality}", WHITE if q.quality == GOOD else YELLOW
     yield from ((note, BLUE) for note in found.notes)
     for reason in dict.fromkeys(q.reason for q in found.quantities if q.reason):

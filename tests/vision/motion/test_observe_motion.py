@@ -204,4 +204,4 @@ def test_overlays_draw_where_they_are_told():
     assert np.abs(drawn[100, 200].astype(int) - BAD).max() < 60
     assert (drawn[200:, 500:] == 90).all()
     image = plot(np.arange(10), np.arange(10) ** 2, np.zeros(10, bool), labels=("t [s]", "h [mm]"), caption="é ± °")
-    assert image.shape == (700, 1200, 3) and (image < 200).any()
+    assert image.shape == (620, 960, 3) and (image < 200).any()
