@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from vision.recording import find_recordings
 
 ROOT = Path(__file__).parents[1]

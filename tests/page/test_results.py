@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from page import results
 from page.beside import drawn, laid_beside, pairs_of
 from page.folder import Folder, Refused
