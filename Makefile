@@ -26,7 +26,7 @@ demo: $(VENV)/installed
 	@echo "What it was made with: $$($(BIN)/python samples/concealed.py reveal samples/soybean-bench)"
 	@echo "Open in a browser:  $(DEMO_OUT)/calibrated/report.html   $(DEMO_OUT)/diagnosed/report.html   $(DEMO_OUT)/diagnosed-drop/report.html"
 
-test: $(VENV)/installed
+test: $(VENV)/installed            # style, types of the Python interface, documentation, tests: what CI runs
 	$(BIN)/ruff check .
 	$(BIN)/pytest -n auto --dist worksteal
 
@@ -48,7 +48,6 @@ lint: $(VENV)/installed
 	$(BIN)/mypy
 
 docs: $(VENV)/installed            # the documentation as a site: build/site/index.html
-	$(BIN)/pip install -qq --disable-pip-version-check -e '.[docs]'
 	$(BIN)/python scripts/keys_reference.py
 	$(BIN)/python scripts/seeds_reference.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
@@ -61,5 +60,5 @@ $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("benchtwin needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Name another:  make PYTHON=python3.12 ...") if sys.version_info < (3, 11) else 0'
 	@$(PYTHON) -m venv $(VENV) || { echo "Python cannot make a virtual environment here. On Debian or Ubuntu:  sudo apt-get install python3-venv"; exit 1; }
 	@echo "Installing benchtwin and what it needs into $(VENV) (once; about a minute) ..."
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,docs]'
 	@touch $@
