@@ -31,7 +31,7 @@ examples: $(VENV)/installed        # every other kind of recording, and what els
 	@echo "5. Damp seeds on a plate: what does friction follow?"
 	@$(BIN)/benchtwin diagnose samples/damp-slides --out $(DEMO_OUT)/diagnosed-slides --quick --overwrite
 
-test: $(VENV)/installed
+test: $(VENV)/installed            # style, types of the Python interface, documentation, tests: what CI runs
 	$(BIN)/ruff check .
 	$(BIN)/pytest -n auto --dist worksteal
 
@@ -53,7 +53,6 @@ lint: $(VENV)/installed
 	$(BIN)/mypy
 
 docs: $(VENV)/installed            # the documentation as a site: build/site/index.html
-	$(BIN)/pip install -qq --disable-pip-version-check -e '.[docs]'
 	$(BIN)/python scripts/keys_reference.py
 	$(BIN)/python scripts/seeds_reference.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
@@ -66,5 +65,5 @@ $(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("benchtwin needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Name another:  make PYTHON=python3.12 ...") if sys.version_info < (3, 11) else 0'
 	@$(PYTHON) -m venv $(VENV) || { echo "Python cannot make a virtual environment here. On Debian or Ubuntu:  sudo apt-get install python3-venv"; exit 1; }
 	@echo "Installing benchtwin and what it needs into $(VENV) (once; about a minute) ..."
-	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/python -m pip install -qq --disable-pip-version-check -e '.[dev,docs]'
 	@touch $@

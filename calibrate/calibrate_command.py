@@ -49,11 +49,7 @@ class Asked:
 def calibrate_command(asked: Asked, simulator=None) -> int:
     """Calibrate a bench folder; returns the exit code. simulator: in the place of the campaign, for tests."""
     try:
-        _check(asked)
-        found = calibrate_tables(asked.bench, seed=asked.rng) if asked.tables and not asked.twin else _simulated(asked, simulator)
-        asked.out.mkdir(parents=True, exist_ok=True)
-        write_result(found, asked.out)
-        drawn = _reported(found, asked.out)
+        found, drawn = calibrate_into(asked, simulator)
     except KeyboardInterrupt:
         return _say(f"stopped; the same command goes on where it stopped ({asked.out})", STOPPED)
     except (FileNotFoundError, FileExistsError, Misuse) as error:
@@ -65,6 +61,19 @@ def calibrate_command(asked: Asked, simulator=None) -> int:
     if not asked.quiet:
         show(found, asked.out, reported=drawn)
     return DONE if drawn else STOPPED
+
+
+def calibrate_into(asked: Asked, simulator=None) -> tuple[Calibration, bool]:
+    """Calibrate a bench folder and write the result into `asked.out`; also says whether its report could be drawn.
+
+    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; ValueError or RuntimeError where nothing can be
+    calibrated; OSError where `out` cannot be written.
+    """
+    _check(asked)
+    found = calibrate_tables(asked.bench, seed=asked.rng) if asked.tables and not asked.twin else _simulated(asked, simulator)
+    asked.out.mkdir(parents=True, exist_ok=True)
+    write_result(found, asked.out)
+    return found, _reported(found, asked.out)
 
 
 def _reported(found: Calibration, out: Path) -> bool:

@@ -7,11 +7,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from twin.command import Misuse, check_folders, reported
+
+if TYPE_CHECKING:
+    from diagnose.bench import Diagnosis
 
 DONE, FAILED, MISUSED = 0, 1, 2
 OURS = {"diagnosis.json", "report.html", "twin"}  # what a diagnosis leaves in its folder
@@ -35,16 +39,7 @@ class Asked:
 def diagnose_command(asked: Asked) -> int:
     """Diagnose a bench folder; returns the exit code."""
     try:
-        _check(asked)
-        with _progress(asked.quiet) as say:
-            from diagnose.bench import diagnose_bench
-
-            found = diagnose_bench(asked.bench, seed=asked.rng, only=asked.rigs, say=say)
-            found = _modelled(asked, found, say) if asked.twin else found
-        asked.out.mkdir(parents=True, exist_ok=True)
-        _clear(asked)
-        _write(asked.out / "diagnosis.json", json.dumps(found.to_json(), indent=1, allow_nan=False))
-        drawn = _reported(found, asked.out)
+        found, drawn = diagnose_into(asked)
     except KeyboardInterrupt:
         return _say(f"stopped; no diagnosis was written to {asked.out}", FAILED)
     except (FileNotFoundError, FileExistsError, Misuse) as error:
@@ -53,6 +48,23 @@ def diagnose_command(asked: Asked) -> int:
         return _say(f"{error.filename or asked.out}: {error.strerror or error}", FAILED)
     _show(found, asked, drawn)
     return DONE if found.findings and drawn else FAILED
+
+
+def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
+    """Diagnose a bench folder and write diagnosis and report into `asked.out`; also says whether the report could be drawn.
+
+    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError where `out` cannot be written.
+    """
+    from diagnose.bench import diagnose_bench
+
+    _check(asked)
+    with _progress(asked.quiet) as say:
+        found = diagnose_bench(asked.bench, seed=asked.rng, only=asked.rigs, say=say)
+        found = _modelled(asked, found, say) if asked.twin else found
+    asked.out.mkdir(parents=True, exist_ok=True)
+    _clear(asked)
+    _write(asked.out / "diagnosis.json", json.dumps(found.to_json(), indent=1, allow_nan=False))
+    return found, _reported(found, asked.out)
 
 
 def _check(asked: Asked) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-OURS = ("vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page", "benchtwin.py")
+OURS = ("vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page", "benchtwin")
 BESIDE = ("tests", "benchmarks", "samples", "scripts", "conftest.py")
 NOT_IMPORTED = {  # declared for another reason than an import
     "dask": "distributed schedules it; its version must fit",

@@ -11,7 +11,7 @@ import pytest
 from readme_numbers import blocks, calibrated, differences, printed, tidy
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from vision.recording import find_recordings
 
 ROOT = Path(__file__).parents[1]

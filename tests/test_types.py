@@ -1,6 +1,8 @@
 """Public functions say what they take and give; mypy holds it (`make lint`). What numba compiles has its types from the call."""
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -50,3 +52,10 @@ def test_public_functions_are_typed(package):
 def test_the_check_sees_what_is_missing():
     assert untyped("def a(x: int): ...\ndef b(x) -> int: ...\ndef _c(x): ...\ndef d(*, y: int = 1) -> None: ...") == ["a", "b"]
     assert untyped("@njit(cache=True)\ndef a(x): ...\nclass B:\n    def b(self, x): ...") == ["b"]
+
+
+def test_the_python_interface_is_typed_strictly():
+    """As pyproject.toml says for benchtwin.*; what it imports is followed for its types, and not judged."""
+    checked = [sys.executable, "-m", "mypy", "--follow-imports=silent", "--cache-dir=.mypy_cache/interface", "benchtwin"]
+    done = subprocess.run(checked, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -33,7 +33,7 @@ def run(installed, tmp_path, code):
 
 
 def test_it_holds_every_package_and_file_that_is_not_python(installed):
-    kept = ("vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page")
+    kept = ("vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page", "benchtwin")
     files = {p.relative_to(ROOT) for name in kept for p in (ROOT / name).rglob("*") if p.is_file() and "__pycache__" not in p.parts}
     assert files == {f for f in files if (installed / f).is_file()}, {f for f in files if not (installed / f).is_file()}
     assert not (installed / "tests").exists() and not (installed / "samples").exists()
@@ -43,10 +43,10 @@ def test_a_sample_is_measured_and_calibrated_from_it(installed, tmp_path):
     samples = ROOT / "samples"
     done = run(
         installed, tmp_path,
-        "import sys, vision, benchtwin\n"
+        "import sys, vision, benchtwin.command_line as command\n"
         f"assert vision.__file__.startswith({str(installed)!r}), vision.__file__\n"
         f"sys.argv = ['benchtwin', 'calibrate', {str(samples / 'soybean-paper')!r}, '--tables', '--out', 'out']\n"
-        "benchtwin.main()",
+        "command.main()",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "report.html").stat().st_size > 100_000

@@ -18,8 +18,8 @@ def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, r
                      like: Path | None, rendered: bool, threads: int, quiet: bool) -> int:  # fmt: skip
     """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the exit code."""
     try:
-        todo = _jobs(rig, numbers, repeats, rng, settings, like, rendered)
-        _run(todo, rig, out, threads, quiet)
+        todo = jobs_of(rig, numbers, repeats, rng, settings, like, rendered)
+        run_jobs(todo, rig, out, threads, quiet)
         for line in [] if quiet else said_of(todo[0].description.get("seed", {})):
             print(line)
     except KeyboardInterrupt:
@@ -39,7 +39,13 @@ def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, r
     return DONE
 
 
-def _jobs(rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], like: Path | None, rendered: bool) -> list[Job]:
+def jobs_of(
+    rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], like: Path | None, rendered: bool
+) -> list[Job]:
+    """A job a recording. numbers: fields of `Parameters`, None for its default; settings: "key=value" of anything else.
+
+    Raises ValueError for what does not fit, and for a `like` that describes another rig.
+    """
     if rig not in RIG_NAMES:
         raise ValueError(f"{rig}: no such rig; there are {', '.join(RIG_NAMES)}")
     if not 1 <= repeats <= MOST_REPEATS:
@@ -52,7 +58,8 @@ def _jobs(rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], 
     return jobs(rig, parameters, description, repeats=repeats, rng=rng, rendered=rendered)
 
 
-def _run(todo: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
+def run_jobs(todo: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
+    """Run the jobs into RIG-01, RIG-02 … below the bench folder `out`; those that are done already are left as they are."""
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
     out.mkdir(parents=True, exist_ok=True)

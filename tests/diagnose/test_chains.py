@@ -12,7 +12,7 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from twin import Parameters
 from twin.paths import like
 from twin.restitution import viscoelastic

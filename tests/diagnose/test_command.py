@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 
 SEED = "length_mm = 8.72\nwidth_mm = 6.84\nthickness_mm = 5.98\ndensity_kg_m3 = 1250.0\n"
 CAMERA = "fps = 1000.0\nmm_per_px = 0.25\nmm_per_px_sd = 0.0002\nplumb_deg = 0.0\nplumb_sd_deg = 0.05\ndistance_mm = 20000.0\n"

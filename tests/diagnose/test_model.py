@@ -147,7 +147,7 @@ def test_the_full_chain_from_a_hidden_law_to_the_mended_twin(tmp_path):
     """DEM with air → rendered frames → tracker → diagnosis that is told of no air → DEM with air again, rendered and followed."""
     from typer.testing import CliRunner
 
-    from benchtwin import app
+    from benchtwin.command_line import app
     from twin import Parameters, simulate
     from twin.paths import like
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import benchtwin as front_door
+from benchtwin import command_line
 from vision.batch import Results, _file_name
 from vision.measurement import GOOD, Observation, Quantity
 
@@ -67,8 +67,8 @@ def test_a_disk_that_fills_up_costs_the_results_not_the_old_ones(tmp_path):
     out.mkdir()
     (out / "measurements.csv").write_text("old")
     limited = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); import benchtwin;"
-        f"sys.argv = ['benchtwin', 'measure', {str(folder)!r}, '--out', {str(out)!r}, '--overwrite', '--quiet']; benchtwin.main()"
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); import benchtwin.command_line as command;"
+        f"sys.argv = ['benchtwin', 'measure', {str(folder)!r}, '--out', {str(out)!r}, '--overwrite', '--quiet']; command.main()"
     )
     done = subprocess.run([sys.executable, "-c", limited], capture_output=True, cwd=ROOT, check=False)
     assert done.returncode == 2 and b"cannot write to" in done.stderr and b"Traceback" not in done.stderr
@@ -105,22 +105,22 @@ def test_an_installation_that_may_not_be_written_keeps_its_compiled_code_in_a_fo
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setattr(os, "access", lambda *_: False)
-    front_door._keep_compiled_code()
+    command_line._keep_compiled_code()
     kept = Path(os.environ["NUMBA_CACHE_DIR"])
     assert kept.parent == tmp_path and kept.stat().st_mode & 0o777 == 0o700
     monkeypatch.setattr(os, "getuid", lambda: 4_000_000)
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     (tmp_path / "benchtwin-kernels-4000000").mkdir()
-    front_door._keep_compiled_code()
+    command_line._keep_compiled_code()
     assert os.environ["NUMBA_CACHE_DIR"] != str(tmp_path / "benchtwin-kernels-4000000")
 
 
 def test_a_fault_of_ours_is_one_line(tmp_path):
     wrong = (
-        "import sys, benchtwin, vision.command as c\n"
+        "import sys, benchtwin.command_line as command, vision.command as c\n"
         "def broken(*_): raise KeyError('here')\n"
         "c.measure_command = broken\n"
-        f"sys.argv = ['benchtwin', 'measure', '.', '--out', {str(tmp_path / 'o')!r}]; benchtwin.main()"
+        f"sys.argv = ['benchtwin', 'measure', '.', '--out', {str(tmp_path / 'o')!r}]; command.main()"
     )
     done = subprocess.run([sys.executable, "-c", wrong], capture_output=True, cwd=ROOT, check=False, text=True)
     assert done.returncode == 1 and done.stderr.count("\n") == 1 and "please report it: KeyError('here')" in done.stderr
@@ -129,9 +129,9 @@ def test_a_fault_of_ours_is_one_line(tmp_path):
 def test_the_front_door_opens_without_what_is_slow():
     """`--help` of the command and of each verb: none of the large packages is imported for it."""
     looks = (
-        "import sys, benchtwin\nfrom typer.testing import CliRunner\n"
+        "import sys, benchtwin.command_line as command\nfrom typer.testing import CliRunner\n"
         "for verb in ('measure', 'simulate', 'calibrate', 'diagnose', 'export', 'prove'):\n"
-        "    assert CliRunner().invoke(benchtwin.app, [verb, '--help']).exit_code == 0\n"
+        "    assert CliRunner().invoke(command.app, [verb, '--help']).exit_code == 0\n"
         "print(sorted({'numpy', 'pandas', 'scipy', 'numba', 'cv2', 'plotly', 'dask', 'vision.batch'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", looks], capture_output=True, cwd=ROOT, check=False, text=True)

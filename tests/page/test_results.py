@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from page import downloads, results
 from page.downloads import packed_bench, sheet
 from page.folder import Folder, Refused

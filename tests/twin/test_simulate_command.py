@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 
 
 def run(*arguments):

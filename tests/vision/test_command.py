@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from vision.synthetic.piles import PileScene, draw_pile
 
 COLUMNS = "recording,rig,quantity,value,sd,sd_common,unit,quality,reason,overlay"

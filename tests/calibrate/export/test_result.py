@@ -5,7 +5,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from calibrate.export.result import calibrated_from, read_result
 
 LEAVES = [

@@ -7,7 +7,7 @@ import pytest
 from bouncing import HEIGHT_M, IMPACTS_S, ball
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from vision import measure
 
 FRAME, X, Y = ball()

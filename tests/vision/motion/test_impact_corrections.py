@@ -11,7 +11,7 @@ import pytest
 from drawn_sound import SCENES, draw, write
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from vision.batch import observe
 from vision.measurement import MeasurementError
 from vision.motion.drop_sound import impacts_in_sound

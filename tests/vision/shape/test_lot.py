@@ -11,7 +11,7 @@ from PIL import Image
 from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from vision.measurement import MeasurementError
 from vision.shape.caliper import centroid, feret
 from vision.shape.fourier import laid_along, outline, terms

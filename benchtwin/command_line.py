@@ -1,4 +1,4 @@
-"""The front door: the command line, one short function a verb, heavy imports inside."""
+"""The command line: one short function a verb, heavy imports inside."""
 
 import io
 import os
@@ -292,7 +292,7 @@ def _keep_compiled_code() -> None:
     try:
         cache = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
         cache.mkdir(parents=True, exist_ok=True)
-        if os.access(Path(__file__).parent / "calibrate", os.W_OK) or os.access(cache, os.W_OK):
+        if os.access(Path(__file__).parents[1] / "calibrate", os.W_OK) or os.access(cache, os.W_OK):
             return
     except (OSError, RuntimeError):  # no home at all
         pass
@@ -319,7 +319,3 @@ def main() -> None:
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         sys.exit(f"benchtwin: a fault of benchtwin, please report it: {error!r} in {where} (BENCHTWIN_TRACEBACK=1 shows more)")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,65 @@
+"""`benchtwin.simulate`: contact parameters → recordings of a simulated rig, measured like the bench's own."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from benchtwin.measuring import Measurements, measure
+from twin.parameters import Parameters
+from twin.run import RECORD
+from twin.simulate_command import jobs_of, run_jobs
+
+
+@dataclass(frozen=True, eq=False)
+class Simulations:
+    """Simulated recordings. folder: the bench folder that holds them; names: theirs; measured: what is measured on them."""
+
+    folder: Path
+    names: tuple[str, ...]
+    measured: Measurements
+
+    @property
+    def truth(self) -> pd.DataFrame:
+        """A row a recording: what the simulation itself knows of the answer, units at the end of the columns' names."""
+        return pd.DataFrame([{"recording": name} | _truth(self.folder / name) for name in self.names])
+
+
+def simulate(
+    rig: str,
+    parameters: Parameters | None = None,
+    *,
+    out: str | Path,
+    repeats: int = 1,
+    rng: int = 1,
+    settings: Mapping[str, object] | None = None,
+    like: str | Path | None = None,
+    rendered: bool = False,
+    threads: int = 2,
+    progress: bool = False,
+) -> Simulations:
+    """Simulate a rig into the bench folder `out`, and measure that as if it came from the bench.
+
+    rig: "drop", "slide", "roll", "pile", "cylinder" (a pile from a lifting cylinder) or "drum" (rotating). parameters: contact
+    parameters, else those that the soybean paper calibrated. repeats: recordings, each with seeds, placing and packing of its
+    own; rng: seed of the random numbers. settings: keys of recording.toml by their dotted names, {"drop.height_mm": 200.0}.
+    like: a recording whose rig, seed and camera to copy. rendered: film or photograph the run, else its track is written.
+    threads: processor cores for one pile. progress: shown on stderr.
+
+    Called again, it goes on where it was stopped. Raises ValueError for a rig, number or setting that does not fit;
+    FileExistsError where `out` holds other recordings of these names; RuntimeError where a run cannot end.
+    """
+    numbers = asdict(parameters or Parameters())
+    assigned = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
+    folder = Path(out)
+    jobs = jobs_of(rig, numbers, repeats, rng, assigned, None if like is None else Path(like), rendered)
+    run_jobs(jobs, rig, folder, threads, not progress)
+    names = tuple(f"{rig}-{n:0{max(2, len(str(repeats)))}d}" for n in range(1, repeats + 1))
+    return Simulations(folder, names, measure([folder / name for name in names]))
+
+
+def _truth(recording: Path) -> dict[str, float | None]:
+    truth: dict[str, float | None] = json.loads((recording / RECORD).read_text(encoding="utf8"))["truth"]
+    return truth
