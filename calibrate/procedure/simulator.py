@@ -64,9 +64,10 @@ def campaign(
         def simulate(runs: Sequence[Run]) -> pd.DataFrame:
             nonlocal address
             jobs = [Job(r.rig, Parameters(**(base or {}) | rounded(r.values)), _begun(r), r.rng, rendered, engine) for r in runs]
-            for line in jobs[0].converted() if jobs and engine.told and not said else ():
-                said.append(line)
-                say(line)
+            if jobs and not said and (converted := jobs[0].converted()):
+                said.extend([*converted, "these numbers are the first run's; others are converted in the same way"])
+                for line in said:
+                    say(line)
             if address is None and read_campaign(jobs, store).counts()["done"] < len(jobs):
                 address = stack.enter_context(connected(MANY, workers or workers_for(engine.ranks), None)).client.scheduler.address
             return run_campaign(jobs, store, scheduler=address, progress=progress, keep="photos").table

@@ -50,6 +50,7 @@ def compare_command(asked: Compared) -> int:
         todo = {name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()}
         converted = todo[LAMMPS][0].converted()
         said = [*(f"{name}: no parameter, not used" for name in ignored), *converted]
+        said += ["these numbers are row 1's; other rows are converted in the same way"] if len(rows) > 1 else []
         for line in [] if asked.quiet else said:
             print(line)
         runs, failed = _runs(asked, rows, todo)
@@ -104,27 +105,25 @@ def _jobs(asked: Compared, rows: list[dict[str, Any]], engine: Engine) -> list[J
 def _runs(asked: Compared, rows: list[dict[str, Any]], todo: dict[str, list[Job]]) -> tuple[pd.DataFrame, list[str]]:
     """A line a run: row, parameters, packing, engine, quantities, seconds; and sentences on runs that failed."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    tables = []
     with Progress(*columns, console=Console(stderr=True), disable=asked.quiet, transient=True) as progress:
         task = progress.add_task("", total=None)
-        for name, jobs in todo.items():
-            workers = asked.workers or workers_for(jobs[0].engine.ranks)
-            found = run_campaign(
-                jobs, asked.out / "runs", workers=workers, scheduler=asked.scheduler,
-                progress=lambda told, name=name: progress.update(task, description=f"{name}: {told}"),
-            ).table  # fmt: skip
-            place = [(n + 1, label(row), k) for n, row in enumerate(rows) for k in range(asked.packings)]
-            found[["row", "parameters", "packing"]] = pd.DataFrame(place, index=found.index)
-            tables.append(found.assign(engine=name).rename(columns=lambda c: c.removeprefix("true_")))
-    runs = pd.concat(tables, ignore_index=True)
-    for quantity in QUANTITIES:
-        runs[quantity] = pd.to_numeric(runs[quantity]) if quantity in runs else float("nan")
+        found = run_campaign(
+            [job for jobs in todo.values() for job in jobs], asked.out / "runs", scheduler=asked.scheduler,
+            workers=asked.workers or workers_for(asked.ranks),
+            progress=lambda told: progress.update(task, description=str(told)),
+        ).table  # fmt: skip
+    place = [(n + 1, label(row), k, engine) for engine in todo for n, row in enumerate(rows) for k in range(asked.packings)]
+    runs = pd.DataFrame(place, columns=["row", "parameters", "packing", "engine"])
+    runs["status"] = found["status"]
+    for name in (*QUANTITIES, "lies_still", "photo_s"):
+        runs[name] = pd.to_numeric(found[f"true_{name}"]) if f"true_{name}" in found else float("nan")
+    for name in ("seconds", "reason", "rerun", "key"):
+        runs[name] = found[name]
     failed = [
         f"{r.engine}, row {r.row}, packing {r.packing}: {r.reason or r.status}; run it alone: {r.rerun}"
         for r in runs[runs["status"] != DONE].itertuples()
     ]
-    keep = ["row", "parameters", "packing", "engine", "status", *QUANTITIES, "lies_still", "photo_s", "seconds", "reason", "key"]
-    return runs.reindex(columns=keep), failed
+    return runs, failed
 
 
 def _write(out: Path, table: pd.DataFrame, runs: pd.DataFrame, said: list[str]) -> None:

@@ -66,6 +66,27 @@ def test_two_balls_part_alike(tmp_path):
 
 
 @needs_lammps
+def test_two_balls_that_meet_obliquely_part_alike(tmp_path):
+    """At 45°, one of them spinning: both speeds, across and along, and both spins."""
+    places, speeds = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]), np.array([[0.4, 0.4, 0], [-0.4, 0, 0.1]])
+    spins = np.array([[0.0, 0, 60.0], [0.0, 20.0, 0]])
+    placed = Placed((ball(R, 1250.0),), SOFT, places, velocities=speeds, spins=spins)
+    ours, theirs = both(tmp_path, placed, [], 4e-3, gravity=(0.0, 0.0, 0.0))
+    assert abs(ours[0, 4] - 0.4) > 0.05 and abs(ours[0, 8] - 60.0) > 5.0  # friction did something
+    assert theirs[:, 3:6] == pytest.approx(ours[:, 3:6], rel=1e-3, abs=4e-4)
+    assert theirs[:, 6:9] == pytest.approx(ours[:, 6:9], rel=1e-3, abs=0.06)
+
+
+@needs_lammps
+def test_balls_in_one_point_are_carried(tmp_path):
+    """LAMMPS carries no body without extent; such a clump moves as its ball does."""
+    twice = Seed.from_spheres([[0.0, 0, 0], [0.0, 0, 0]], [R, R / 2])
+    placed = Placed((twice,), SOFT, np.array([[0.0, 0, 1.001 * R]]), velocities=np.array([[0.0, 0, -1.0]]))
+    ours, theirs = both(tmp_path, placed, [Plane("floor", WALL)], 4e-3, gravity=(0.0, 0.0, 0.0))
+    assert theirs[0, 5] == pytest.approx(ours[0, 5], rel=1e-3)
+
+
+@needs_lammps
 def test_a_block_slides_alike(tmp_path):
     """μ g t of its speed is gone, and it comes to lie at v²/(2 μ g)."""
     placed = Placed((BLOCK,), SOFT, np.array([[0.0, 0, R - 1e-6]]), velocities=np.array([[0.3, 0, 0]]))
