@@ -63,7 +63,7 @@ def test_a_roll_runs_by_hand_and_is_measured(tmp_path):
         (["drop", "--ranks", 2], [], "--ranks 2: ranks are LAMMPS's, say --engine lammps"),
         pytest.param(["drum", "--engine", "lammps"], [], "not written for a Drum", marks=needs_lammps),
         pytest.param(
-            ["drop", "--engine", "lammps"], ["laws.magnus.air_density=1.2"], "laws.magnus: --engine lammps has no such law",
+            ["drop", "--engine", "lammps"], ["laws.magnus.lift=1"], "laws.magnus: --engine lammps has no such law",
             marks=needs_lammps,
         ),
         pytest.param(["pile", "--engine", "lammps", "--ranks", 512], [], "--ranks 512: this machine has", marks=needs_lammps),

@@ -57,7 +57,7 @@ def test_a_seed_rebounds_as_high_from_a_tilted_plate(tmp_path):
     assert theirs.truth["restitution"] == pytest.approx(ours.truth["restitution"], rel=1e-3)
     assert abs(theirs.frames - ours.frames) <= 2
     n = min(theirs.frames, ours.frames) - 1
-    assert theirs.positions_m[n, 0] == pytest.approx(ours.positions_m[n, 0], abs=2e-5)
+    assert theirs.positions_m[n, 0] == pytest.approx(ours.positions_m[n, 0], abs=5e-5)  # 0.5 % of the fall
 
 
 def test_a_drum_is_refused_by_name(tmp_path):

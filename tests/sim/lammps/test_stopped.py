@@ -28,7 +28,8 @@ def rolling_balls(longest_s: float) -> Stage:
     floor = Rectangle("floor", WALL, (-5, -5, 0), (10, 0, 0), (0, 10, 0))
     contacts = Contact(("seed", "wall"), 0.5, 0.3, 0.0, "sds"), Contact(("seed", "seed"), 0.5, 0.3, 0.0, "sds")
     placed = Placed((ball(R, 1250.0),), SOFT, places, velocities=speeds)
-    world = World((placed,), (floor,), contacts, (), (0.0, 0.0, -9.81), share_damping=False, cap_damped=True)
+    law = LAWS["rolling_sds"].use(spring=100.0, dashpot=0.01)
+    world = World((placed,), (floor,), contacts, (law,), (0.0, 0.0, -9.81), share_damping=False, cap_damped=True)
     return Stage("roll", world, None, 0.01, 0.05, longest_s)
 
 
@@ -84,4 +85,4 @@ def test_more_ranks_than_cores_are_refused():
 
 def test_a_law_that_lammps_has_not_is_named():
     with pytest.raises(ValueError, match=r"laws.magnus: --engine lammps has no such law"):
-        in_lammps_law(Bench(laws=(LAWS["magnus"].use(),)))
+        in_lammps_law(Bench(laws=(LAWS["magnus"].use(lift=1.0),)))
