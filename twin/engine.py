@@ -3,7 +3,7 @@
 import shutil
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -27,7 +27,7 @@ BY_HAND = (".in", ".data", ".bodies", ".log")  # what is kept of a LAMMPS run: i
 
 @dataclass(frozen=True)
 class Engine:
-    """name: "benchtwin" or "lammps"; ranks of LAMMPS; shared_law: our own engine with the law that LAMMPS has too (with LAMMPS
+    """name: "benchtwin" or "lammps"; ranks of LAMMPS for one heap; shared_law: our own engine with the law that LAMMPS has too (with LAMMPS
     there is no other)."""
 
     name: str = OURS
@@ -41,6 +41,10 @@ class Engine:
             raise ValueError(f"--ranks {self.ranks}: at least 1")
         if self.name == OURS and self.ranks > 1:
             raise ValueError(f"--ranks {self.ranks}: ranks are LAMMPS's, say --engine lammps; our own engine has --threads")
+
+    def for_rig(self, rig: str) -> "Engine":
+        """The same with one rank for a rig of one seed or block, which ranks cannot share."""
+        return self if rig in MANY_SEEDS else replace(self, ranks=1)
 
     @property
     def told(self) -> dict:

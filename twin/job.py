@@ -54,7 +54,7 @@ class Job:
             "description": told,
             "rng": list(self.rng),
             "rendered": self.rendered,
-            **self.engine.told,
+            **self.engine.for_rig(self.rig).told,
         }
 
     @property

@@ -52,7 +52,7 @@ def simulate(
         raise ValueError(f"rig = {rig!r}, but the recording to be like is a {recording.rig}")
     if out.exists():
         raise FileExistsError(f"{out} is there already")
-    scratch = out.with_name(f".{out.name}.lammps")
+    scratch, engine = out.with_name(f".{out.name}.lammps"), engine.for_rig(rig)
     motion, told = run(
         recording, parameters, rng=rng, watch=watch, threads=threads, engine=engine, scratch=scratch
     )  # fmt: skip

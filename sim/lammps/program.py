@@ -31,7 +31,8 @@ class Program:
             return [*tied, self.executable, *arguments]
         if self.launcher is None:
             raise Unavailable(f"--ranks {ranks} needs mpiexec, which is not there: {INSTALL}")
-        return [*tied, self.launcher, "-n", str(ranks), self.executable, *arguments]
+        here = ["-launcher", "fork", "-hosts", "localhost"]  # in a Slurm job too, where mpiexec would start them anywhere
+        return [*tied, self.launcher, *here, "-n", str(ranks), self.executable, *arguments]
 
 
 class Unavailable(RuntimeError):

@@ -85,9 +85,12 @@ def test_without_lammps_one_sentence_says_so(tmp_path, monkeypatch):
 
 
 def test_our_own_jobs_keep_their_address_and_lammps_has_its_own():
-    ours = Job("drop", Parameters(), {"drop": {"height_mm": 300.0}}, (4,), rendered=False)
+    pile = {"pile": {"fill_height_mm": 60.0}}
+    ours = Job("pile", Parameters(), pile, (4,), rendered=False)
     assert "engine" not in ours.input
-    theirs = [Job("drop", Parameters(), ours.description, (4,), False, Engine(LAMMPS, n)) for n in (1, 2)]
-    shared = Job("drop", Parameters(), ours.description, (4,), False, Engine(shared_law=True))
+    theirs = [Job("pile", Parameters(), pile, (4,), False, Engine(LAMMPS, n)) for n in (1, 2)]
+    shared = Job("pile", Parameters(), pile, (4,), False, Engine(shared_law=True))
     assert len({job.key for job in (ours, shared, *theirs)}) == 4
     assert [job_of(job.input).key for job in (ours, shared, *theirs)] == [job.key for job in (ours, shared, *theirs)]
+    one, two = (Job("drop", Parameters(), engine=Engine(LAMMPS, n)) for n in (1, 2))
+    assert one.key == two.key  # ranks cannot share a seed: it runs on one

@@ -38,7 +38,7 @@ def test_intervals_hold_the_true_difference_as_often_as_they_say():
     tables = [differences(made(1, 5, apart=0.4, scatter=0.3, rng=np.random.default_rng(k))) for k in range(60)]
     lines = pd.concat(tables)
     held = ((lines["low"] < 0.4) & (lines["high"] > 0.4)).mean()
-    assert 0.90 < held < 0.99  # 300 intervals
+    assert 0.90 < held < 0.995  # 300 intervals
     assert lines["high"].sub(lines["low"]).median() < 1.5
 
 
@@ -52,7 +52,7 @@ def test_rows_together_count_each_packing_once_and_the_verdict_names_where_they_
     together = table[table["row"] == ALL]
     assert list(together["pairs"]) == [4] * 5 and list(table["pairs"].unique()) == [4]
     assert together["difference"].to_numpy() == pytest.approx(2.0, abs=0.2)
-    assert "row 2: angle of repose (°) +2" in verdict(table) and "15 of 15 intervals leave out 0" in verdict(table)
+    assert "row 2: angle of repose (°) +1.9" in verdict(table) and "15 of 15 intervals leave out 0" in verdict(table)
 
 
 def test_a_pile_without_partner_is_left_out_and_one_pair_has_no_interval():
@@ -84,9 +84,9 @@ def test_the_papers_path_is_read_and_other_columns_are_named():
     [
         ("a,b\n1,2\n", "no column of restitution, static_friction"),
         ("seed_restitution\n", "no row"),
-        ("seed_restitution\n0.5\n\nsoft\n", r"line \d: seed_restitution = soft"),
-        ("seed_restitution,restitution\n0.5,0.5\n0.6,\n", "line 3: restitution = nan"),
-        ("seed_restitution\n1.5\n", "line 2: .*1.5"),
+        ("seed_restitution\n0.5\n\nsoft\n", "row 3 .*: seed_restitution = 'soft'"),
+        ("seed_restitution,restitution\n0.5,0.5\n0.6,\n", "row 3 .*: restitution = ''"),
+        ("seed_restitution\n1.5\n", "row 2 .*: .*1.5"),
         ("\x00\x01", "cannot be read|no row"),
     ],
 )
