@@ -119,11 +119,12 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     if asked.twin:
         printed = calibrate_tables(asked.bench, seed=asked.rng)
         wishes = _as_tabulated(wishes, printed)
+    converted: list[str] = []
     with _progress(asked.quiet) as (say, told), ExitStack() as stack:
         simulate = simulator or stack.enter_context(
             campaign(
                 asked.out / "runs", rendered=asked.rendered, workers=asked.workers, scheduler=asked.scheduler, progress=told,
-                engine=engine, say=say,
+                engine=engine, say=converted.append,
             )
         )  # fmt: skip
 
@@ -134,6 +135,7 @@ def _simulated(asked: Asked, simulator) -> Calibration:
         found = calibrate_simulated(asked.bench, simulate, effort=effort, seed=asked.rng, wishes=wishes, say=say, so_far=so_far)
         if simulator is None:  # a stand-in has no twin to show
             found = _with_pairs(found, asked.out / "twin", effort, say, engine)
+        found = replace(found, options={**found.options, "said": [*found.options.get("said", []), *converted]})
     return beside_tables(found, printed) if printed else found
 
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import psutil
 import pytest
 
 from sim.lammps.contact import in_lammps_law
@@ -26,10 +27,19 @@ def both(tmp_path, rig, ours, bench=BENCH, **more):
 
 
 @needs_lammps
-def test_a_block_lets_go_at_the_same_angle(tmp_path):
-    """The plate turns in both; tan of the angle is the friction."""
+def test_a_block_lets_go_at_the_same_angle_also_where_lammps_is_killed_in_between(tmp_path):
+    """The plate turns in both, and goes on turning behind a restart; tan of the angle is the friction."""
+    killed = []
+
+    def kill_once(title: str, share: float) -> None:
+        running = [p for p in psutil.Process().children(recursive=True) if p.name() == "lmp"]
+        if running and not killed and list((tmp_path / "lammps").glob("slide.restart.2.rigid")):
+            killed.append(running[-1].pid)
+            running[-1].kill()
+
     rig = Slide(start_deg=18.0, tilt_rate_deg_s=4.0, travel_m=0.01)
-    ours, theirs = both(tmp_path, rig, run_slide, fps=50.0)
+    ours, theirs = both(tmp_path, rig, run_slide, fps=50.0, watch=kill_once)
+    assert killed and (tmp_path / "lammps" / "slide.2.push.txt").exists()
     assert ours.truth["static_friction"] == pytest.approx(0.34, rel=5e-3)
     assert theirs.truth["slide_angle_deg"] == pytest.approx(ours.truth["slide_angle_deg"], rel=1e-3)
     assert abs(theirs.frames - ours.frames) <= 1
