@@ -56,6 +56,22 @@ def test_a_roll_runs_by_hand_and_is_measured(tmp_path):
     assert (by_hand / "roll.done").read_text().split() == ["still", "1"]
 
 
+@needs_lammps
+def test_a_stopped_command_goes_on_from_what_lammps_left(tmp_path, monkeypatch):
+    def stopped(*given):
+        raise KeyboardInterrupt
+
+    asked = ["roll", "--engine", "lammps", "--out", tmp_path / "x", "--track", "--rolling-friction", 0.05]
+    settings = ["roll.incline_length_mm=2", "shear_modulus_pa=3e6"]
+    with monkeypatch.context() as patched:
+        patched.setattr("twin.write.numbers", stopped)
+        assert run(*asked, settings=settings).exit_code == 1
+    assert [p.name for p in (tmp_path / "x").iterdir()] == [".roll-01.lammps"]
+    monkeypatch.setattr(program, "run", lambda *given, **more: pytest.fail("LAMMPS was run again"))
+    assert run(*asked, settings=settings).exit_code == 0
+    assert {p.name for p in (tmp_path / "x").iterdir()} == {"roll-01", "measured"}
+
+
 @pytest.mark.parametrize(
     ("arguments", "settings", "said"),
     [

@@ -12,7 +12,9 @@ BLUE, GREY, RED = "#1f5fa8", "#9ca3af", "#b3261e"
 PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Two engines</title>
 <style>body{{font:16px/1.5 system-ui,sans-serif;max-width:70rem;margin:2rem auto;padding:0 1rem}}
 table{{border-collapse:collapse;font-size:.85rem}}td,th{{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #ddd}}</style>
-<h1>Our engine and LAMMPS on the same piles</h1><p>{verdict}.</p><p>{said}</p>{figure}{table}</html>
+<h1>Our engine and LAMMPS on the same piles</h1><p>{verdict}.</p><p>{said}</p>{figure}
+<p>LAMMPS − ours. Grey: a pair of piles of one packing; blue: their mean with its 95 % interval; red: the interval leaves out 0.</p>
+{table}</html>
 """
 
 
@@ -46,5 +48,5 @@ def figure(table: pd.DataFrame, runs: pd.DataFrame) -> go.Figure:
     drawn.update_xaxes(type="category", title_text="row")
     drawn.update_yaxes(title_text="LAMMPS − ours", row=1, col=1)
     drawn.update_annotations(font_size=13)
-    drawn.update_layout(showlegend=False, height=420, margin={"l": 60, "r": 10, "t": 40, "b": 50})
+    drawn.update_layout(template="plotly_white", showlegend=False, height=420, margin={"l": 60, "r": 10, "t": 40, "b": 50})
     return drawn
