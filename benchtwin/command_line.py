@@ -125,6 +125,8 @@ def simulate(
     like: Annotated[Path | None, typer.Option("--from", help="A recording.toml whose rig, seed and camera to copy.")] = None,
     track: Annotated[bool, typer.Option(help="Write the simulation's own track, no pictures: quick.")] = False,
     threads: Annotated[int, typer.Option(min=1, help="Processor cores for one pile.")] = 2,
+    engine: Annotated[str, typer.Option(help="What computes it: benchtwin, or lammps (docs/lammps.md).")] = "benchtwin",
+    ranks: Annotated[int, typer.Option(min=1, help="With --engine lammps: processes that share one run.")] = 1,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
 ) -> None:
     """Simulate a rig, film or photograph it, and measure that as if it came from the bench.
@@ -144,8 +146,9 @@ def simulate(
         "seed_rolling_friction": seed_rolling_friction,
     }
     code = simulate_command(
-        rig, out, numbers, repeats=repeats, rng=rng, settings=setting, like=like, rendered=not track, threads=threads, quiet=quiet
-    )
+        rig, out, numbers, repeats=repeats, rng=rng, settings=setting, like=like, rendered=not track, threads=threads,
+        engine=engine, ranks=ranks, quiet=quiet,
+    )  # fmt: skip
     raise typer.Exit(code or measure_command([out], out / "measured", "20-80", "", "", False, False, True, quiet))
 
 
@@ -164,6 +167,8 @@ def calibrate(
     rng: Annotated[int, typer.Option(min=0, help="Seed of the random numbers: the same one gives the same result.")] = 1,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes that simulate; else one a core.")] = None,
     scheduler: Annotated[str | None, typer.Option(help="tcp://host:port of a dask scheduler to simulate on.")] = None,
+    engine: Annotated[str, typer.Option(help="What computes the runs: benchtwin, or lammps (docs/lammps.md).")] = "benchtwin",
+    ranks: Annotated[int, typer.Option(min=1, help="With --engine lammps: processes that share one run.")] = 1,
     overwrite: Annotated[bool, typer.Option(help="Replace an existing result; finished runs are kept.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
 ) -> None:
@@ -176,10 +181,33 @@ def calibrate(
 
     asked = Asked(
         bench, out, tables=tables, twin=twin, quick=quick, whole_pile=whole_pile, rendered=rendered, design=design,
-        ranges=tuple(ranges), priors=tuple(priors), rng=rng, workers=workers, scheduler=scheduler, overwrite=overwrite,
-        quiet=quiet,
+        ranges=tuple(ranges), priors=tuple(priors), rng=rng, workers=workers, scheduler=scheduler, engine=engine,
+        ranks=ranks, overwrite=overwrite, quiet=quiet,
     )  # fmt: skip
     raise typer.Exit(calibrate_command(asked))
+
+
+@app.command("compare-engines")
+def compare_engines(
+    out: Annotated[Path, typer.Option(help="Folder for compared.csv, compared.html, runs.csv, and the simulated runs.")],
+    rows: Annotated[Path | None, typer.Option(help="CSV with a row of parameters a line; else the paper's optimum.")] = None,
+    packings: Annotated[int, typer.Option(help="Piles of each row, with seeds and packing of their own.")] = 4,
+    rng: Annotated[int, typer.Option(min=0, help="Seed of the random numbers: the same one gives the same packings.")] = 1,
+    setting: Annotated[list[str], typer.Option("--set", help="KEY=VALUE of the pile: pile.fill_height_mm=40 …")] = [],  # noqa: B006
+    ranks: Annotated[int, typer.Option(min=1, help="Of LAMMPS: processes that share one pile.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes that simulate; else one a core.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="tcp://host:port of a dask scheduler to simulate on.")] = None,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Compare our engine with LAMMPS: reduced piles of the same law and packings, and where the two part.
+
+    Run again, the command goes on where it was stopped.
+    Exit code 0: compared; 1: stopped, or LAMMPS is not there; 2: the command was misused.
+    """
+    from twin.compare.command import Compared, compare_command
+
+    asked = Compared(out, rows, packings, rng, tuple(setting), ranks, workers, scheduler, quiet)
+    raise typer.Exit(compare_command(asked))
 
 
 @app.command()

@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from benchtwin.measuring import Measurements, measure
+from twin.engine import Engine
 from twin.parameters import Parameters
 from twin.run import RECORD
 from twin.simulate_command import jobs_of, run_jobs
@@ -38,6 +39,8 @@ def simulate(
     like: str | Path | None = None,
     rendered: bool = False,
     threads: int = 2,
+    engine: str = "benchtwin",
+    ranks: int = 1,
     progress: bool = False,
 ) -> Simulations:
     """Simulate a rig into the bench folder `out`, and measure that as if it came from the bench.
@@ -46,7 +49,8 @@ def simulate(
     parameters, else those that the soybean paper calibrated. repeats: recordings, each with seeds, placing and packing of its
     own; rng: seed of the random numbers. settings: keys of recording.toml by their dotted names, {"drop.height_mm": 200.0}.
     like: a recording whose rig, seed and camera to copy. rendered: film or photograph the run, else its track is written.
-    threads: processor cores for one pile. progress: shown on stderr.
+    threads: processor cores for one pile. engine: "benchtwin" or "lammps"; ranks: processes that share one LAMMPS pile. progress:
+    shown on stderr.
 
     Called again, it goes on where it was stopped. Raises ValueError for a rig, number or setting that does not fit;
     FileExistsError where `out` holds other recordings of these names; RuntimeError where a run cannot end.
@@ -54,7 +58,8 @@ def simulate(
     numbers = asdict(parameters or Parameters())
     assigned = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
     folder = Path(out)
-    jobs = jobs_of(rig, numbers, repeats, rng, assigned, None if like is None else Path(like), rendered)
+    jobs = jobs_of(rig, numbers, repeats, rng, assigned, None if like is None else Path(like), rendered, Engine(engine, ranks))
+    jobs[0].engine.ready()
     run_jobs(jobs, rig, folder, threads, not progress)
     names = tuple(f"{rig}-{n:0{max(2, len(str(repeats)))}d}" for n in range(1, repeats + 1))
     return Simulations(folder, names, measure([folder / name for name in names]))

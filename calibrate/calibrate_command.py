@@ -19,6 +19,7 @@ from report import write_report
 from report.draw import name
 from report.numbers import with_interval
 from twin.command import Misuse, check_folders, reported
+from twin.engine import Engine
 
 DONE, STOPPED, MISUSED = 0, 1, 2
 RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")  # options of a calibration, for the record
@@ -42,6 +43,8 @@ class Asked:
     rng: int = 1
     workers: int | None = None
     scheduler: str | None = None
+    engine: str = "benchtwin"
+    ranks: int = 1
     overwrite: bool = False
     quiet: bool = False
 
@@ -109,11 +112,12 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     from calibrate.statistics.box import Box
     from calibrate.statistics.prior import Prior
 
+    engine = _engine(asked)
     if asked.design not in DESIGNS:
         raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
     effort = replace(QUICK if asked.quick else FULL, design=asked.design)
     effort = replace(effort, slab=None) if asked.whole_pile else effort
-    options = {k: v for k, v in vars(asked).items() if k in RECORDED and v}
+    options = {k: v for k, v in vars(asked).items() if k in RECORDED and v} | engine.told
     wishes = Wishes(_pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior"), options=options)
     try:
         checked_ranges(wishes.ranges)
@@ -124,10 +128,14 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     if asked.twin:
         printed = calibrate_tables(asked.bench, seed=asked.rng)
         wishes = _as_tabulated(wishes, printed)
+    converted: list[str] = []
     with _progress(asked.quiet) as (say, told), ExitStack() as stack:
         simulate = simulator or stack.enter_context(
-            campaign(asked.out / "runs", rendered=asked.rendered, workers=asked.workers, scheduler=asked.scheduler, progress=told)
-        )
+            campaign(
+                asked.out / "runs", rendered=asked.rendered, workers=asked.workers, scheduler=asked.scheduler, progress=told,
+                engine=engine, say=converted.append,
+            )
+        )  # fmt: skip
 
         def so_far(calibration: Calibration) -> None:
             asked.out.mkdir(parents=True, exist_ok=True)
@@ -135,15 +143,27 @@ def _simulated(asked: Asked, simulator) -> Calibration:
 
         found = calibrate_simulated(asked.bench, simulate, effort=effort, seed=asked.rng, wishes=wishes, say=say, so_far=so_far)
         if simulator is None:  # a stand-in has no twin to show
-            found = _with_pairs(found, asked.out / "twin", effort, say)
+            found = _with_pairs(found, asked.out / "twin", effort, say, engine)
+        found = replace(found, options={**found.options, "said": [*found.options.get("said", []), *converted]})
     return beside_tables(found, printed) if printed else found
 
 
-def _with_pairs(found: Calibration, out: Path, effort, say) -> Calibration:
+def _engine(asked: Asked) -> Engine:
+    """The engine asked for; Misuse where there is none such, Unavailable where it has to run here and cannot."""
+    try:
+        engine = Engine(asked.engine, asked.ranks)
+    except ValueError as error:
+        raise Misuse(error) from None
+    if asked.scheduler is None:
+        engine.ready(asked.workers)
+    return engine
+
+
+def _with_pairs(found: Calibration, out: Path, effort, say, engine: Engine) -> Calibration:
     """With recordings of the bench beside their twins; a rig that cannot be shown says why."""
     from calibrate.procedure.pairs import pairs
 
-    shown, why = pairs(found, out, effort, say)
+    shown, why = pairs(found, out, effort, say, engine)
     options = {**found.options, "said": [*found.options.get("said", []), *why]}
     return replace(found, more={**found.more, "pairs": shown}, options=options)
 

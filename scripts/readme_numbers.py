@@ -31,7 +31,7 @@ def printed(arguments: list[str]) -> str:
     """What `benchtwin` prints with these arguments, run where `samples` is and nothing else."""
     from typer.testing import CliRunner
 
-    from benchtwin import app
+    from benchtwin.command_line import app
 
     before = Path.cwd()
     with tempfile.TemporaryDirectory() as scratch:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from sim.rigs.bench import no_watch
+from twin.engine import OWN, Engine
 from twin.lot import file_digest, lot_digest
 from twin.parameters import Parameters
 from twin.run import MODEL, RECORD, simulate
@@ -28,13 +29,14 @@ CYLINDER = {"pile": {"cylinder_mm": [70.0, 150.0]}}
 @dataclass(frozen=True)
 class Job:
     """rig; parameters; description: sections of a recording.toml as {"section": {"key": value}}; rng: seed numbers of the
-    generator; rendered or not. Two jobs of one key give the same recording."""
+    generator; rendered or not; the engine that computes it. Two jobs of one key give the same recording."""
 
     rig: str
     parameters: Parameters
     description: dict = field(default_factory=dict)
     rng: tuple[int, ...] = (1,)
     rendered: bool = True
+    engine: Engine = OWN
 
     def __post_init__(self) -> None:
         if self.rig not in RIGS:
@@ -52,6 +54,7 @@ class Job:
             "description": told,
             "rng": list(self.rng),
             "rendered": self.rendered,
+            **self.engine.for_rig(self.rig).told,
         }
 
     @property
@@ -82,7 +85,11 @@ class Job:
         like = self.recording(out)
         more = {"key": self.key, "input": self.input}
         return simulate(self.rig, self.parameters, rng=rng, out=out, like=like, rendered=self.rendered, watch=watch,
-                        threads=threads, more=more)  # fmt: skip
+                        threads=threads, engine=self.engine, more=more)  # fmt: skip
+
+    def converted(self) -> tuple[str, ...]:
+        """What its engine converts of the law; ValueError for a law or a rig that the engine has not."""
+        return self.engine.bench(self.parameters, self.recording(Path("job")))[1]
 
     def is_done(self, out: Path) -> bool:
         """Whether `out` holds this job's recording."""
@@ -147,11 +154,14 @@ def _value(text: str):
         return text
 
 
-def jobs(rig: str, parameters: Parameters, description: dict, *, repeats: int, rng: int, rendered: bool) -> list[Job]:
+def jobs(
+    rig: str, parameters: Parameters, description: dict, *, repeats: int, rng: int, rendered: bool,
+    engine: Engine = OWN,
+) -> list[Job]:  # fmt: skip
     """One job a repeat, each with its own generator. Rolls whose direction is not stated are run both ways in turn."""
     description = merge(CYLINDER, description) if rig == "cylinder" else description
     kind = "pile" if rig == "cylinder" else rig
-    make = partial(Job, kind, parameters, rendered=rendered)
+    make = partial(Job, kind, parameters, rendered=rendered, engine=engine)
     both = kind == "roll" and "direction" not in description.get("roll", {})
     ways = [merge(description, {"roll": {"direction": way}}) if both else description for way in ("+x", "-x")]
     return [make(description=ways[k % 2], rng=(rng, k)) for k in range(repeats)]

@@ -12,7 +12,8 @@ import numpy as np
 from sim.motion import Motion
 from sim.rigs.bench import no_watch
 from twin import write
-from twin.parameters import Parameters, bench
+from twin.engine import OWN, Engine, kept_inputs
+from twin.parameters import Parameters
 from twin.scene import baseline, camera_of, camera_section, rig_of, section_of, setup_of
 from twin.versions import versions
 from vision.batch import observe as observe  # the same call for bench and twin
@@ -21,7 +22,6 @@ from vision.recording import Recording, read_recording, write_recording
 Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 HEAPS = ("pile",)
-MANY_SEEDS = ("pile", "drum")  # simulated on several threads
 WEIGHED = ("filled_mass_g", "retained_mass_g")
 MODEL = 4  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
 
@@ -36,6 +36,7 @@ def simulate(
     rendered: bool = True,
     watch: Watch = no_watch,
     threads: int = 2,
+    engine: Engine = OWN,
     more: dict | None = None,
 ) -> Recording:
     """Run a rig, film or photograph it, and write that into the folder `out` as a recording with provenance "simulated".
@@ -43,22 +44,28 @@ def simulate(
     rig: "drop", "slide", "roll", "pile" or "drum". like: a recording whose rig, seed, air and camera are the twin's too; what it leaves
     open is the paper's. rendered=False writes the track (pile: the angle of the true outline) that the simulation knows in place
     of pictures. Beside the recording stands simulation.json: what was assumed, by which versions, what the simulation knows of
-    the answer, and `more`. The folder appears whole or not at all. Raises ValueError for a rig, camera or number that does not
-    fit; FileExistsError when `out` is there.
+    the answer, and `more`. The folder appears whole or not at all; LAMMPS's inputs, in `lammps/`, too. Raises ValueError for a
+    rig, camera or number that does not fit; FileExistsError when `out` is there; RuntimeError where an engine stops.
     """
     recording = like or Recording(out.name, out, rig, "", ())
     if recording.rig != rig:
         raise ValueError(f"rig = {rig!r}, but the recording to be like is a {recording.rig}")
     if out.exists():
         raise FileExistsError(f"{out} is there already")
-    motion, told = run(recording, parameters, rng=rng, watch=watch, threads=threads)
+    scratch, engine = out.with_name(f".{out.name}.lammps"), engine.for_rig(rig)
+    motion, told = run(
+        recording, parameters, rng=rng, watch=watch, threads=threads, engine=engine, scratch=scratch
+    )  # fmt: skip
     part = out.with_name(f".{out.name}.part-{os.getpid()}")
     part.mkdir(parents=True)
     try:
         told = replace(told, id=out.name, path=part)
         kind = write.pictures(motion, told, part, rng, watch) if rendered else write.numbers(motion, told, part)
         write_recording(told)
-        told_of = record(told, parameters, motion, kind) | (more or {})
+        _, converted = engine.bench(parameters, recording)
+        computed = {"name": engine.name, "version": engine.version, "ranks": engine.ranks, "converted": converted}
+        told_of = record(told, parameters, motion, kind) | {"engine": computed} | (more or {})
+        kept_inputs(scratch, part / "lammps")
         (part / RECORD).write_text(json.dumps(told_of, indent=1, allow_nan=False), encoding="utf8")
         part.rename(out)
     except BaseException:
@@ -67,16 +74,19 @@ def simulate(
     return read_recording(out)
 
 
-def run(recording: Recording, parameters: Parameters, *, rng: np.random.Generator, watch: Watch = no_watch,
-        threads: int = 2) -> tuple[Motion, Recording]:  # fmt: skip
-    """The run itself: its motion, and the recording (without evidence) that states all that it assumed."""
-    setup, rig, name = setup_of(recording), rig_of(recording), recording.need_rig()
-    on_bench = bench(parameters, name, recording.seed, recording.air)
-    rate = recording.camera.fps or setup.fps
-    more = {"threads": threads} if recording.rig in MANY_SEEDS else {}
-    motion = setup.run(rig, on_bench, rng, fps=0.0 if recording.rig in HEAPS else rate, watch=watch, **more)
+def run(
+    recording: Recording, parameters: Parameters, *, rng: np.random.Generator, watch: Watch = no_watch, threads: int = 2,
+    engine: Engine = OWN, scratch: Path | None = None,
+) -> tuple[Motion, Recording]:  # fmt: skip
+    """The run itself: its motion, and the recording (without evidence) that states all that it assumed. scratch: the folder in
+    which LAMMPS works."""
+    name = recording.need_rig()
+    on_bench, _ = engine.bench(parameters, recording)
+    rate = recording.camera.fps or setup_of(recording).fps
+    fps = 0.0 if recording.rig in HEAPS else rate
+    motion = engine.run(recording, on_bench, rng, fps=fps, watch=watch, threads=threads, scratch=scratch)
     camera = camera_of(recording)
-    section = section_of(rig, getattr(recording, name))
+    section = section_of(rig_of(recording), getattr(recording, name))
     if recording.rig in HEAPS:
         section = section.model_copy(update={"baseline_px": baseline(camera), **weights(motion)})
     told = replace(

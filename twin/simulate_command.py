@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from twin import Parameters
+from twin.engine import Engine
 from twin.job import RIG_NAMES, Job, assigned, described, jobs
 from twin.parameters import said_of
 
@@ -15,10 +16,13 @@ MOST_REPEATS = 10_000
 
 
 def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, repeats: int, rng: int, settings: list[str],
-                     like: Path | None, rendered: bool, threads: int, quiet: bool) -> int:  # fmt: skip
+                     like: Path | None, rendered: bool, threads: int, engine: str, ranks: int, quiet: bool) -> int:  # fmt: skip
     """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the exit code."""
     try:
-        todo = jobs_of(rig, numbers, repeats, rng, settings, like, rendered)
+        todo = jobs_of(rig, numbers, repeats, rng, settings, like, rendered, Engine(engine, ranks))
+        todo[0].engine.ready()
+        for line in () if quiet else todo[0].converted():
+            print(line)
         run_jobs(todo, rig, out, threads, quiet)
         for line in [] if quiet else said_of(todo[0].description.get("seed", {})):
             print(line)
@@ -40,7 +44,7 @@ def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, r
 
 
 def jobs_of(
-    rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], like: Path | None, rendered: bool
+    rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], like: Path | None, rendered: bool, engine: Engine
 ) -> list[Job]:
     """A job a recording. numbers: fields of `Parameters`, None for its default; settings: "key=value" of anything else.
 
@@ -55,7 +59,7 @@ def jobs_of(
         raise ValueError(f"{like} describes a {of}, not a {rig}")
     given = {name: value for name, value in numbers.items() if value is not None}
     parameters, description = assigned(Parameters(**given), description, settings)
-    return jobs(rig, parameters, description, repeats=repeats, rng=rng, rendered=rendered)
+    return jobs(rig, parameters, description, repeats=repeats, rng=rng, rendered=rendered, engine=engine)
 
 
 def run_jobs(todo: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:

@@ -8,13 +8,14 @@ from calibrate.procedure.bench import OWN_OF_RECORDING
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.effort import Effort, pile_description
 from twin import Parameters
+from twin.engine import OWN, Engine
 from twin.job import Job, described
 from twin.pair import Pair, Recording, pair, recordings
 
 WIDTH_PX = 1600
 
 def pairs(
-    c: Calibration, out: Path, effort: Effort, say: Callable[[str], None] = lambda text: None
+    c: Calibration, out: Path, effort: Effort, say: Callable[[str], None] = lambda text: None, engine: Engine = OWN
 ) -> tuple[list[Pair], list[str]]:
     """Pairs, and why there is none of a rig. Of each rig that recording which lies nearest the bench's mean is taken; the twin of
     it is run into `out`, or read from there. Recordings of readings alone have nothing to show and are passed over."""
@@ -29,7 +30,7 @@ def pairs(
             continue
         say(f"{rig}: {recording.id} beside its twin")
         try:
-            found.append(_pair(recording, at, c, effort, out / rig))
+            found.append(_pair(recording, at, c, effort, out / rig, engine))
         except Exception as error:  # no graphics, a full disk, a seed that flies off: a picture less, not a calibration
             why.append(f"{rig}: {recording.id} could not be shown beside its twin: {error}")
     return found, why
@@ -45,7 +46,7 @@ def _nearest(c: Calibration, rig: str, entries: dict[str, Recording]) -> Recordi
     return entries[table.loc[(table["mean"] - readings.values.mean()).abs().idxmin(), "recording"]]
 
 
-def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, out: Path) -> Pair:
+def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, out: Path, engine: Engine) -> Pair:
     """The twin run as the recording states itself; of a pile as it was simulated for the calibration."""
     _, told = described(recording.toml) if recording.toml.is_file() else (None, {})
     rig = recording.need_rig()
@@ -58,7 +59,7 @@ def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, 
     description = {rig: section, "seed": told.get("seed", {}), "camera": camera, "air": told.get("air", {})}
     if rig == "pile" or not description["seed"]:
         description |= {k: v for k, v in c.bench.seed.items() if k in ("seed", "air")}
-    job = Job(rig, at, description, (c.seed,), rendered=rig == "pile")
+    job = Job(rig, at, description, (c.seed,), rendered=rig == "pile", engine=engine)
     folder = out / job.key
     return pair(recording, job.run(folder), alike=alike)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from calibrate.procedure.rigs import STEEL
+from twin.engine import OWN, Engine
 
 MANY = 10_000  # jobs: as many workers as there are cores
 BELOW_DEG = 1.5  # how far below the expected onset a slide's tilting begins: nothing happens before
@@ -43,25 +44,32 @@ def campaign(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Callable = lambda told: None,
+    engine: Engine = OWN,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Iterator[Simulator]:
-    """A simulator over the store: each run is computed once, whoever asks again. base: further fields of `Parameters`.
+    """A simulator over the store: each run is computed once, whoever asks again. base: further fields of `Parameters`. say: told
+    once what the engine converts of the law, with the first run's numbers.
 
     Without a scheduler, local workers are started with the first run that the store has not, and stay for all that follow: they
     load their compiled kernels once.
     """
     from twin import Parameters
     from twin.campaign import read_campaign, run_campaign
-    from twin.campaign.cluster import connected
+    from twin.campaign.cluster import connected, workers_for
     from twin.job import Job
 
     with ExitStack() as stack:
-        address = scheduler
+        address, said = scheduler, list[str]()
 
         def simulate(runs: Sequence[Run]) -> pd.DataFrame:
             nonlocal address
-            jobs = [Job(r.rig, Parameters(**(base or {}) | rounded(r.values)), _begun(r), r.rng, rendered) for r in runs]
+            jobs = [Job(r.rig, Parameters(**(base or {}) | rounded(r.values)), _begun(r), r.rng, rendered, engine) for r in runs]
+            if jobs and not said and (converted := jobs[0].converted()):
+                said.extend([*converted, "these numbers are the first run's; others are converted in the same way"])
+                for line in said:
+                    say(line)
             if address is None and read_campaign(jobs, store).counts()["done"] < len(jobs):
-                address = stack.enter_context(connected(MANY, workers, None)).client.scheduler.address
+                address = stack.enter_context(connected(MANY, workers or workers_for(engine.ranks), None)).client.scheduler.address
             return run_campaign(jobs, store, scheduler=address, progress=progress, keep="photos").table
 
         yield simulate

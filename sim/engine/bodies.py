@@ -125,10 +125,10 @@ def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, pat
 HAS_BODY = False
 HAS_BRAKE = False
 
-# Sleeping (`World.sleep`): every SLEEP_EVERY steps all contacts are computed. A body that was slow and balanced at CALM of these in a
-# row sleeps: it stands, and contacts between two sleepers are left out in between. It wakes when the forces on it no longer balance,
-# so that a load is handed on from neighbour to neighbour, or at once where something fast touches it. Forces are in shares of the body's weight, torques of weight × radius,
-# speeds in shares of √(g d).
+# Sleeping (`World.sleep`): every SLEEP_EVERY steps all contacts are computed. A body that was slow and balanced at CALM of these
+# in a row sleeps: it stands, and contacts between two sleepers are left out in between. It wakes when the forces on it no
+# longer balance, so that a load is handed on from neighbour to neighbour, or at once where something fast touches it.
+# Forces are in shares of the body's weight, torques of weight × radius, speeds of √(g d).
 SLEEP_EVERY, CALM = 16, 8
 CALM_SPEED, CALM_FORCE, WAKING_FORCE, WAKING_SPEED = 4e-3, 0.05, 0.1, 0.02
 

@@ -234,7 +234,8 @@ def block_forces(b, dt, look, woken, s, scratch):
         shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
     walls = touching_walls(
-        first, last, look, s.calm, s.ball, s.owner, s.material, s.materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
+        first, last, look, s.calm,
+        s.ball, s.owner, s.material, s.materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
         s.prim_kind, s.prim_wall, s.wall_material, s.corners, active[pairs:], meet,
     )  # fmt: skip
     if s.shared:

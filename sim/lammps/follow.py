@@ -80,3 +80,17 @@ def products(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Quaternions (n, 4) of the turns q followed by the turns p."""
     a, b, u, v = p[:, :1], q[:, :1], p[:, 1:], q[:, 1:]
     return np.concatenate([a * b - (u * v).sum(axis=1, keepdims=True), a * v + b * u + np.cross(u, v)], axis=1)
+
+
+def read_pushes(folder: Path, name: str, steps: np.ndarray, step_s: float) -> np.ndarray:
+    """Time integral [N s] of the seeds' push on each wall at these steps, (frames, walls, 3), from the mean loads in between."""
+    found: dict[int, list[float]] = {}
+    for dump in parts(folder, name):
+        file = dump.with_name(dump.name.replace(".bodies.dump", ".push.txt"))
+        for line in file.read_text().splitlines():
+            numbers = line.split()
+            if numbers and numbers[0] != "#":
+                found[int(numbers[0])] = [-float(v) for v in numbers[1:]]
+    taken = np.array([found[int(step)] for step in steps[1:]]).reshape(len(steps) - 1, -1, 3)
+    pushes = np.diff(steps)[:, None, None] * step_s * taken
+    return np.concatenate([np.zeros((1, *pushes.shape[1:])), np.cumsum(pushes, axis=0)])

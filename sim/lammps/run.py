@@ -110,7 +110,7 @@ def _time(log: Path) -> float:
         return 0.0
     for line in reversed(lines):
         words = line.split()
-        if len(words) in (3, 4):
+        if 3 <= len(words) <= 5:
             try:
                 return [float(word) for word in words][1]
             except ValueError:

@@ -36,7 +36,7 @@ def balls_of(shape: Seed) -> Balls:
     central = off[nearest] <= 1e-9 * radii[nearest]
     if central:
         types[nearest] = CENTRE
-    if central and len(radii) > 1:
+    if central and off.max() > APART * radii.min():
         return Balls(centres, radii, types)
     added = np.array([[APART * radii.min() * central, 0.0, 0.0]])
     return Balls(np.r_[centres, added], np.r_[radii, INNER_SHARE * radii.min()], np.r_[types, INNER])

@@ -8,7 +8,7 @@ import numpy as np
 from sim.engine.observe import Settled
 from sim.engine.world import World, time_step
 from sim.lammps.contact import refuse_others, words
-from sim.lammps.walls import wall_lines
+from sim.lammps.walls import name_of, wall_lines
 from sim.rigs.bench import GRAVITY_M_S2
 
 SKIN = 0.4  # neighbour lists reach so much farther than contact, of the smallest ball's radius
@@ -22,7 +22,8 @@ class Stage:
     """name: of the files. world: seeds, walls, contacts. begin: None, from NAME.data and NAME.bodies, else the stage whose end
     it goes on from. frame_s: how often the seeds' places are written, look_s: how often the end is asked for; the longer is
     a multiple of the shorter. longest_s: the end at the latest. least_s: not before that. still: the end is when they lie as it
-    says, None: at longest_s."""
+    says, None: at longest_s. over: of a single seed, a formula of LAMMPS in v_x, v_y, v_z [m], its place: above 0 the stage ends
+    too. pushes: whether each wall's load, averaged from frame to frame, is written."""
 
     name: str
     world: World
@@ -32,6 +33,8 @@ class Stage:
     longest_s: float
     least_s: float = 0.0
     still: Settled | None = None
+    over: str = ""
+    pushes: bool = False
 
     @property
     def step_s(self) -> float:
@@ -61,8 +64,9 @@ class Stage:
 def script(stage: Stage, ranks: int, title: str) -> str:
     """The whole input; refuses by name what LAMMPS has not."""
     refuse_others(stage.world)
-    parts = [_head(stage, ranks, title), _contacts(stage.world), _seeds(stage), wall_lines(stage.world), _leaving(stage, ranks)]
-    parts += [_looking(stage), _end(stage)]
+    walls = wall_lines(stage.world, contacts=stage.pushes)
+    parts = [_head(stage, ranks, title), _contacts(stage.world), _seeds(stage), walls, _leaving(stage, ranks)]
+    parts += [_looking(stage), _pushes(stage), _end(stage)]
     return "\n\n".join("\n".join(lines) for lines in parts if lines) + "\n"
 
 
@@ -89,8 +93,8 @@ def _head(stage: Stage, ranks: int, title: str) -> list[str]:
         f"comm_modify vel yes cutoff {spread:.8g}",
         "processors * * 1" if ranks > 2 else f"processors {ranks} 1 1",
         "# d_size: diameter of the sphere of the seed's volume [m]",
-        f'if "${{from}} == none" then {" ".join(first)} else "read_restart ${{from}}" {sizes}',
-        f'if "${{from}} == none" then "variable bodies string {bodies}" else "variable bodies string ${{from}}.rigid"',
+        f'if "${{part}} == 1" then {" ".join(first)} else "read_restart ${{from}}" {sizes}',
+        f'if "${{part}} == 1" then "variable bodies string {bodies}" else "variable bodies string ${{from}}.rigid"',
         f"timestep {stage.step_s:.15g}",
         "group touching type 1 2",
         "group middle type 2 3  # the ball at each seed's centre of mass",
@@ -170,13 +174,31 @@ def _looking(stage: Stage) -> list[str]:
     ]
 
 
+def _pushes(stage: Stage) -> list[str]:
+    """Each wall's load [N], averaged over the steps from frame to frame: what happens between two frames is in it."""
+    if not stage.pushes:
+        return []
+    names = [name_of(wall) for wall in stage.world.walls]
+    sums = [f"compute load_{n} all reduce sum " + " ".join(f"f_{n}[{k}]" for k in (2, 3, 4)) for n in names]
+    columns = " ".join(f"c_load_{n}[{k}]" for n in names for k in (1, 2, 3))
+    file = f"{stage.name}.${{part}}.push.txt"
+    return [*sums, f"fix pushes all ave/time 1 {stage.frame_steps} {stage.frame_steps} {columns} file {file}"]
+
+
 def _end(stage: Stage) -> list[str]:
-    """Until nothing moves, or for a time; then the state is kept, and how it ended."""
+    """Until nothing moves, or the seed is where it is to be, or for a time; then the state is kept, and how it ended."""
     look = stage.look_steps
     longest, least = (math.ceil(round(t / stage.step_s) / look) * look for t in (stage.longest_s, stage.least_s))
     done = [f"write_restart {stage.name}.end", f'print "still ${{still}}" file {stage.name}.done']
+    place = ["compute place middle reduce sum x y z", *(f"variable {a} equal c_place[{k}]" for k, a in enumerate("xyz", 1))]
+    place = [*place, f'variable over equal "{stage.over}"'] if stage.over else []
+    leave = ['if "$(v_over) > 0" then "jump SELF done"'] if stage.over else []
     if stage.still is None:
-        return ["thermo_style custom step time v_kinetic", "variable still equal 0", f"run {longest} upto", *done]
+        begin = [*place, "thermo_style custom step time v_kinetic" + (" v_over" if place else ""), "variable still equal 0"]
+        if not stage.over:
+            return [*begin, f"run {longest} upto", *done]
+        again = f'if "$(step) < {longest}" then "jump SELF look"'
+        return [*begin, "label look", f"run {look}", *leave, again, "label done", *done]
     lot = stage.world.seeds[0]
     size = float(np.mean([(6 * s.volume_m3 / np.pi) ** (1 / 3) for s in lot.shapes]))
     mass = float(np.mean([s.mass_kg for s in lot.shapes]))
@@ -185,10 +207,11 @@ def _end(stage: Stage) -> list[str]:
     moved = [
         "compute moved middle displace/atom",
         "compute way middle reduce max c_moved[4]",
-        "thermo_style custom step time v_kinetic c_way",
+        "thermo_style custom step time v_kinetic c_way" + (" v_over" if place else ""),
     ]
     again = " ".join(f'"{text}"' for text in ("uncompute way", "uncompute moved", "jump SELF anew"))
     return [
+        *place,
         "thermo_style custom step time v_kinetic",
         f'if "$(step) < {least}" then "run {least} upto"' if least else "",
         "# All lie still: over a window no seed has gone farther than a share of its diameter, and the kinetic energy is low.",
@@ -199,6 +222,7 @@ def _end(stage: Stage) -> list[str]:
         "label look",
         f'if "$(step) >= {longest}" then "jump SELF done"',
         f"run {look}",
+        *leave,
         f'if "$(v_kinetic) > {quiet:.8g} || $(c_way) > {stage.still.displacement * size:.8g}" then {again}',
         f'if "$(step-v_since) < {window}" then "jump SELF look"',
         "variable still equal 1",

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sim.engine.state import State
-from sim.engine.step import Every, init, run
+from sim.engine.step import Every
 from sim.engine.walls import Rectangle
 from sim.engine.world import Placed, World
 from sim.motion import Motion
+from sim.rigs.alone import Engine, our_engine
 from sim.rigs.bench import GRAVITY_M_S2, Bench, Columns, Frames, Watch, about, any_turn, no_watch, product, reach
 from sim.rigs.parts import prism
 from sim.seed import Seed
@@ -51,7 +52,10 @@ class Drop:
             raise ValueError(f"orientation = {self.orientation!r}: 'flat', 'any' or four numbers (w, x, y, z)")
 
 
-def run_drop(rig: Drop, bench: Bench, rng: np.random.Generator, *, fps: float = 1000.0, watch: Watch = no_watch) -> Motion:
+def run_drop(
+    rig: Drop, bench: Bench, rng: np.random.Generator, *, fps: float = 1000.0, watch: Watch = no_watch,
+    engine: Engine = our_engine,
+) -> Motion:  # fmt: skip
     """Drop one seed of the lot; over when it has touched `bounces` + 1 times, left the plate or lies still."""
     (seed,) = bench.draw(rng, 1)
     q = _orientation(rig, rng)
@@ -63,7 +67,7 @@ def run_drop(rig: Drop, bench: Bench, rng: np.random.Generator, *, fps: float = 
     plate = Rectangle("plate", bench.wall, tuple(-x * along - (0.0, y, 0.0)), tuple(2 * x * along), (0, 2 * y, 0))
     world = bench.world(Placed((seed,), bench.grain, start[None], q[None], spins=spin[None]), [plate])
     frames, over = Frames(1, fps), Impacts(rig.bounces + 1, rig.plate_m, watch, float(np.tan(tilt)))
-    run(world, init(world, rng), LONGEST_S, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
+    engine(world, rng, LONGEST_S, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
     columns = _held(frames.columns(), round(rig.hold_s * fps), 1 / fps)
     top, below = x * along[[0, 2]], -PLATE_THICKNESS_M * normal[[0, 2]]
     parts = (prism("plate", [below - top, below + top, top, -top], -y, y),)

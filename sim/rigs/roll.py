@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sim.engine.state import State
-from sim.engine.step import Every, init, run
+from sim.engine.step import Every
 from sim.engine.walls import Rectangle
 from sim.engine.world import Placed, World
 from sim.motion import Motion
+from sim.rigs.alone import Engine, our_engine
 from sim.rigs.bench import Bench, Frames, Watch, about, any_turn, no_watch, product, reach
 from sim.rigs.parts import prism
 from sim.seed import Seed
@@ -46,7 +47,10 @@ class Roll:
             raise ValueError("incline_length_m, plate_m and axis_sd_deg must not be negative")
 
 
-def run_roll(rig: Roll, bench: Bench, rng: np.random.Generator, *, fps: float = 200.0, watch: Watch = no_watch) -> Motion:
+def run_roll(
+    rig: Roll, bench: Bench, rng: np.random.Generator, *, fps: float = 200.0, watch: Watch = no_watch,
+    engine: Engine = our_engine,
+) -> Motion:  # fmt: skip
     """Let one seed of the lot roll down and run out; over when it lies still or has left the plate."""
     (seed,) = bench.draw(rng, 1)
     sign = 1.0 if rig.direction == "+x" else -1.0
@@ -62,7 +66,7 @@ def run_roll(rig: Roll, bench: Bench, rng: np.random.Generator, *, fps: float = 
     start = -rig.incline_length_m * down + reach(seed, q, -normal) * normal
     world = bench.world(Placed((seed,), bench.grain, start[None], q[None]), walls)
     frames, over = Frames(1, fps), Rest(rig, seed, ahead, watch)
-    run(world, init(world, rng), LONGEST_S, [Every(1 / fps, frames), Every(REST_S, over)])
+    engine(world, rng, LONGEST_S, [Every(1 / fps, frames), Every(REST_S, over)])
     columns = frames.columns()
     foot, leap = _foot(columns["positions_m"][:, 0], normal, down, ahead)
     series = {"travel_mm": 1e3 * (rig.incline_length_m + foot + leap)}

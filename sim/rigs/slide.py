@@ -6,11 +6,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sim.engine.state import State
-from sim.engine.step import Every, init, run
+from sim.engine.step import Every
 from sim.engine.walls import Rectangle, Turn
 from sim.engine.world import Placed, World
 from sim.laws import LAWS
 from sim.motion import Motion, Part
+from sim.rigs.alone import Engine, our_engine
 from sim.rigs.bench import Bench, Frames, Watch, about, no_watch, product, reach, turned
 from sim.rigs.parts import slab
 from sim.seed import MOST_SPHERES, Seed
@@ -48,7 +49,10 @@ class Slide:
             raise ValueError(f"0 < travel_m < start_m < the plate's length is needed, not {given}")
 
 
-def run_slide(rig: Slide, bench: Bench, rng: np.random.Generator, *, fps: float = 100.0, watch: Watch = no_watch) -> Motion:
+def run_slide(
+    rig: Slide, bench: Bench, rng: np.random.Generator, *, fps: float = 100.0, watch: Watch = no_watch,
+    engine: Engine = our_engine,
+) -> Motion:  # fmt: skip
     """Tilt the plate until the block has slid its travel; ValueError when it tips over, or has not slid by 80°."""
     block = taped(bench.draw(rng, rig.count))
     rate, first = np.radians(rig.tilt_rate_deg_s), np.radians(rig.start_deg)
@@ -64,7 +68,7 @@ def run_slide(rig: Slide, bench: Bench, rng: np.random.Generator, *, fps: float 
     frames = Frames(1, fps)
     end = LIE_S + (np.radians(80.0) - first) / rate
     over = Sliding(rig, end, rate, first, watch)
-    run(world, init(world, rng), end, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
+    engine(world, rng, end, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
     if over.travel_m[-1] < rig.travel_m:
         friction = bench.seed_wall.static_friction
         raise ValueError(f"the block has not slid {1e3 * rig.travel_m:g} mm by 80°: static_friction = {friction:g}")

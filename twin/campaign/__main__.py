@@ -40,10 +40,11 @@ def main(arguments: list[str]) -> int:
 def job_of(told: dict) -> Any:
     """The job of an `input` as stored."""
     from twin import Parameters
+    from twin.engine import Engine
     from twin.job import Job
 
     more = {"description": told["description"], "rng": tuple(told["rng"]), "rendered": told["rendered"]}
-    return Job(told["rig"], Parameters(**told["parameters"]), **more)
+    return Job(told["rig"], Parameters(**told["parameters"]), engine=Engine(**told.get("engine", {})), **more)
 
 
 if __name__ == "__main__":

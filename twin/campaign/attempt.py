@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sim.lammps.program import Unavailable
 from twin.campaign import claims
 from twin.campaign.results import Measured, Outcome
 from twin.campaign.store import Store, open_store
@@ -127,7 +128,7 @@ def _failure(store: Store, order: Order, job, error: Exception) -> dict:
     return {
         "reason": f"{type(error).__name__}: {error}",
         "rerun": rerun_command(store.root, job.key),
-        "lasting": not isinstance(error, OSError | MemoryError),  # those are the machine's, and may not come again
+        "lasting": not isinstance(error, OSError | MemoryError | Unavailable),  # the machine's, and may not come again
         "input": job.input,
         "work": name_of(order.work),
         "host": socket.gethostname(),

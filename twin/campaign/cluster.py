@@ -83,6 +83,11 @@ def _local(workers: int) -> Iterator[Any]:
             cluster.close(timeout=CLOSING_S)
 
 
+def workers_for(ranks: int) -> int:
+    """Workers of this machine whose jobs take so many cores each."""
+    return max(_cores() // ranks, 1)
+
+
 def _kill(cluster) -> None:
     """End the worker processes at once; what they were writing is swept afterwards."""
     for nanny in cluster.workers.values():

