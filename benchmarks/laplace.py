@@ -39,7 +39,7 @@ def sampled(fit: Fit, rng: np.random.Generator) -> tuple[float, float]:
         values = fit.values.copy()
         values[kept] = point
         reduced = fit.problem.reduce(fit.starts + shift(values - fit.values), values)[0]
-        left = sum(float(((r.b - r.a @ values) ** 2).sum()) + 2 * r.bulk for r in reduced)
+        left = sum(float(((r.b - r.a @ values) ** 2).sum()) + 2 * r.half_ln_det for r in reduced)
         weight[k] = -0.5 * left + stats.norm.logpdf(point, 0, sd).sum() - proposal.logpdf(point)
     weight = np.where(np.isfinite(weight), weight, -np.inf)
     total = logsumexp(weight)

@@ -1,17 +1,18 @@
-"""Diagnosis of a bench: where its recordings depart from what any contact parameters explain, and which physics was left out.
+"""Diagnosis of a bench: which physics the simulation leaves out, where it shows, and whether it
+matters.
 
     from diagnose import diagnose_bench
 
     for rig, finding in diagnose_bench("samples/concealed-roll").findings.items():
         print(rig, finding.verdict, finding.names)
 
-rigs/RIG/ states the recordings of a rig as one problem, effects/RIG/ lists what may be missing, one effect a file, and
-engine/ weighs the explanations; what an effect is called is known to its own file only.
+rigs/RIG/ states the recordings of a rig as one inference problem, effects/RIG/ lists what may be
+missing, engine/ computes the posterior over explanations.
 """
 
 
 def __getattr__(name: str):
-    """Imported when asked for: the front door must open fast."""
+    """Imported on first use: the package itself must import fast."""
     if name != "diagnose_bench":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from diagnose.bench import diagnose_bench

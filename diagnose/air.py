@@ -1,7 +1,7 @@
-"""What air does to the stated seed: its drag per metre at any speed, and how well that is known.
+"""Drag of the stated seed in air at any speed, and how well it is known.
 
-C_d(Re) = (24/Re)(1 + 0.15 Re^0.687) + 0.42/(1 + 42500 Re^−1.16), Re < 3·10⁵ (Clift & Gauvin 1971). It is that of a sphere of
-the seed's volume; a seed's own differs by about SHAPE_SD.
+C_d(Re) = (24/Re)(1 + 0.15 Re^0.687) + 0.42/(1 + 42500 Re^−1.16), Re < 3·10⁵ (Clift & Gauvin 1971),
+of a sphere of the seed's volume; a seed's own differs by about SHAPE_SD.
 """
 
 import math
@@ -9,21 +9,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SHAPE_SD = 0.15  # of C_d beside a sphere's, relative
-SLOPE_SD = 0.15  # of d ln C_d/d ln v: a sphere's is −0.2 at a seed's speeds, a bluff body's nil
-SEED_DRAG = 0.05  # of its lot's: how far one seed's drag differs, by its size (as 1/d) and by how it lies in the air
-UNKNOWN = 0.018  # drag over weight at 2 m/s of a seed that nobody described (soybean .018, wheat .03), with as large an sd
+SHAPE_SD = 0.15  # relative, of C_d beside a sphere's
+SLOPE_SD = 0.15  # of d ln C_d/d ln v: −0.2 for a sphere, 0 for a bluff body
+SEED_DRAG = 0.05  # relative sd of one seed's drag within its lot (size, attitude)
+UNKNOWN = 0.018  # drag over weight at 2 m/s, ± 100 %, of a seed of which nothing is stated
 REFERENCE_SPEED_M_S = 2.0
-SLOWEST_M_S = 0.01  # where air is concerned
+SLOWEST_M_S = 0.01  # floor on speeds
 G_M_S2 = 9.80665
 
 
 @dataclass(frozen=True)
 class Air:
-    """share: drag over weight at 2 m/s that the recording's own statements give (0: air is left out); sd: how well it is known,
-    same unit; room: the same in the stated air or, where the recording leaves air out, in room air; reynolds_per_speed: Re at
-    1 m/s there; lift: ρ A r/2m [-] of the Magnus law a = C (ρ A r/2m) ω × v, there; buoyancy: density of the stated air over the
-    seed's, 0 where it is left out."""
+    """What a recording states of air and seed.
+
+    share: drag over weight at 2 m/s, 0 where air is left out; sd: of share.
+    room: the same in the stated air or, where air is left out, in room air.
+    reynolds_per_speed: Reynolds number at 1 m/s; lift: ρ A r/2m [-] of a = C (ρ A r/2m) ω × v.
+    buoyancy: density of the stated air over the seed's, 0 where air is left out.
+    """
 
     share: float
     sd: float
@@ -43,13 +46,21 @@ def drag_coefficient(reynolds):
     return 24 / re * (1 + 0.15 * re**0.687) + 0.42 / (1 + 42500 * re**-1.16)
 
 
+def stated_sizes_mm(description: dict) -> list[float]:
+    """Length, width and thickness of the seed [mm], as far as they are stated."""
+    seed = description.get("seed", {})
+    return [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
+
+
 def air_of(description: dict) -> Air:
-    """From a recording's `seed` and `air` sections; what they leave open is not taken for known."""
+    """From a recording's `seed` and `air` sections; typical values and a wide sd for absent
+    keys.
+    """
     seed, air = description.get("seed", {}), description.get("air", {})
     density, viscosity = air.get("density_kg_m3", 1.2), air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5
     stated = density > 0
     density = density or 1.2
-    sizes = [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
+    sizes = stated_sizes_mm(description)
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000 if sizes else 7e-3
     mass = seed["mass_g"] / 1000 if seed.get("mass_g") else seed.get("density_kg_m3", 0.0) * math.pi / 6 * diameter**3
     reynolds = density * diameter / viscosity
@@ -67,15 +78,19 @@ def air_of(description: dict) -> Air:
 
 
 def speed_through_air(velocity: np.ndarray, aside_square: np.ndarray) -> np.ndarray:
-    """|v| (f, n, 1) [m/s] of velocities (f, n, 2) in the picture and v_y² (f, 1) [m²/s²]; smooth where that is below nil."""
+    """|v| (f, n, 1) [m/s] of velocities (f, n, 2) in the picture and v_y² (f, 1), which may be <
+    0.
+    """
     square = (velocity**2).sum(axis=-1, keepdims=True) + aside_square[..., None]
     return np.sqrt(np.maximum(square, SLOWEST_M_S**2))
 
 
 def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0):
-    """Drag over drag at 2 m/s, divided by the speed: s in a = −(share g) s u, u the velocity through the air; (…) of `speed`.
+    """s in a = −(share g) s u, u the velocity through the air: drag over drag at 2 m/s, over the
+    speed.
 
-    slope: of ln C_d over ln v, beside a sphere's; beyond ± 1 as there: a force that falls with speed has no way to come to rest.
+    slope: d ln C_d/d ln v beside a sphere's, clipped to ± 1: a force that falls with speed
+    diverges.
     """
     slope = min(max(slope, -1.0), 1.0)
     reference = drag_coefficient(reynolds_per_speed * REFERENCE_SPEED_M_S) * REFERENCE_SPEED_M_S**2
@@ -84,7 +99,9 @@ def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0
 
 
 def drag_over_mass(motion, share) -> np.ndarray:
-    """a = −share g s(|v|) v [m/s²], share (one, or (f, 1, 1)): drag over weight at 2 m/s, s of `drag_shape` [s/m]; motion: see
-    effects.drop.hooks.Motion."""
+    """a = −share g s(|v|) v [m/s²]; share: drag over weight at 2 m/s, scalar or (f, 1, 1).
+
+    motion: see effects.drop.hooks.Motion.
+    """
     speed = speed_through_air(motion.velocity, motion.aside_square)
     return -share * motion.g * drag_shape(speed, motion.reynolds[..., None], motion.slope) * motion.velocity

@@ -1,4 +1,4 @@
-"""A bench folder, diagnosed: its recordings by rig, each rig's finding, and why where there is none."""
+"""Diagnosis of a bench folder: a finding for each rig, or why there is none."""
 
 import time
 import traceback
@@ -14,22 +14,24 @@ from diagnose.finding import Finding
 from twin.tracks import Listed, listed
 
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Rig:
-    """read(folder) → the rig's recordings as its diagnosis takes them, each with `recording` and `trouble`, "" where there is
-    none; diagnose(recordings, rng) → Finding, ValueError where nothing can be said."""
-
-    read: Callable[[Path], list]
-    diagnose: Callable[[list, np.random.Generator], Finding]
+# Of each rig, the module of twin and the function in it that reads recordings.
+READERS = {
+    "drop": ("tracks", "read_drops"),
+    "slide": ("slides", "read_slides"),
+    "roll": ("roll_tracks", "read_rolls"),
+    "pile": ("piles", "read_piles"),
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """findings by rig; recordings: what was used, by rig; refused: rigs without a finding, and why; trouble: recordings that
-    could not be used, (name, rig, why); notes: what a reader must know; took_s; seed of the random numbers; twins: what the
-    twin shows when it is run again, by rig (`rerun.Again`)."""
+    """What a bench folder gave.
+
+    findings, recordings (those used) and twins (rerun.Resimulation): by rig.
+    refused: rigs without a finding, and why.
+    trouble: recordings that could not be used, (name, rig, why).
+    notes: for the reader; took_s; seed: of the random numbers.
+    """
 
     folder: Path
     findings: dict[str, Finding]
@@ -42,7 +44,7 @@ class Diagnosis:
     twins: dict[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict:
-        """diagnosis.json: the rigs' entries, and beside them what could not be used."""
+        """The content of diagnosis.json."""
         rigs = {}
         for rig, finding in self.findings.items():
             rigs[rig] = finding.to_json() | ({"twin": self.twins[rig].to_json()} if rig in self.twins else {})
@@ -54,12 +56,14 @@ class Diagnosis:
 
 
 def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), say: Say = lambda text: None) -> Diagnosis:
-    """Every rig of a bench folder, or those named in `only`. FileNotFoundError without a folder."""
+    """Diagnose every rig of a bench folder, or those in `only`. FileNotFoundError without a
+    folder.
+    """
     begun = time.monotonic()
     entries = listed(folder)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
     findings, used, refused = {}, {}, {}
-    rigs = [rig for rig in (*RIGS, *{e.rig: 0 for e in entries if e.rig and e.rig not in RIGS}) if not only or rig in only]
+    rigs = [rig for rig in (*READERS, *{e.rig: 0 for e in entries if e.rig and e.rig not in READERS}) if not only or rig in only]
     for number, rig in enumerate(rigs):
         here = [e for e in entries if e.rig == rig and not e.trouble]
         if not here:
@@ -77,24 +81,26 @@ def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), s
 
 
 def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say):
-    """Finding, or why there is none; the recordings that were used; those that could not be, as (name, rig, why)."""
-    if rig not in RIGS:
+    """A Finding or why there is none; the recordings used; those that were not: (name, rig,
+    why).
+    """
+    if rig not in READERS:
         return f"a {rig} cannot be diagnosed yet", [], []
     say(f"{rig}: reading {_count(len(entries), 'recording')}")
     try:
-        of = RIGS[rig]()
-        seen = of.read(folder)
-        known = {e.recording for e in entries}  # files that nobody can read are every reader's trouble
+        read, diagnose = _imported(rig)
+        seen = read(folder)
+        known = {e.recording for e in entries}  # unreadable files are reported by the reader of every rig
         wrong = [(s.recording, rig, s.trouble) for s in seen if s.trouble and s.recording in known]
         usable = [s for s in seen if not s.trouble]
         if not usable:
             return "none of its recordings can be used", [], wrong
         say(f"{rig}: diagnosing {_count(len(usable), 'recording')}")
-        with np.errstate(all="ignore"):  # a step too far on the way to a fit is taken back, and no news
-            return of.diagnose(usable, rng), usable, wrong
+        with np.errstate(all="ignore"):  # a fit may try a step that overflows, and takes it back
+            return diagnose(usable, rng), usable, wrong
     except ValueError as error:
         return str(error), [], []
-    except Exception as error:  # a fault of ours in one rig must not cost the others
+    except Exception as error:  # an error in one rig must not stop the others
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         return f"a fault of benchtwin, please report it: {error!r} in {where}", [], []
@@ -104,20 +110,12 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def _rig(rig: str, module: str, reads: str) -> Callable[[], Rig]:
-    """A function that imports what a rig needs when a folder holds such recordings."""
+def _imported(rig: str) -> tuple[Callable[[Path], list], Callable[[list, np.random.Generator], Finding]]:
+    """The rig's reader, and its diagnosis of what was read, imported on first use.
 
-    def made() -> Rig:
-        diagnose = getattr(import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")
-        return Rig(getattr(import_module(f"twin.{module}"), reads), diagnose)
-
-    return made
-
-
-# One line a rig: module of twin and the function in it that reads its recordings.
-RIGS: dict[str, Callable[[], Rig]] = {
-    "drop": _rig("drop", "tracks", "read_drops"),
-    "slide": _rig("slide", "slides", "read_slides"),
-    "roll": _rig("roll", "roll_tracks", "read_rolls"),
-    "pile": _rig("pile", "piles", "read_piles"),
-}
+    Recordings have `recording` and `trouble`, "" where there is none; the diagnosis raises ValueError
+    where nothing can be said.
+    """
+    module, reader = READERS[rig]
+    diagnose = getattr(import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")
+    return getattr(import_module(f"twin.{module}"), reader), diagnose

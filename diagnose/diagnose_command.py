@@ -1,4 +1,4 @@
-"""`benchtwin diagnose` as a person meets it: what was typed, the progress, the answer, the exit code."""
+"""Command line of `benchtwin diagnose`: options, progress, printed result, exit code."""
 
 import json
 import shutil
@@ -24,7 +24,9 @@ RIG_NAMES = ("drop", "slide", "roll", "pile")
 
 @dataclass(frozen=True)
 class Asked:
-    """What was typed. rigs: only these; twin: run the twin again with what was found; quick: by its tracks, without pictures."""
+    """Options. rigs: only these; twin: run the simulation again; quick: without rendered
+    pictures.
+    """
 
     bench: Path
     out: Path
@@ -80,7 +82,7 @@ def _check(asked: Asked) -> None:
 
 
 def _clear(asked: Asked) -> None:
-    """An older diagnosis goes only now that a new one is at hand."""
+    """Remove an older diagnosis once a new one is at hand."""
     for name in ("diagnosis.json", "report.html"):
         (asked.out / name).unlink(missing_ok=True)
 
@@ -92,22 +94,23 @@ def _write(file: Path, text: str) -> None:
 
 
 def _modelled(asked: Asked, found, say):
-    """The twin again, with what was found; what cannot be run again is said, and costs nothing else."""
-    from diagnose.rerun import run_again
+    """Run the simulation again with what was found; failures become notes."""
+
+    from diagnose.rerun import resimulate_all
 
     shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
-    return run_again(found, asked.out / "twin", pictures=not asked.quick, say=say)
+    return resimulate_all(found, asked.out / "twin", pictures=not asked.quick, say=say)
 
 
 def _reported(found, out: Path) -> bool:
-    """Write the report; a fault of ours in drawing it must not cost the verdict, and is told in one line."""
+    """Write the report; a fault in drawing it is one line, and the verdict stays."""
     from report.diagnosis import write_report
 
     return reported(lambda: write_report(found, out), f"the verdict is in {out / 'diagnosis.json'}", "diagnose")
 
 
 def _show(found, asked: Asked, drawn: bool) -> None:
-    """The verdicts in the terminal, and where to look; troubles are errors where nothing else was found."""
+    """Print verdicts and where to look; problems go to stderr where nothing was found."""
     from diagnose.words import lines
 
     console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
@@ -128,7 +131,7 @@ def _say(error, code: int) -> int:
 
 @contextmanager
 def _progress(quiet: bool) -> Iterator:
-    """A function that is told of every stage."""
+    """A function that shows the current stage."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
         task = progress.add_task("", total=None)

@@ -1,5 +1,7 @@
-"""Model: what was named is switched on in the twin (a force law, the air, the rig, the camera), and the twin is run again like the
-recordings. What stands for an effect is its `counterpart`.
+"""The simulation run again with what was named: a force law, the air, the rig or the camera
+changed.
+
+What stands for an effect is its `counterpart`; rigs/RIG/resimulation.py runs it.
 """
 
 import importlib
@@ -13,16 +15,17 @@ import numpy as np
 
 from diagnose.engine.conditions import Contact, conditions_of, effect_name
 from diagnose.finding import Finding
-from diagnose.words import MANY, effect_of, followed
+from diagnose.words import PLURALS, effect_named, followed_condition
 
-HARDLY = 0.95  # of what the old twin was off by
-FOLLOWING = ("drop", "slide")  # rigs whose recordings are run each with a parameter of its own
+CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
+PER_RECORDING_RIGS = ("drop", "slide")  # rigs whose recordings can each have their own parameter
 
 
 @dataclass(frozen=True)
-class Compared:
-    """One recording beside both twins: root mean square of what they leave of it, in the measure's unit; by: how they were
-    measured, "track" or "pictures"."""
+class Comparison:
+    """Root mean square error of one recording without and with the change; by: track or
+    pictures.
+    """
 
     recording: str
     quantity: str
@@ -33,15 +36,19 @@ class Compared:
 
 
 @dataclass(frozen=True, eq=False)
-class Again:
-    """The twin run again. effects: what was switched on; change, how: that in words, and how it was run; compared: one row a
-    recording and quantity; held_out: each with the parameters that the *other* recordings gave; picture: PNG, empty without."""
+class Resimulation:
+    """The simulation run again.
+
+    effects: what was changed; change, how: that in words, and how it was run; compared: a row for
+    each recording and quantity; held_out: whether values are those of the *other* recordings;
+    picture: PNG or empty.
+    """
 
     rig: str
     effects: tuple[str, ...]
     change: str
     how: str
-    compared: tuple[Compared, ...]
+    compared: tuple[Comparison, ...]
     held_out: bool
     picture: bytes = b""
     caption: str = ""
@@ -49,25 +56,29 @@ class Again:
     figure: dict | None = None
 
     def total(self, by: str = "track") -> tuple[float, float, str, str]:
-        """Root mean squares over all recordings of the first quantity: before, after, unit, quantity."""
+        """Root mean squares over recordings of the first quantity: before, after, unit,
+        quantity.
+        """
         first = next((c for c in self.compared if c.by == by), self.compared[0])
         own = [c for c in self.compared if c.quantity == first.quantity and c.by == first.by]
         before, after = (math.sqrt(np.mean([getattr(c, key) ** 2 for c in own])) for key in ("before", "after"))
         return before, after, first.unit, first.quantity
 
     def in_words(self) -> str:
-        """ "run again so that the plate rises by 0.2°, the twin is off by 0.97 mm where it was off by 7.7 mm (way …)"."""
+        """"run again so that the plate rises by 0.2°, the twin is off by 0.97 mm where it was off by
+        7.7 mm (way …)"
+        """
         if not self.compared:
             return "; ".join(self.notes)
         before, after, unit, quantity = self.total()
         held = "; each recording with what the others gave" if self.held_out else ""
         unit = {"1": "", "°": "°"}.get(unit, f" {unit}")
         what = f"the twin is off by {after:.2g}{unit} where it was off by {before:.2g}{unit}"
-        mended = "" if after < HARDLY * before else ": hardly mended, so the twin does not bear the verdict out"
-        return f"run again so that {self.change}, {what} ({quantity}{held}){mended}"
+        confirmed = "" if after < CONFIRMED_RATIO * before else ": an improvement of less than 5 %, which does not confirm the verdict"
+        return f"run again so that {self.change}, {what} ({quantity}{held}){confirmed}"
 
     def to_json(self) -> dict:
-        """What stands under "twin" in diagnosis.json."""
+        """The entry "twin" of diagnosis.json."""
         out = {"effects": list(self.effects), "change": self.change, "notes": list(self.notes), "held_out": self.held_out}
         if self.compared:
             before, after, unit, quantity = self.total()
@@ -75,11 +86,14 @@ class Again:
         return out | {"recordings": [vars(c) for c in self.compared]}
 
 
-def settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
-    """What of the twin stands for these values (of an effect's parameters, by name): numbers of force laws by name ("laws"; a
-    restitution's "fall" is e(0.5 m/s) − e(2 m/s)); "air": drag over weight beyond what is stated ("share") at a speed ("at_m_s"),
-    wind_x [m/s], Magnus' C ("lift"); "rig": what is added to the rig's numbers. A camera effect's own law stands for it."""
-    effects = {n: e for n in values if (e := effect_of(rig, n)) is not None}
+def simulation_settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
+    """Settings of the simulation for these values of effects' parameters, by name.
+
+    "laws": numbers of force laws, by name ("fall" of a restitution: e(0.5 m/s) − e(2 m/s)); "air":
+    drag over weight beyond what is stated ("share") at a speed ("at_m_s"), wind_x [m/s], Magnus' C
+    ("lift"); "rig": added to the rig's numbers. Effects of the camera have their own law.
+    """
+    effects = {n: e for n in values if (e := effect_named(rig, n)) is not None}
     shown = {n: e.reported(values[n]) if e.reported else values[n] for n, e in effects.items()}
     out: dict[str, dict] = {}
     for effect in effects.values():
@@ -90,13 +104,12 @@ def settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
 
 
 def values_by_recording(finding: Finding) -> dict[str, dict[str, float]]:
-    """Of every recording: each effect's parameters, as fitted, as the other recordings have them."""
+    """For every recording, each effect's fitted parameters as the other recordings have them."""
     return {r: {n: v[min(k, len(v) - 1)] for n, v in finding.left_out.items()} for k, r in enumerate(finding.recordings)}
 
 
-def beside_mean(contact: Contact, finding: Finding, recordings: list) -> dict[str, float]:
-    """By how much each recording's own contact parameter lies beside the mean by the conditions that were named, each as the other
-    recordings have it."""
+def condition_shifts(contact: Contact, finding: Finding, recordings: list) -> dict[str, float]:
+    """Each recording's contact parameter beside the mean, by the named conditions."""
     by_name = {r.recording: r for r in recordings}
     used = [by_name[n] for n in finding.recordings]
     more = np.zeros(len(used))
@@ -111,7 +124,11 @@ def beside_mean(contact: Contact, finding: Finding, recordings: list) -> dict[st
 def secant(
     miss: Callable[[float], float], low: float, high: float, limits: tuple[float, float], *, iterations: int, close: float
 ) -> float:
-    """A zero of `miss` within limits, by so many secant steps from two points or until |miss| < `close`: the better of the last two."""
+    """A zero of `miss` within `limits`, by secant steps from two points; the better of the last
+    two.
+
+    Ends after `iterations` steps or where |miss| < `close`.
+    """
     at_low, at_high = miss(low), miss(high)
     for _ in range(iterations):
         if abs(at_high) < close or abs(at_high - at_low) < 1e-9:
@@ -127,32 +144,32 @@ def change_in_words(rig: str, finding: Finding) -> str:
 
 
 def _change(rig: str, name: str, finding: Finding) -> str:
-    if found := followed(name):
+    if found := followed_condition(name):
         return f"{found[0]} of each recording follows its {found[1]}"
     told = finding.effects.get(name)
-    effect = effect_of(rig, name)
-    assert effect is not None and effect.counterpart is not None  # why_not asks first
+    effect = effect_named(rig, name)
+    assert effect is not None and effect.counterpart is not None  # checked by reason_not_simulated
     return effect.counterpart.what.format(value=f"{told.size.value if told else math.nan:.3g}")
 
 
-def run_again(found, folder: Path, *, pictures: bool, say: Callable[[str], None]):
-    """The diagnosis with what the twin shows of every rig of which something was named, or of which a class has a best member."""
+def resimulate_all(found, folder: Path, *, pictures: bool, say: Callable[[str], None]):
+    """The diagnosis with simulations of every rig in which something was named or likeliest."""
     twins = {}
     for rig, finding in found.findings.items():
-        if effects := _asked(finding):
+        if effects := _effects_to_simulate(finding):
             say(f"{rig}: running the twin again with {' and '.join(effects)}")
-            twins[rig] = _again(rig, effects, finding, found, folder, pictures, say)
+            twins[rig] = _resimulated(rig, effects, finding, found, folder, pictures, say)
     return replace(found, twins=twins)
 
 
-def _asked(finding: Finding) -> tuple[str, ...]:
-    """The effects of the model, and what was named that is another baseline."""
+def _effects_to_simulate(finding: Finding) -> tuple[str, ...]:
+    """The effects to simulate."""
     return tuple(dict.fromkeys((*finding.modelled, *(finding.names if finding.verdict == "name" else ()))))
 
 
-def _again(rig: str, effects: tuple[str, ...], finding: Finding, found, folder: Path, pictures: bool, say) -> Again:
-    nothing = Again(rig, effects, "the twin was not run again", "", (), False)
-    if why := [f"{e}: {reason}" for e in effects if (reason := why_not(rig, e))]:
+def _resimulated(rig: str, effects: tuple[str, ...], finding: Finding, found, folder: Path, pictures: bool, say) -> Resimulation:
+    nothing = Resimulation(rig, effects, "the twin was not run again", "", (), False)
+    if why := [f"{e}: {reason}" for e in effects if (reason := reason_not_simulated(rig, e))]:
         return replace(nothing, notes=tuple(f"the twin was not run again: {line}" for line in why))
     try:
         resimulate = importlib.import_module(f"diagnose.rigs.{rig}.resimulation").resimulate
@@ -161,17 +178,17 @@ def _again(rig: str, effects: tuple[str, ...], finding: Finding, found, folder: 
         return replace(nothing, notes=(f"the twin could not be run again: {error}",))
     except OSError:
         raise
-    except Exception as error:  # a fault of ours must not cost the verdict
+    except Exception as error:  # an error here must not lose the verdict
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         return replace(nothing, notes=(f"the twin could not be run again, a fault of benchtwin: {error!r} in {where}",))
 
 
-def why_not(rig: str, name: str) -> str:
-    """Why nothing in the twin stands for an effect; "" where something does."""
-    effect = effect_of(rig, name)
-    if effect is None and (found := followed(name)):
-        return "" if rig in FOLLOWING else f"the twin's {MANY[rig]} have one {found[0]} for all"
+def reason_not_simulated(rig: str, name: str) -> str:
+    """Why the simulation has no counterpart of an effect; "" where it has one."""
+    effect = effect_named(rig, name)
+    if effect is None and (found := followed_condition(name)):
+        return "" if rig in PER_RECORDING_RIGS else f"the twin's {PLURALS[rig]} have one {found[0]} for all"
     if effect is None or effect.counterpart is None:
-        return (effect and effect.untwinned) or "nothing in the twin stands for it"
+        return (effect and effect.not_simulated) or "nothing in the twin stands for it"
     return ""

@@ -1,10 +1,10 @@
-"""Findings in plain words: the verdict in a sentence, as it is printed and as a report opens."""
+"""Findings in words: the verdict in a sentence, as printed and as a report opens."""
 
 import importlib
 import math
 
 from diagnose.effects.effect import Effect
-from diagnose.engine.verdict import HOLDS, MATTERS_SDS
+from diagnose.engine.verdict import MATTERS_SDS, NAME_SHARE
 from diagnose.finding import Finding
 
 WHERE = {
@@ -12,20 +12,20 @@ WHERE = {
     "sliding": "while it slides", "incline": "on the incline", "run-out": "in the run-out", "crest": "at the crest",
     "middle": "in the middle of the slope", "toe": "at the toe",
 }  # fmt: skip
-MANY = {"drop": "drops", "slide": "slides", "roll": "rolls", "pile": "heaps"}
+PLURALS = {"drop": "drops", "slide": "slides", "roll": "rolls", "pile": "heaps"}
 UNITS = {"pct": "%", "deg": "°", "c": "°C", "k": "K", "days": "day"}  # at the end of a condition's name
-ONLY_WHEN = {"order": "the order of the recordings", "session": "the session"}  # of what says when, not why
+ONLY_WHEN = {"order": "the order of the recordings", "session": "the session"}  # drifts without a stated cause
 
 
-def effect_of(rig: str, name: str) -> Effect | None:
-    """A listed effect by name; None of what was made by rule, and of what nobody listed."""
+def effect_named(rig: str, name: str) -> Effect | None:
+    """A listed effect by name, None for others."""
     return importlib.import_module(f"diagnose.effects.{rig}").EFFECTS.get(name)
 
 
-def followed(name: str) -> tuple[str, str] | None:
+def followed_condition(name: str) -> tuple[str, str] | None:
     """The contact parameter, in words, and the condition that it follows; None of other effects.
 
-    >>> followed("static_friction-follows-moisture_pct")
+    >>> followed_condition("static_friction-follows-moisture_pct")
     ('static friction', 'moisture_pct')
     """
     parameter, found, condition = name.partition("-follows-")
@@ -33,7 +33,7 @@ def followed(name: str) -> tuple[str, str] | None:
 
 
 def verdict_in_words(finding: Finding) -> str:
-    """What is missing, how much of it, and what leaving it out does to the contact parameters."""
+    """What is missing, how much of it, and what ignoring it does to the contact parameters."""
     if finding.verdict == "none":
         count = len(finding.recordings)
         these = "the recording shows" if count == 1 else f"{count} recordings show"
@@ -49,7 +49,7 @@ def _name(finding: Finding) -> str:
 
 
 def _class(finding: Finding) -> str:
-    sure = [n for n in finding.names if _probability(n, finding) >= HOLDS]
+    sure = [n for n in finding.names if _probability(n, finding) >= NAME_SHARE]
     rest = [n for n in finding.names if n not in sure]
     if sure:
         beside = " or ".join(_short(n, finding) for n in rest)
@@ -68,9 +68,9 @@ def _unknown(finding: Finding) -> str:
 
 
 def _when(finding: Finding) -> str:
-    """A drift of the likeliest explanation: a law, not a cause."""
+    """The drift that the likeliest explanation holds, in words."""
     likeliest = next((names for names, _ in finding.explanations if names), ())
-    found = next((f for n in likeliest if n not in finding.effects and (f := followed(n))), None)
+    found = next((f for n in likeliest if n not in finding.effects and (f := followed_condition(n))), None)
     return f"{found[0]} changes with {ONLY_WHEN.get(found[1], found[1])}, and nothing stated says why" if found else ""
 
 
@@ -89,10 +89,10 @@ def _moved(finding: Finding) -> list[str]:
 
 def named(name: str, finding: Finding) -> str:
     """ "air drag is missing (99.7 %): 0.018 ± 0.002 of the weight at 2 m/s" (95 %)."""
-    if found := followed(name):
+    if found := followed_condition(name):
         return _following(name, *found, finding)
-    told, effect = finding.effects.get(name), effect_of(finding.rig, name)
-    unit = effect.says[1] if effect else ""
+    told, effect = finding.effects.get(name), effect_named(finding.rig, name)
+    unit = effect.wording[1] if effect else ""
     if told is None or not unit or not math.isfinite(told.size.value):
         return _short(name, finding)
     return f"{_short(name, finding)}: {plus_minus(told.size)}{'' if unit.startswith('°') else ' '}{unit}"
@@ -101,7 +101,7 @@ def named(name: str, finding: Finding) -> str:
 def _following(name: str, parameter: str, condition: str, finding: Finding) -> str:
     """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct), in all 10 slides (99.7 %)"; of words each level."""
     told, count = finding.effects.get(name), len(finding.recordings)
-    over = f"in all {count} {MANY[finding.rig]} ({percent(_probability(name, finding))})"
+    over = f"in all {count} {PLURALS[finding.rig]} ({percent(_probability(name, finding))})"
     if told and told.levels:
         each = ", ".join(f"{level} {'+' if size.value > 0 else ''}{plus_minus(size)}" for level, size in told.levels.items())
         return f"{parameter} follows {condition}, {over}; beside the mean of all: {each}"
@@ -115,10 +115,10 @@ def _following(name: str, parameter: str, condition: str, finding: Finding) -> s
 
 def missing(name: str, rig: str) -> str:
     """What one effect is in a reader's words."""
-    if found := followed(name):
+    if found := followed_condition(name):
         return f"{found[0]} follows {found[1]}"
-    effect = effect_of(rig, name)
-    return effect.says[0] if effect and effect.says[0] else name
+    effect = effect_named(rig, name)
+    return effect.wording[0] if effect and effect.wording[0] else name
 
 
 def _short(name: str, finding: Finding) -> str:
@@ -144,7 +144,7 @@ def plus_minus(size) -> str:
 
 
 def place(finding: Finding) -> str:
-    """Where it is missing: the best sector, in words."""
+    """The most likely sector, in words."""
     best = next((s for s in finding.sectors if math.isfinite(s.explained) and s.explained > 0), None)
     return WHERE.get(best.name, f"in {best.name}") if best else "somewhere"
 

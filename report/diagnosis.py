@@ -91,8 +91,8 @@ def _where(f: Finding) -> str:
     out = words.place(f) + (f", which explains {100 * best.explained:.0f} % of the mismatch ({words.chance(best.p)})" if best else "")
     if window := _window(f):
         out += f"; most at {window}"
-    if f.collapse:
-        out += f"; what is missing follows {AXES.get(f.collapse, (f.collapse, ''))[0]} best"
+    if f.best_axis:
+        out += f"; what is missing follows {AXES.get(f.best_axis, (f.best_axis, ''))[0]} best"
     return out
 
 

@@ -1,6 +1,6 @@
-"""What a listed effect is: a law with a reported parameter, its prior, where it acts, its words, and what of the twin stands for it.
+"""A listed effect: a law with a reported parameter, its prior, sector and wording.
 
-A rig calls the hooks of whatever effects it finds in its folder: an effect's file is all that knows its name.
+A rig calls the laws of whatever effects it finds in its folder; only its own file knows an effect.
 """
 
 import importlib
@@ -11,8 +11,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Counterpart:
-    """What of the twin stands for an effect. what: in words, {value} in its unit; change(values of the effect's parameters by
-    name) → settings of the twin: force laws by name ("laws"), of the rig ("rig"), of the camera ("camera")."""
+    """What stands for an effect in the simulation.
+
+    what: in words, {value} in its unit; change(values of the effect's parameters by name) →
+    settings: force laws by name ("laws"), of the air ("air"), of the rig ("rig").
+    """
 
     what: str
     change: Callable[[dict[str, float]], dict] | None = None
@@ -22,20 +25,24 @@ class Counterpart:
 class Effect:
     """One effect, or a further parameter of one.
 
-    name, sector; unit, meaning: of the reported parameter; prior_sd about 0, low, high: physical range, all of the fitted
-    parameter; source of law and range; says: (what is missing, what its number is) in a reader's words; separating: the
-    recording that would tell it from others; reported: from the fitted value to the reported one (rising), where they differ.
-    group: the effect that this is a further parameter of; sized: whether its prior scales with the effect's size (a shape's does
-    not: it is knowledge of the law); bent: the law is not linear about nil, so that it is fitted whatever its slope there;
-    follows: the stated condition that a contact parameter follows, level: of a condition in words the one that
-    this parameter is of; unlisted: it says when, not why.
-    counterpart: None where nothing in the twin stands for it, untwinned: why not.
-    Hooks, of which an effect gives those that its law needs (each rig's model says how it calls them):
-    acceleration(Motion, value), picture(places, View, value), clock(value), restitution(Hits, e, value), kick(Hits, value): drops;
-    act(Laws, run, value), tilt(coefficients, value), read(angle, Read, value), rest(value): slides; act(way, value, context),
-    resist(speed, value, seed, all values): rolls; summary(Explanation) → reported value and its sd, where they are not those of the
-    first parameter;
-    needs(session) → whether these recordings can show it.
+    name, sector; unit, meaning: of the reported parameter; source: of law and range.
+    prior_sd about 0, low, high: physical range; all of the fitted parameter.
+    wording: (what is missing, what its number is); separating: the recording that separates it.
+    reported: increasing function from the fitted to the reported value, where they differ.
+    group: the effect that this is a further parameter of.
+    scaled_prior: whether its prior scales with the effect's size (a shape parameter's does not).
+    nonlinear: the law is not linear about 0, so it is fitted in full whatever its slope there.
+    follows, level: the condition that a contact parameter follows, and the level of one in words.
+    unlisted: it says when or how, not why.
+    counterpart: in the simulation; not_simulated: why there is none.
+    needs(session): whether these recordings can show it.
+
+    Laws, of which an effect has those that it needs (each rig's model says how it calls them):
+    drops: acceleration(Motion, value), picture(places, View, value), clock(value),
+    restitution(Hits, e, value), kick(Hits, value).
+    slides: act(Laws, run, value), tilt(coefficients, value), read(angle, Read, value), rest(value).
+    rolls: act(way, value, context), resist(speed, value, seed, all values).
+    summary(Explanation): reported value and sd, where they are not those of the first parameter.
     """
 
     name: str
@@ -46,17 +53,17 @@ class Effect:
     low: float
     high: float
     source: str
-    says: tuple[str, str] = ("", "")
+    wording: tuple[str, str] = ("", "")
     separating: str = ""
     reported: Callable[[float], float] | None = None
     group: str = ""
-    sized: bool = True
-    bent: bool = False
+    scaled_prior: bool = True
+    nonlinear: bool = False
     follows: str = ""
     level: str = ""
     unlisted: bool = False
     counterpart: Counterpart | None = None
-    untwinned: str = ""
+    not_simulated: str = ""
     acceleration: Callable | None = None
     picture: Callable | None = None
     clock: Callable | None = None

@@ -1,56 +1,56 @@
-"""The alarm: could noise alone make the greatest score, of all that is listed and of all that is not?
+"""The alarm: could noise alone produce the greatest score of all listed and unlisted components?
 
-A component's column c has the score z = cᵀPb/√(cᵀPc), P the projection that marginalises the nuisances; normal where nothing is
-missing. The maximum over all columns is compared with a parametric bootstrap of it (their correlation, and the doubt about the
-noise's power, in it); what is unlisted by the fall of χ² of its few terms. Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50.
+A component's column c has the score z = cᵀPb/√(cᵀPc), P marginalising the nuisances; it is normal
+where nothing is missing. The maximum over all columns is compared with a parametric bootstrap, in
+which their correlation and the doubt about the noise power count; unlisted physics by its fall of
+χ². Source: Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50.
 """
 
 import numpy as np
 from scipy import stats
 
-from diagnose.engine.evidence import Kind, Table
+from diagnose.engine.evidence import EvidenceTable, Kind
+from diagnose.engine.explanation import Explanation, Posterior
 from diagnose.engine.linear import chance
 from diagnose.engine.noise import maximum_draws
-from diagnose.engine.posterior import Explanation, Posterior
 
-ALARM_P = 0.005  # below: noise alone is not believed to make the mismatch
-UNLIKELY = 0.01  # share of a size of scatter below which it is not looked at
-UNSEEN = 1e-10  # relative power of a column that the nuisances hide
+ALARM_P = 0.005  # below which there is an alarm
+UNLIKELY = 0.01  # weight of a size of scatter below which it is skipped
+HIDDEN_POWER = 1e-10  # relative power of a column that the nuisances absorb
 
 
 def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
-    """Averaged over the alternatives, by their weight with nothing missing."""
+    """p value, averaged over the alternatives by their weight with nothing missing."""
     weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
-    told = [min(1.0, 2 * min(p_of(base, rng), _p_fitted(posterior, base, rng))) for base in posterior.bases]
+    told = [min(1.0, 2 * min(baseline_p(base, rng), _p_fitted(posterior, base, rng))) for base in posterior.bases]
     plain = float(weight / weight.sum() @ told)
-    named = [_p_named(posterior, k) for k, a in enumerate(posterior.alternatives) if a.named]
+    named = [_p_named(posterior, k) for k, a in enumerate(posterior.alternatives) if a.effects]
     return float(min([1.0, (1 + len(named)) * min([plain, *named])]))
 
 
 def _p_fitted(posterior: Posterior, base: Explanation, rng: np.random.Generator) -> float:
-    """Of single components fitted in full (a law need not be linear about nil), by their fall of χ²; Bonferroni over what is listed."""
+    """Of single effects fitted in full, by their fall of χ²; Bonferroni over the listed ones."""
     table = base.table
     found, doubt = [1.0], np.exp(table.level_sd * rng.standard_normal(2000))
     for e in posterior.explanations:
         if e.alternative == base.alternative and len(e.names) == 1 and e.names == e.listed and e.fit is not base.fit:
             fall = max(base.fit.chi2 - e.fit.chi2, 0.0) / base.power
-            found.append(chance(fall, len(table.spot[e.names[0]]), doubt))
+            found.append(chance(fall, len(table.index[e.names[0]]), doubt))
     return min(1.0, sum(c.kind is not Kind.UNLISTED for c in table.components.values()) * min(found))
 
 
 def _p_named(posterior: Posterior, number: int) -> float:
-    """Of an effect that is an alternative baseline: its own, or that of the fall of χ² beside the best plain one, for its size and for
-    each recording's phase."""
+    """Of an effect that is an alternative baseline: its own p, or from its fall of χ²."""
     own = posterior.alternatives[number]
-    held = [e for e in posterior.explanations if e.alternative == number and set(e.names) == set(own.named)]
+    held = [e for e in posterior.explanations if e.alternative == number and set(e.names) == set(own.effects)]
     if own.p is not None or not held:
         return own.p if own.p is not None else 1.0
-    fall = 2 * (held[0].table.ln_evidence(own.named)[1] - max(b.table.ln_evidence(())[1] for b in posterior.bases))
+    fall = 2 * (held[0].table.ln_evidence(own.effects)[1] - max(b.table.ln_evidence(())[1] for b in posterior.bases))
     return float(stats.chi2.sf(max(fall, 0.0), 1 + len(held[0].reduced)))
 
 
-def p_of(base: Explanation, rng: np.random.Generator, sector: str | None = None) -> float:
-    """Of one baseline, in one sector or in all; Bonferroni over what is listed and what is not."""
+def baseline_p(base: Explanation, rng: np.random.Generator, sector: str | None = None) -> float:
+    """Of one baseline, in one sector or all; Bonferroni over listed and unlisted."""
     table = base.table
     asked = {n: c for n, c in table.components.items() if sector in (None, c.sector)}
     listed = [n for n, c in asked.items() if c.kind is not Kind.UNLISTED]
@@ -59,19 +59,19 @@ def p_of(base: Explanation, rng: np.random.Generator, sector: str | None = None)
     return float(min(1.0, len(told) * min(told))) if told else 1.0
 
 
-def _believed(table: Table) -> list[tuple[float, int]]:
-    """Weight of each size of scatter, with nothing missing; the unlikely ones left out."""
-    weight = np.exp(table.nil + table.odds - (table.nil + table.odds).max())
+def _scatter_weights(table: EvidenceTable) -> list[tuple[float, int]]:
+    """Weight of each size of scatter with nothing missing, without the unlikely ones."""
+    weight = np.exp(table.ln_z_nothing + table.odds - (table.ln_z_nothing + table.odds).max())
     weight = np.where(weight > UNLIKELY * weight.sum(), weight, 0.0)
     return [(float(w / weight.sum()), s) for s, w in enumerate(weight) if w]
 
 
-def _p_listed(table: Table, names: list[str], rng: np.random.Generator) -> float | None:
-    every = np.concatenate([table.spot[n] for n in names] or [np.zeros(0, dtype=int)])
+def _p_listed(table: EvidenceTable, names: list[str], rng: np.random.Generator) -> float | None:
+    every = np.concatenate([table.index[n] for n in names] or [np.zeros(0, dtype=int)])
     total = 0.0
-    for weight, s in _believed(table):
+    for weight, s in _scatter_weights(table):
         information, right = table.information[s], table.right[s]
-        at = every[np.diag(information)[every] > UNSEEN]
+        at = every[np.diag(information)[every] > HIDDEN_POWER]
         if not len(at):
             return None
         size = np.sqrt(np.diag(information)[at])
@@ -80,15 +80,15 @@ def _p_listed(table: Table, names: list[str], rng: np.random.Generator) -> float
     return total
 
 
-def _p_unlisted(table: Table, names: list[str], rng: np.random.Generator) -> float | None:
-    """The least over groups of terms, times their number."""
+def _p_unlisted(table: EvidenceTable, names: list[str], rng: np.random.Generator) -> float | None:
+    """The least p over groups of unlisted columns, times their number."""
     doubt = np.exp(table.level_sd * rng.standard_normal(2000))
-    found = [sum(weight * _p_group(table, table.spot[n], s, doubt) for weight, s in _believed(table)) for n in names]
+    found = [sum(weight * _p_group(table, table.index[n], s, doubt) for weight, s in _scatter_weights(table)) for n in names]
     return min(1.0, len(found) * min(found)) if found else None
 
 
-def _p_group(table: Table, at: np.ndarray, s: int, doubt: np.ndarray) -> float:
+def _p_group(table: EvidenceTable, at: np.ndarray, s: int, doubt: np.ndarray) -> float:
     values, vectors = np.linalg.eigh(table.information[s][np.ix_(at, at)])
-    kept = values > 1e-6 * max(values.max(initial=0.0), UNSEEN)
+    kept = values > 1e-6 * max(values.max(initial=0.0), HIDDEN_POWER)
     fall = float(((vectors[:, kept].T @ table.right[s][at]) ** 2 / values[kept]).sum())
     return chance(fall, max(int(kept.sum()), 1), doubt)

@@ -1,8 +1,8 @@
-"""Contact parameters that follow what the recordings state: conditions, the order of recordings, sessions.
+"""Contact parameters that follow stated conditions, the order of recordings, or the session.
 
-A parameter p of recording r is p + β z_r, z the condition with mean nil and sd 1 over the recordings that state it (nil in the
-others), or for words one β a level. As each recording has rows of its own, the column of β is z_r times that of p, so that every
-rig gets these effects by rule.
+A parameter p of recording r is p + β z_r, z the condition with mean 0 and sd 1 over the recordings
+that state it (0 in the others); for words one β a level. The column of β is z_r times that of p,
+so that every rig gets these effects by rule.
 """
 
 from collections.abc import Callable
@@ -12,18 +12,22 @@ from typing import Any
 import numpy as np
 
 from diagnose.effects.effect import Effect
-from diagnose.engine.descent import Cheap
+from diagnose.engine.least_squares import FastChi2
 from diagnose.engine.linear import Reduced
 from diagnose.engine.problem import Problem
 
-DISGUISE = 0.98  # correlation of two conditions from which they are not told apart
+CONFOUNDED_CORRELATION = 0.98  # from which two conditions cannot be told apart
 MOST_LEVELS = 6
 
 
 @dataclass(frozen=True)
 class Contact:
-    """name as reported ("static_friction"), its global in the problem, prior_sd by which it may follow something (in the global's
-    unit, a sd of the condition), scale: from the global's unit to the reported one; sector; words: in a sentence."""
+    """A contact parameter: name as reported, its global (`column`), its sector, and its name in
+    words.
+
+    prior_sd: by which it may follow a condition, in the global's unit a sd of the condition; scale:
+    from the global's unit to the reported one.
+    """
 
     name: str
     column: str
@@ -35,8 +39,10 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """name; z (R, k): standardised numbers (k = 1), or levels as contrasts; spread: sd of the numbers, nan for words; levels: of
-    words; unlisted: it says when, not why (order, session)."""
+    """A condition: name; z (R, k): standardised numbers (k = 1), or contrasts of levels.
+
+    spread: sd of the numbers, NaN for words; levels: of words; unlisted: it says when, not why.
+    """
 
     name: str
     z: np.ndarray
@@ -46,7 +52,7 @@ class Condition:
 
 
 def conditions_of(descriptions: list[dict], sessions: list[str]) -> tuple[tuple[Condition, ...], tuple[str, ...]]:
-    """Everything that differs between these recordings, and notes on what cannot be used or told apart."""
+    """What differs between recordings, and notes on what cannot be used or told apart."""
     stated = [d.get("conditions", {}) for d in descriptions]
     found, notes = [], []
     for key in dict.fromkeys(k for s in stated for k in s):
@@ -65,14 +71,14 @@ def conditions_of(descriptions: list[dict], sessions: list[str]) -> tuple[tuple[
         more.append(replace(session, unlisted=True))
     kept = []
     for extra in more:
-        twin = next((c for c in found if _alike(c, extra)), None)
-        if twin is None:
+        same = next((c for c in found if _confounded(c, extra)), None)
+        if same is None:
             kept.append(extra)
         else:
-            notes.append(f"[conditions] {twin.name} goes with the {extra.name} of the recordings: the two cannot be told apart")
+            notes.append(f"[conditions] {same.name} goes with the {extra.name} of the recordings: the two cannot be told apart")
     for k, one in enumerate(found):
         for other in found[k + 1 :]:
-            if _alike(one, other):
+            if _confounded(one, other):
                 notes.append(f"[conditions] {one.name} and {other.name} go together: the two cannot be told apart")
     return (*found, *kept), tuple(notes)
 
@@ -97,12 +103,12 @@ def _of_words(name: str, values: list) -> Condition | None:
     return Condition(name, member - np.where(seen[:, None], member[seen].mean(0), 0.0), float("nan"), levels)
 
 
-def _alike(one: Condition, other: Condition) -> bool:
-    """Whether all that one says the other says too."""
+def _confounded(one: Condition, other: Condition) -> bool:
+    """Whether one condition is nearly a linear function of the other."""
     basis = np.linalg.qr(np.hstack([np.ones((len(one.z), 1)), other.z]))[0]
     about = one.z - one.z.mean(0)
     left = about - basis @ (basis.T @ about)
-    return float((left**2).sum()) < (1 - DISGUISE**2) * float((about**2).sum())
+    return float((left**2).sum()) < (1 - CONFOUNDED_CORRELATION**2) * float((about**2).sum())
 
 
 def effect_name(contact: Contact, condition: Condition) -> str:
@@ -110,8 +116,10 @@ def effect_name(contact: Contact, condition: Condition) -> str:
 
 
 def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condition, ...]) -> Problem:
-    """The problem with one effect a condition; `problem.reduce` gets their columns, which are linear: β is nil where a prediction
-    is made, and counts in the reduced space alone."""
+    """The problem with one effect a condition.
+
+    `reduce` gets their columns; they are linear, so β is 0 where a prediction is made.
+    """
     if not conditions or contact.column not in problem.names:
         return problem
     effects, names, factors = dict(problem.effects), list(problem.names), []
@@ -127,8 +135,8 @@ def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condit
         out = []
         for r, one in enumerate(made):
             more = one.a[:, [column]] * z[r]
-            cost = None if there else one.cost  # χ² at that very point knows nothing of β
-            out.append(replace(one, a=np.hstack([one.a[:, :base], more, one.a[:, base:]]), cost=cost))
+            chi2 = None if there else one.chi2  # χ² at that point does not include β
+            out.append(replace(one, a=np.hstack([one.a[:, :base], more, one.a[:, base:]]), chi2=chi2))
         return tuple(out)
 
     def reduce(starts: np.ndarray, values: np.ndarray, extra=None):
@@ -142,22 +150,22 @@ def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condit
         return widened(made, bool(values[base:].any())), changed
 
     return replace(
-        problem, effects=effects, names=tuple(names), reduce=reduce, cheap=_wider(problem, base, widened),
-        elsewhere=tuple((starts, np.append(values, np.zeros(z.shape[1]))) for starts, values in problem.elsewhere),
+        problem, effects=effects, names=tuple(names), reduce=reduce, fast_chi2=_widened_fast_chi2(problem, base, widened),
+        further_starts=tuple((starts, np.append(values, np.zeros(z.shape[1]))) for starts, values in problem.further_starts),
     )  # fmt: skip
 
 
-def _wider(problem: Problem, base: int, widened: Callable) -> Cheap | None:
-    """What spares `reduce` where nothing follows a condition."""
-    if problem.cheap is None:
+def _widened_fast_chi2(problem: Problem, base: int, widened: Callable) -> FastChi2 | None:
+    """FastChi2 of the widened problem where nothing follows a condition."""
+    if problem.fast_chi2 is None:
         return None
-    inner = problem.cheap
+    inner = problem.fast_chi2
 
-    def lean(starts, values, wanted):
-        made, change = inner.lean(starts, values[:base], wanted[:base])
+    def reduce_free(starts, values, wanted):
+        made, change = inner.reduce_free(starts, values[:base], wanted[:base])
         return widened(made, False), lambda moved: change(moved[:base])
 
-    return Cheap(lambda starts, values: inner.cost(starts, values[:base]), lean)
+    return FastChi2(lambda starts, values: inner.chi2(starts, values[:base]), reduce_free)
 
 
 def _effects(contact: Contact, c: Condition) -> list[Effect]:

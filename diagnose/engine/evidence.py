@@ -1,12 +1,14 @@
-"""Evidence of sets of components in the reduced space of a fit: Gaussian integrals, hundreds of sets in milliseconds.
+"""Evidence of sets of components in the linearised problem: Gaussian integrals, hundreds in
+milliseconds.
 
-With the nuisances marginalised, components of prior sd T have the information J = TᵀCᵀΣ⁻¹CT and the right-hand side h, so that
+With the nuisances marginalised, components of prior sd T have the information J = TᵀCᵀΣ⁻¹CT and the
+score h, so that
 
-    ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln of the share of the posterior inside the physical range,
+    ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the physical range),
 
-averaged over widths of the priors on size (a scale mixture: what is possible is wide, what occurs is mostly small) and over the
-size of the scatter between recordings. The noise's power is itself known to `level_sd` only: a misfit beyond the best counts as in
-Student's t. Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
+averaged over the widths of the priors (a scale mixture) and over sizes of the scatter between
+recordings. The noise power is known to `level_sd` of its logarithm only, so misfit counts as in
+Student's t. Source: Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
 """
 
 from dataclasses import dataclass, replace
@@ -18,15 +20,15 @@ from scipy.special import log_ndtr, logsumexp
 
 from diagnose.engine.linear import Reduced
 
-WIDTHS = (3.0, 1.0, 0.3, 0.1, 0.03)  # of the physical prior's sd: what is rare is not impossible
-VISIBLE = (2.0, 6.0, 20.0, 60.0)  # signal-to-noise ratios at which something unlisted shows
-SCATTERS = (1.0, 2.0, 4.0, 8.0)  # of the usual scatter between recordings
-SCATTER_ODDS = (0.8, 0.15, 0.04, 0.01)
-LEVELS = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.5)  # sds of ln of a noise's power that are tried
+PRIOR_WIDTHS = (3.0, 1.0, 0.3, 0.1, 0.03)  # of the prior on size, times its sd
+UNLISTED_SNRS = (2.0, 6.0, 20.0, 60.0)  # signal-to-noise ratios of unlisted physics
+SCATTER_SIZES = (1.0, 2.0, 4.0, 8.0)  # times the usual scatter between recordings
+SCATTER_SIZE_ODDS = (0.8, 0.15, 0.04, 0.01)
+NOISE_LEVELS = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.5)  # sds of the logarithm of a noise power
 
 
 class Kind(Enum):
-    """What a component is: a listed effect, a parameter that follows a stated condition, or something that nobody listed."""
+    """A listed effect, a parameter that follows a stated condition, or unlisted physics."""
 
     EFFECT = "effect"
     CONDITION = "condition"
@@ -35,30 +37,34 @@ class Kind(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Component:
-    """columns (M, k) of the stacked reduced space; sd (k,) of each one's prior; sized (k,): whether the widths act on it;
-    low, high: physical range of the first column's parameter (∓inf: none)."""
+    """A candidate as columns of the linearised problem.
+
+    columns (M, k); sd (k,): prior of each column's coefficient; scaled_prior (k,): whether the
+    prior widths act on it; low, high: physical range of the first coefficient.
+    """
 
     name: str
     kind: Kind
     sector: str
     columns: np.ndarray
     sd: np.ndarray
-    sized: np.ndarray
+    scaled_prior: np.ndarray
     low: float = -np.inf
     high: float = np.inf
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
-    """What a fit says of all components at once, for each of S sizes of scatter: of the recordings, or of rows of unsure noise.
+class EvidenceTable:
+    """What a fit says of all components at once, for each of S sizes of scatter or noise power.
 
-    nil (S,): ln Z of nothing; odds (S,): ln of the size's own; misfit (S,): −½ χ² of nothing;
-    information (S, C, C) and right (S, C) over prior sds; spot: columns of each component; level_sd: of the noise's ln power.
+    ln_z_nothing (S,): ln Z of nothing; odds (S,): ln prior of the size; misfit (S,): −½ χ² of nothing;
+    information (S, C, C) and right (S, C): J and h in prior sds; index: columns of each component;
+    level_sd: sd of the logarithm of the noise power.
     """
 
     components: dict[str, Component]
-    spot: dict[str, np.ndarray]
-    nil: np.ndarray
+    index: dict[str, np.ndarray]
+    ln_z_nothing: np.ndarray
     misfit: np.ndarray
     information: np.ndarray
     right: np.ndarray
@@ -66,15 +72,15 @@ class Table:
     level_sd: float
 
     def ln_evidence(self, names: tuple[str, ...]) -> tuple[float, float]:
-        """ln Z of nothing but these, and −½ χ² where they fit best."""
+        """ln Z of exactly this set, and −½ χ² where it fits best."""
         parts, misfit = self.by_scatter(names)
         return float(logsumexp(parts)), float(misfit[np.argmax(parts)])
 
     def by_scatter(self, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """(S,) each: the parts of ln Z, one a size of scatter, and −½ χ² with it."""
+        """(S,) each: the terms of ln Z, one a size of scatter, and −½ χ² with it."""
         if not names:
-            return self.nil + self.odds, self.misfit
-        at = np.concatenate([self.spot[n] for n in names])
+            return self.ln_z_nothing + self.odds, self.misfit
+        at = np.concatenate([self.index[n] for n in names])
         parts = [self.components[n] for n in names]
         widths = _widths(parts)
         j = self.information[:, at][:, :, at][:, None] * widths[:, :, None] * widths[:, None, :]
@@ -90,13 +96,13 @@ class Table:
                 every += _inside(part, sd, sd * mean[..., first], sd * np.sqrt(posterior[..., first, first]))
             first += len(part.sd)
         best = np.take_along_axis(fall, every.argmax(1)[:, None], 1)[:, 0]
-        return logsumexp(every, axis=1) - np.log(len(widths)) + self.nil + self.odds, self.misfit + best
+        return logsumexp(every, axis=1) - np.log(len(widths)) + self.ln_z_nothing + self.odds, self.misfit + best
 
     def estimate(self, names: tuple[str, ...], wide: float) -> tuple[np.ndarray, np.ndarray]:
-        """Mean (k,) and covariance of the columns of `names`, all free, their sizes' priors `wide` times wider."""
-        at = np.concatenate([self.spot[n] for n in names])
+        """Mean (k,) and covariance of the set's coefficients, priors `wide` times wider."""
+        at = np.concatenate([self.index[n] for n in names])
         parts = [self.components[n] for n in names]
-        unit = np.concatenate([np.where(c.sized, wide, 1.0) for c in parts])
+        unit = np.concatenate([np.where(c.scaled_prior, wide, 1.0) for c in parts])
         sd = unit * np.concatenate([c.sd for c in parts])
         s = int(np.argmax(self.by_scatter(names)[0]))
         covariance = np.linalg.inv(self.information[s][np.ix_(at, at)] * np.outer(unit, unit) + np.eye(len(at)))
@@ -104,50 +110,57 @@ class Table:
 
 
 def table_of(
-    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], spread: "Spread | None", level_sd: float
-) -> Table:
-    """prior_sd (G,) of the baseline's globals (0: fixed at nil); spread: what is not known of its size beforehand."""
+    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], spread: "UnknownScatter | None", level_sd: float
+) -> EvidenceTable:
+    """The table of a fit.
+
+    prior_sd (G,): of the baseline's globals, 0 where fixed; spread: what is not known of its size.
+    """
     kept = prior_sd > 0
     a = np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept]
     b = np.concatenate([r.b for r in reduced])
     blocks = [c.columns * c.sd for c in components]
     every = np.hstack([a, *blocks, b[:, None]])
-    sizes = spread or Spread()
+    sizes = spread or UnknownScatter()
     grams, ln_volume = sizes.grams(every, np.cumsum([0, *(len(r.b) for r in reduced)]))
-    bulk = sum(r.bulk for r in reduced)
-    n, nil, misfit, information, right = a.shape[1], [], [], [], []
+    half_ln_det = sum(r.half_ln_det for r in reduced)
+    n, ln_z_nothing, misfit, information, right = a.shape[1], [], [], [], []
     for gram, volume in zip(grams, ln_volume, strict=True):
         root = np.linalg.cholesky(gram[:n, :n] + np.eye(n))
         half = np.linalg.solve(root, gram[:n, n:])
         rest = gram[n:, n:] - half.T @ half
         misfit.append(-0.5 * rest[-1, -1])
-        nil.append(misfit[-1] - np.log(np.diag(root)).sum() - volume - bulk)
+        ln_z_nothing.append(misfit[-1] - np.log(np.diag(root)).sum() - volume - half_ln_det)
         information.append(rest[:-1, :-1])
         right.append(rest[:-1, -1])
     ends = np.cumsum([0, *(len(c.sd) for c in components)])
-    spot = {c.name: np.arange(ends[k], ends[k + 1]) for k, c in enumerate(components)}
-    unit = np.concatenate([_unit(c, information[0][np.ix_(spot[c.name], spot[c.name])]) for c in components] or [np.zeros(0)])
-    scaled = {c.name: replace(c, sd=c.sd * unit[spot[c.name]]) for c in components}
-    return Table(
-        scaled, spot, np.array(nil), np.array(misfit), np.array(information) * np.outer(unit, unit), np.array(right) * unit,
-        sizes.odds(len(nil)), level_sd,
+    index = {c.name: np.arange(ends[k], ends[k + 1]) for k, c in enumerate(components)}
+    unit = np.concatenate([_unit(c, information[0][np.ix_(index[c.name], index[c.name])]) for c in components] or [np.zeros(0)])
+    scaled = {c.name: replace(c, sd=c.sd * unit[index[c.name]]) for c in components}
+    return EvidenceTable(
+        scaled, index, np.array(ln_z_nothing), np.array(misfit), np.array(information) * np.outer(unit, unit), np.array(right) * unit,
+        sizes.odds(len(ln_z_nothing)), level_sd,
     )  # fmt: skip
 
 
 def _unit(component: Component, information: np.ndarray) -> np.ndarray:
-    """(k,) factors on the prior sds: something unlisted is as large as it is expected to be seen at a ratio of 1."""
+    """(k,) factors on the prior sds: unlisted physics gets the size that has an expected SNR of
+    1.
+    """
     if component.kind is not Kind.UNLISTED:
         return np.ones(len(component.sd))
     seen = float(np.trace(information))
     return np.full(len(component.sd), 1 / np.sqrt(seen) if seen > 0 else 0.0)
 
 
-def settled_noise(
+def refined_noise_power(
     reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], level_sd: float
 ) -> tuple[float, float]:
-    """Power of the noise at low frequency over what the recordings' own noise says, known to level_sd of its logarithm, and the sd
-    of its logarithm: as the smooth curves of each recording tell it, with everything free that is common to all. Each curve is a
-    square of one degree of freedom; level_sd is worth 2/level_sd² of them."""
+    """Noise power at low frequency over the recordings' own estimate, and the sd of its logarithm.
+
+    The smooth curves of each recording tell it, everything that is common to all being free: each
+    is a square of one degree of freedom. The prior `level_sd` is worth 2/level_sd² of them.
+    """
     if level_sd <= 0 or any(not r.smooth.shape[1] for r in reduced):
         return 1.0, level_sd
     kept = prior_sd > 0
@@ -170,38 +183,42 @@ def settled_noise(
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
-    """own (M,): what one sd of the usual scatter of a recording's own parameter does to its rows (SCATTERS of it are tried); or loose
-    (M,): rows whose noise is known to level_sd of the logarithm of its power only."""
+class UnknownScatter:
+    """What has a size that is not known beforehand, over which evidence is summed.
 
-    own: np.ndarray | None = None
-    loose: np.ndarray | None = None
+    direction (M,): rows' change by one usual sd of a parameter that scatters between recordings
+    (SCATTER_SIZES are tried); or uncertain (M,): rows whose noise power is known to level_sd of its
+    logarithm only (NOISE_LEVELS are tried).
+    """
+
+    direction: np.ndarray | None = None
+    uncertain: np.ndarray | None = None
     level_sd: float = 0.0
 
     def odds(self, count: int) -> np.ndarray:
-        """ln of the odds of each size."""
+        """ln prior of each of `count` sizes."""
         if count == 1:
             return np.zeros(1)
-        if self.loose is None:
-            return np.log(SCATTER_ODDS)
-        weight = np.exp(-0.5 * np.array(LEVELS) ** 2) * np.gradient(np.array(LEVELS))
+        if self.uncertain is None:
+            return np.log(SCATTER_SIZE_ODDS)
+        weight = np.exp(-0.5 * np.array(NOISE_LEVELS) ** 2) * np.gradient(np.array(NOISE_LEVELS))
         return np.log(weight / weight.sum())
 
     def grams(self, every: np.ndarray, cuts: np.ndarray) -> tuple[list[np.ndarray], list[float]]:
-        """Gram matrices of the rows (M, k), cut into recordings, for each size, and ln of what the noise's volume is more."""
-        if self.loose is not None and self.loose.any():
-            fixed, free = every[~self.loose], every[self.loose]
-            powers = [np.exp(self.level_sd * x) for x in LEVELS]
-            volumes = [0.5 * len(free) * self.level_sd * x for x in LEVELS]
+        """Gram matrices of the rows (M, k) for each size, and ln of the noise volume added."""
+        if self.uncertain is not None and self.uncertain.any():
+            fixed, free = every[~self.uncertain], every[self.uncertain]
+            powers = [np.exp(self.level_sd * x) for x in NOISE_LEVELS]
+            volumes = [0.5 * len(free) * self.level_sd * x for x in NOISE_LEVELS]
             return [fixed.T @ fixed + free.T @ free / p for p in powers], volumes
         parts = [every[low:high] for low, high in pairwise(cuts)]
         plain = sum(p.T @ p for p in parts)
-        if self.own is None or len(parts) < 3:
+        if self.direction is None or len(parts) < 3:
             return [plain], [0.0]
-        own = [self.own[low:high] for low, high in pairwise(cuts)]
+        own = [self.direction[low:high] for low, high in pairwise(cuts)]
         along, power = np.array([p.T @ v for p, v in zip(parts, own, strict=True)]), np.array([v @ v for v in own])
         grams, volumes = [], []
-        for size in SCATTERS:
+        for size in SCATTER_SIZES:
             more = size**2 - 1
             weight = more / (1 + more * power)
             grams.append(plain - (along.T * weight) @ along)
@@ -210,23 +227,27 @@ class Spread:
 
 
 def _widths(parts: list[Component]) -> np.ndarray:
-    """(W, k) factors on the prior sds: every combination of two components' own widths; of more the same step of all."""
+    """(W, k) factors on the prior sds: all combinations for two components, joint steps for
+    more.
+    """
     rows = np.zeros((1, 0))
     for part in parts:
-        choices = VISIBLE if part.kind is Kind.UNLISTED else WIDTHS
+        choices = UNLISTED_SNRS if part.kind is Kind.UNLISTED else PRIOR_WIDTHS
         if len(parts) > 2:
-            step = np.linspace(0, len(choices) - 1, len(WIDTHS)).round().astype(int)
-            own = np.where(part.sized[None, :], np.array(choices)[step, None], 1.0)
+            step = np.linspace(0, len(choices) - 1, len(PRIOR_WIDTHS)).round().astype(int)
+            own = np.where(part.scaled_prior[None, :], np.array(choices)[step, None], 1.0)
             rows = np.hstack([np.broadcast_to(rows, (len(own), rows.shape[1])), own])
         else:
-            own = np.where(part.sized[None, :], np.array(choices)[:, None], 1.0)
+            own = np.where(part.scaled_prior[None, :], np.array(choices)[:, None], 1.0)
             rows = np.hstack([np.repeat(rows, len(own), axis=0), np.tile(own, (len(rows), 1))])
     return rows
 
 
-def student(misfit: float, level_sd: float) -> float:
-    """ln likelihood of what is misfitted beyond the best, −½ χ², where the noise's power is known to `level_sd` of its logarithm:
-    Student's t with ν = 2/level_sd² degrees of freedom, −½ (ν + 1) ln(1 + χ²/ν)."""
+def student_ln_likelihood(misfit: float, level_sd: float) -> float:
+    """ln likelihood of a misfit −½ χ² when ln of the noise power has sd `level_sd`.
+
+    Student's t with ν = 2/level_sd²: −½ (ν + 1) ln(1 + χ²/ν).
+    """
     if level_sd <= 0:
         return misfit
     freedom = 2 / level_sd**2
@@ -235,11 +256,11 @@ def student(misfit: float, level_sd: float) -> float:
 
 def _inside(part: Component, prior: np.ndarray, mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
     """ln of the posterior's share inside the physical range, over the prior's."""
-    return _ln_between(part.low, part.high, mean, sd) - _ln_between(part.low, part.high, 0.0, prior)
+    return _ln_normal_between(part.low, part.high, mean, sd) - _ln_normal_between(part.low, part.high, 0.0, prior)
 
 
-def _ln_between(low: float, high: float, mean, sd) -> np.ndarray:
-    """ln P(low < x < high) of normal x, far tails included."""
+def _ln_normal_between(low: float, high: float, mean, sd) -> np.ndarray:
+    """ln P(low < x < high) of normal x, accurate in far tails."""
     a, b = (low - mean) / sd, (high - mean) / sd
     swap = a > 0
     a, b = np.where(swap, -b, a), np.where(swap, -a, b)

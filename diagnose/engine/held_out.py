@@ -1,64 +1,69 @@
-"""What an explanation does for recordings that were left out when its parameters were estimated."""
+"""Prediction of recordings that were left out when an explanation's parameters were estimated."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from diagnose.engine.explanation import Explanation
 from diagnose.engine.linear import Reduced, fall_of_chi2, projector, ridge, stacked
-from diagnose.engine.posterior import WEAK, Explanation
+from diagnose.engine.posterior import WIDE_PRIOR
 
-BY_CHANCE = 2.0  # sds by which noise alone misses what is left out
+CHANCE_SDS = 2.0  # of the left-out error that noise alone makes
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals; removed_fraction: of what the baseline misses beyond noise,
-    (SSE_base − SSE_fit)/(SSE_base − SSE_fit + left), left: what the explanation still misses beyond what noise does by chance."""
+    """rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals of left-out recordings.
+
+    removed_fraction: gain/(gain + left), gain = SSE_base − SSE_fit, left: misfit beyond chance.
+    """
 
     rmse_ratio: float
     removed_fraction: float
 
 
 def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
-    """Each recording predicted with what the others say; None for one recording: nothing is held out."""
+    """Each recording predicted from the others; None for a single recording."""
     mine, sd = with_components(e)
     its, its_sd = base.reduced, base.fit.baseline_sd
     if len(mine) < 2:
         return None
-    sse_fit = sum(missed(mine, sd))
-    sse_base = sum(missed(its, its_sd))
+    sse_fit = sum(squared_errors(mine, sd))
+    sse_base = sum(squared_errors(its, its_sd))
     noise, spread = _noise(mine, sd)
-    gain, left = sse_base - sse_fit, max(sse_fit - noise - BY_CHANCE * spread, _unexplained(e, mine, sd), 0.0)
+    gain, left = sse_base - sse_fit, max(sse_fit - noise - CHANCE_SDS * spread, _unexplained(e, mine, sd), 0.0)
     share = gain / (gain + left) if gain > 0 else 0.0
     return HeldOut(float(np.sqrt(sse_fit / sse_base)), float(share))
 
 
 def with_components(e: Explanation) -> tuple[tuple[Reduced, ...], np.ndarray]:
-    """The reduced space with the explanation's components as further columns, and the prior sds of all columns."""
+    """The linearisation with the explanation's components as columns, and all prior sds."""
     parts = [e.table.components[n] for n in e.names]
     cuts = np.cumsum([0, *(len(r.b) for r in e.reduced)])
     out = []
     for r, low, high in zip(e.reduced, cuts[:-1], cuts[1:], strict=True):
         out.append(Reduced(np.hstack([r.a, *(p.columns[low:high] for p in parts)]), r.smooth, r.b))
-    wide = [np.where(p.sized, WEAK if np.isfinite(p.sd).all() else 1.0, 1.0) * p.sd * _seen(p) for p in parts]
+    wide = [np.where(p.scaled_prior, WIDE_PRIOR if np.isfinite(p.sd).all() else 1.0, 1.0) * p.sd * _seen(p) for p in parts]
     return tuple(out), np.concatenate([e.fit.baseline_sd, *wide])
 
 
 def _unexplained(e: Explanation, reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> float:
-    """By how much χ² still falls where every component is freed beside the explanation, beyond what it does by chance."""
+    """Fall of χ² when every other component is freed too, beyond chance."""
     others = [c.columns for n, c in e.table.components.items() if n not in e.names]
     a, b = stacked(reduced)
     fall, freedom = fall_of_chi2(np.hstack(others), projector(a, prior_sd), b) if others else (0.0, 0)
-    return fall - freedom - BY_CHANCE * float(np.sqrt(2 * freedom))
+    return fall - freedom - CHANCE_SDS * float(np.sqrt(2 * freedom))
 
 
 def _seen(part) -> float:
-    """What is unlisted has a unit size that is just seen: ten times that lets it be seen well."""
+    """Unlisted physics has a unit size that is just visible: ten times as wide a prior lets it
+    be seen.
+    """
     return 10.0 if part.kind.value == "unlisted" else 1.0
 
 
-def missed(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[float]:
-    """Sum of squares of each recording about what the others predict."""
+def squared_errors(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[float]:
+    """Sum of squares of each recording about the prediction of the others."""
     out = []
     for r, own in enumerate(reduced):
         theta = ridge(*stacked(reduced[:r] + reduced[r + 1 :]), prior_sd)[0]
@@ -67,8 +72,10 @@ def missed(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[float]:
 
 
 def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
-    """Each listed effect as the other recordings have it, one value a recording (of a single recording its own); further parameters
-    of an effect stand beside it under their own names."""
+    """Each listed effect as the other recordings have it, one value a recording.
+
+    Of a single recording its own; further parameters of an effect under their own names.
+    """
     reduced, sd = with_components(e)
     first = len(e.fit.names)
     spots: dict[str, int] = {}
@@ -85,8 +92,9 @@ def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
 
 
 def _noise(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, float]:
-    """SSE that recordings left out have under the true model, and its scatter: what a saturated model leaves, plus one a column;
-    less than one where recordings differ by less than the priors of what is their own allow for."""
+    """Mean and sd of the left-out SSE under the true model: what a saturated model leaves, plus one
+    a column, less where recordings differ by less than their priors allow.
+    """
     columns, bare = 0, 0.0
     for own in reduced:
         fall, count = fall_of_chi2(np.hstack([own.a, own.smooth]), lambda x: x, own.b)

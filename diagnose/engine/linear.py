@@ -1,7 +1,7 @@
-"""Linear algebra of a fitted session: what its recordings say once all that is each recording's own has been eliminated.
+"""Linear algebra of a linearised problem whose local parameters have been eliminated.
 
-Recording r says  b_r = A_r θ + S_r s + noise,  noise independent of variance 1: θ the globals of the problem (nuisances and
-candidates), s what smooth curves would add that no physics asked about needs.
+Recording r says  b_r = A_r θ + S_r s + ε,  ε independent of variance 1: θ the globals, s the
+coefficients of smooth curves that no effect needs.
 """
 
 from dataclasses import dataclass
@@ -12,24 +12,28 @@ from scipy import stats
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """One recording: a (m, G) of the globals, smooth (m, …) of its curves, b (m,), all at θ = 0 (not at the fit); cost: χ² at the
-    very point of linearisation, its own prior terms included, None where that is not known; bulk: −ln of what marginalising its
-    own uncertain quantities leaves of the likelihood, where that depends on the globals."""
+    """One recording, linearised.
+
+    a (m, G): columns of the globals; smooth (m, …): of its smooth curves; b (m,): data at θ = 0.
+    chi2: χ² at the point of linearisation with the locals' prior, None where it is not known.
+    half_ln_det: ½ ln det of the marginalised locals, where it depends on the globals.
+    """
 
     a: np.ndarray
     smooth: np.ndarray
     b: np.ndarray
-    cost: float | None = None
-    bulk: float = 0.0
+    chi2: float | None = None
+    half_ln_det: float = 0.0
 
 
 def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """A (M, G) and b (M,) of several recordings."""
+    """A (M, G) and b (M,) of all recordings."""
     return np.vstack([r.a for r in reduced]), np.concatenate([r.b for r in reduced])
 
 
 def ridge(a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """θ (G,) minimising |b − aθ|² + |θ/sd|², its covariance and the minimum; sd 0: fixed at nil."""
+    """θ (G,) that minimises |b − aθ|² + |θ/sd|², its covariance, and the minimum; sd 0: fixed at 0.
+    """
     kept = prior_sd > 0
     scaled = a[:, kept] * prior_sd[kept]
     information = scaled.T @ scaled + np.eye(kept.sum())
@@ -42,14 +46,14 @@ def ridge(a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray) -> tuple[np.ndarra
 
 
 def projector(a: np.ndarray, prior_sd: np.ndarray):
-    """x → P x, the nuisances with prior_sd > 0 marginalised."""
+    """x → P x, which marginalises the globals with prior_sd > 0."""
     scaled = a[:, prior_sd > 0] * prior_sd[prior_sd > 0]
     inverse = np.linalg.inv(scaled.T @ scaled + np.eye(scaled.shape[1]))
     return lambda x: x - scaled @ (inverse @ (scaled.T @ x))
 
 
 def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, int]:
-    """χ² that `columns` (M, k) take from b (M,) beside the nuisances of `project`, and their rank."""
+    """By how much `columns` (M, k) lower χ² beside the projected globals, and their rank."""
     gram, right = columns.T @ project(columns), columns.T @ project(b)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
@@ -59,12 +63,14 @@ def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, in
 
 
 def beside_globals(reduced: tuple[Reduced, ...], prior_sd: np.ndarray):
-    """Columns (M, K) that follow those of the globals, the projection that marginalises the globals, and b (M,)."""
+    """The columns (M, K) behind those of the globals, the projection that marginalises the globals,
+    and b (M,).
+    """
     a, b = stacked(reduced)
     a, columns = np.split(a, [len(prior_sd)], axis=1)
     return columns, projector(a, prior_sd), b
 
 
 def chance(fall: float, freedom: int, doubt: np.ndarray) -> float:
-    """P(χ² > fall), averaged over what is not known of the noise's power (`doubt`: draws of true over estimated power)."""
+    """P(χ² > fall), averaged over `doubt`: draws of the true over the estimated noise power."""
     return float(stats.chi2.sf(fall / doubt, freedom).mean())

@@ -1,12 +1,14 @@
-"""Noise of a track, estimated from the recording itself: white + correlated (OU at the frame rate), whitening, thresholds.
+"""Noise of a track, estimated from the recording itself: white plus Ornstein–Uhlenbeck (OU) noise.
 
-    n_t = o_t + w_t,   var o = (1 − white) σ²,   var w = white σ²,   cov(o_t, o_s) = (1 − white) σ² ρ^|t−s|
+    n_t = o_t + w_t,   var o = (1 − white) σ²,   var w = white σ²,   cov(o_t, o_s) = (1 − white) σ²
+    ρ^|t−s|
 
-t, s frame numbers, so that lost frames need no filling in. ρ and the white share are those that make the restricted likelihood
-(REML; Patterson & Thompson 1971, Biometrika 58, 545) largest about a flexible curve: physics that a baseline leaves out must not
-be taken for correlated noise. What the curve takes up cannot be seen, so a correlation longer than an eighth of a flight, or than
-a third of a rest, is not considered, and of two descriptions that the data do not tell apart the one with less noise at low
-frequency holds. Whitening is by the innovations of the Kalman filter of this model (exact, gaps included).
+t, s are frame numbers, so lost frames need no filling in. ρ and the white share maximise the
+restricted likelihood (REML; Patterson & Thompson 1971, Biometrika 58, 545) about a flexible curve,
+so that missing physics is not taken for noise. The curve absorbs slow noise, so a correlation
+longer than an eighth of a flight, or a third of a rest, is not considered; of two descriptions
+that fit alike the one with less power at low frequency is taken. Whitening is by the innovations
+of a Kalman filter, exact with gaps.
 """
 
 from dataclasses import dataclass
@@ -15,22 +17,24 @@ import numpy as np
 from numba import njit
 from scipy.optimize import minimize
 
-CELLS = 8  # correlation lengths that a usual stretch must hold for its correlation to be told from the curve's own freedom
-CELLS_AT_REST = 3  # likewise beside a constant: nothing moves there that could be taken for noise
+CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs longer ones
+CELLS_AT_REST = 3  # the same beside a constant
 COARSE = [(0.0, 0.0), *((rho, white) for rho in (0.3, 0.6, 0.8, 0.9, 0.95, 0.98) for white in (0.0, 0.4, 0.8))]
-LEAST_ROWS = 40  # of a stretch that is to tell about correlation
-FARTHEST = 6.0  # logits: beyond, a share is as good as none
+LEAST_ROWS = 40  # of a stretch that tells a correlation
+FARTHEST = 6.0  # logit beyond which a share counts as 0 or 1
 PRIOR_SD = 1.8  # of either logit
-WIDEST_STEP = 0.4  # of either logit, where the likelihood's curvature is taken
-LOCK_PX = 0.03  # sd of either wave of pixel lock: trackers err by some hundredths of a pixel (slide/pixels.py has the source)
+WIDEST_STEP = 0.4  # of a logit, for the likelihood's curvature
+LOCK_PX = 0.03  # sd of either wave of pixel lock: hundredths of a pixel (slide/pixel_lock.py)
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
-SPIKE_SD = 6.0  # innovations beyond are outliers: 2e-9 by chance
+OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
 
 
 @dataclass(frozen=True)
 class Noise:
-    """rho: of the correlated part, frame to frame; white: share of the variance that is white; log_level_sd: sd of the logarithm
-    of the noise power at low frequency, where missing physics lives (0.1: known to 10 %)."""
+    """rho: correlation of the OU part from frame to frame; white: white share of the variance.
+
+    log_level_sd: sd of the logarithm of the noise power at low frequency (0.1: known to 10 %).
+    """
 
     rho: float
     white: float
@@ -48,22 +52,28 @@ class Noise:
 
 @dataclass(frozen=True)
 class Stretch:
-    """One uninterrupted flight seen along one axis: what is left of `data` (n,) beside `design` (n, p) is noise."""
+    """One uninterrupted flight along one axis: `data` (n,) is `design` (n, p) times something,
+    plus noise.
+    """
 
     design: np.ndarray
     data: np.ndarray
     lag: np.ndarray  # (n,) frames since the row before, inf for the first
 
     def residual(self, noise: Noise) -> tuple[np.ndarray, int]:
-        """Whitened residual (n,) about the design, in the data's unit, and its degrees of freedom."""
+        """Whitened residual (n,) about the design, in the data's unit, and its degrees of freedom.
+        """
         clean = noise.whiten(np.column_stack([self.design, self.data]), self.lag)
         solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
         return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - int(rank)
 
 
-def averaged(noise: Noise, block: int) -> Noise:
-    """Noise of means over so many frames: its correlated part has ρⁿ, and var o (ρ^(1 − n)) ((1 − ρⁿ)/(1 − ρ))²/n² at lag nil; what a
-    mean's variance has beyond is white."""
+def block_mean_noise(noise: Noise, block: int) -> Noise:
+    """Noise of means over `block` frames.
+
+    The OU part has ρⁿ and var o ρ^(1−n) ((1 − ρⁿ)/(1 − ρ))²/n² at lag 0; the rest of a mean's
+    variance is white.
+    """
     if block == 1 or noise.rho <= 0:
         return Noise(0.0, 0.0, noise.log_level_sd) if block > 1 else noise
     rho, share = noise.rho, 1 - noise.white
@@ -72,13 +82,15 @@ def averaged(noise: Noise, block: int) -> Noise:
     slow = share * rho ** (1 - block) * ((1 - rho**block) / (1 - rho)) ** 2 / block**2
     if slow <= whole:
         return Noise(rho**block, 1 - slow / whole, noise.log_level_sd)
-    power = 1 + 2 * slow / whole * rho**block / (1 - rho**block)  # means within a correlation: one that is as strong at nil frequency
+    # Blocks shorter than a correlation: OU noise with equal power at frequency 0.
+    power = 1 + 2 * slow / whole * rho**block / (1 - rho**block)
     return Noise((power - 1) / (power + 1), 0.0, noise.log_level_sd)
 
 
-def told_by(level_sd: float, directions: int) -> float:
-    """sd of ln of the noise's power at low frequency, known to `level_sd` from the noise itself, once so many smooth directions of the
-    rows, which no explanation needs, have told it as well: each is a square of one degree of freedom."""
+def refined_level_sd(level_sd: float, directions: int) -> float:
+    """sd of the logarithm of the noise power when `directions` smooth columns of the rows, which no
+    effect needs, tell it beside `level_sd`: each is a square of one degree of freedom.
+    """
     return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + directions)))
 
 
@@ -88,9 +100,10 @@ def frame_lag(frame: np.ndarray) -> np.ndarray:
 
 
 def whiten(rows: np.ndarray, lag: np.ndarray, rho: float, white: float) -> tuple[np.ndarray, np.ndarray]:
-    """Rows (n, s, p) of s series with noise of variance 1 turned into rows with independent noise of variance 1.
+    """Rows (n, s, p) of s series with noise of variance 1, made independent with variance 1.
 
-    lag (n, s): frames since the row before, inf where a stretch begins. Returns rows and ln of the innovation variance (n, s).
+    lag (n, s): frames since the row before, inf where a stretch begins. Returns the rows and ln of
+    the innovation variance (n, s).
     """
     carried = np.where(np.isfinite(lag), rho ** np.where(np.isfinite(lag), lag, 0.0), 0.0)
     return _innovations(np.ascontiguousarray(rows, float), carried, float(white))
@@ -98,7 +111,9 @@ def whiten(rows: np.ndarray, lag: np.ndarray, rho: float, white: float) -> tuple
 
 @njit(cache=True)
 def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[np.ndarray, np.ndarray]:
-    """Kalman filter of OU + white noise of unit variance: innovations over their sd, ln of their variance."""
+    """Kalman filter of OU + white noise of unit variance: innovations over their sd, ln of their
+    variance.
+    """
     n, series, columns = rows.shape
     out, log_variance = np.empty_like(rows), np.empty((n, series))
     for j in range(series):
@@ -119,9 +134,10 @@ def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[n
 
 
 def estimate(stretches: list[Stretch]) -> Noise:
-    """ρ and white share common to all stretches, by REML, each stretch with a σ of its own.
+    """ρ and white share common to all stretches, by REML, each stretch with its own σ.
 
-    Stretches of fewer than LEAST_ROWS rows say nothing; without any the noise is taken for white.
+    Stretches of fewer than LEAST_ROWS rows are not used; without any other the noise counts as
+    white.
     """
     usable = [s for s in stretches if len(s.data) >= max(LEAST_ROWS, 3 * s.design.shape[1])]
     if not usable:
@@ -134,12 +150,12 @@ def estimate(stretches: list[Stretch]) -> Noise:
 
     grid = [theta for theta in COARSE if theta[0] < highest]
     start = min(grid, key=lambda theta: loss(*theta))
-    begin = _free(*(start if start[0] else (0.2, 0.2)), highest)
+    begin = _to_logits(*(start if start[0] else (0.2, 0.2)), highest)
     found = minimize(
-        lambda u: loss(*_natural(u, highest)), begin, method="Nelder-Mead",
+        lambda u: loss(*_from_logits(u, highest)), begin, method="Nelder-Mead",
         options={"xatol": 0.03, "fatol": 0.02, "maxfev": 40, "initial_simplex": begin + 0.7 * np.array([[0, 0], [1, 0], [0, 1]])},
     )  # fmt: skip
-    rho, white = _natural(found.x, highest)
+    rho, white = _from_logits(found.x, highest)
     if loss(0.0, 0.0) <= found.fun:
         spare = sum(len(s.data) - s.design.shape[1] for s in usable)
         return Noise(0.0, 0.0, float(np.sqrt(2 / spare)))
@@ -147,29 +163,29 @@ def estimate(stretches: list[Stretch]) -> Noise:
 
 
 def _longest(stretches: list[Stretch]) -> float:
-    """Rows of the longest correlation that these can tell."""
+    """Rows of the longest correlation that these stretches can tell."""
     at_rest = [s for s in stretches if s.design.shape[1] == 1]
     return max(_usual_length(stretches) / CELLS, _usual_length(at_rest) / CELLS_AT_REST if at_rest else 0.0)
 
 
 def _usual_length(stretches: list[Stretch]) -> float:
-    """Rows of the stretch that holds the middle one of all rows: the many short hops at the end of a drop tell least."""
+    """Rows of the stretch that holds the middle one of all rows."""
     lengths = np.sort([len(s.data) for s in stretches])
     return float(lengths[np.searchsorted(np.cumsum(lengths), lengths.sum() / 2)])
 
 
-def _natural(u: np.ndarray, highest: float) -> tuple[float, float]:
+def _from_logits(u: np.ndarray, highest: float) -> tuple[float, float]:
     rho, white = 1 / (1 + np.exp(-np.clip(u, -12, 12)))
     return float(rho * highest), float(white)
 
 
-def _free(rho: float, white: float, highest: float) -> np.ndarray:
+def _to_logits(rho: float, white: float, highest: float) -> np.ndarray:
     p = np.clip([rho / highest, white], 0.02, 0.98)
     return np.log(p / (1 - p))
 
 
 def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows (n, s, p + 1) filled up with zeros, lags (n, s), number of true rows (s,)."""
+    """Rows (n, s, p + 1) padded with zeros, lags (n, s), number of true rows (s,)."""
     n, p = max(len(s.data) for s in stretches), max(s.design.shape[1] for s in stretches)
     rows, lag = np.zeros((n, len(stretches), p + 1)), np.full((n, len(stretches)), np.inf)
     for j, s in enumerate(stretches):
@@ -201,17 +217,17 @@ def _loss(packed, rho: float, white: float) -> tuple[float, float]:
 
 
 def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
-    """sd of ln of the low-frequency power, from the curvature of the likelihood in (logit ρ, logit white); 0.7 where it has none.
+    """sd of ln of the low-frequency power, from the curvature of the likelihood in (logit ρ, logit
+    white).
 
-    A flat valley (correlation nearly as long as a flight, white share near its end) is as wide as the prior allows: ± 0.7. Each
-    logit is stepped by about its own sd: over a step of many the likelihood is no parabola.
+    At most 0.7, also where there is no curvature. Each logit is stepped by about its own sd.
     """
     centre = np.clip(at, -FARTHEST, FARTHEST)
 
     def told(*shares: tuple[float, float]) -> np.ndarray:
         """(n, 2): −ln likelihood and ln power, so many steps from the centre."""
-        found = [(_loss(packed, *_natural(centre + share * step, highest)), centre + share * step) for share in np.array(shares)]
-        return np.array([(f[0] / 2, f[1] + np.log(Noise(*_natural(u, highest), 0.0).low_frequency)) for f, u in found])
+        found = [(_loss(packed, *_from_logits(centre + share * step, highest)), centre + share * step) for share in np.array(shares)]
+        return np.array([(f[0] / 2, f[1] + np.log(Noise(*_from_logits(u, highest), 0.0).low_frequency)) for f, u in found])
 
     step = np.full(2, WIDEST_STEP)
     here = told((0, 0))[0, 0]
@@ -230,14 +246,16 @@ def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
     return float(min(np.sqrt(spread.sum() + 2 / packed[2].sum()), 0.7))
 
 
-def spikes(innovations: np.ndarray) -> np.ndarray:
-    """Which innovations (n,) lie SPIKE_SD robust standard deviations off: outliers, not noise."""
-    return np.abs(innovations) > SPIKE_SD * 1.4826 * np.median(np.abs(innovations)) + 1e-300
+def outliers(innovations: np.ndarray) -> np.ndarray:
+    """Which innovations (n,) lie more than OUTLIER_SD robust standard deviations off."""
+    return np.abs(innovations) > OUTLIER_SD * 1.4826 * np.median(np.abs(innovations)) + 1e-300
 
 
 def maximum_draws(covariance: np.ndarray, rng: np.random.Generator, *, level_sd: float = 0.0, draws: int = 20_000) -> np.ndarray:
-    """`draws` values of max |z| for normal scores z with this covariance (m, m); level_sd: sd of ln of the noise's power, by which
-    all scores of a draw are too large together."""
+    """Draws of max |z| for normal scores z with this covariance (m, m).
+
+    level_sd: sd of ln of the noise power, which scales all scores of a draw together.
+    """
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0))
     scores = rng.standard_normal((draws, len(values))) @ root.T

@@ -1,7 +1,7 @@
-"""A problem: what a session of recordings of one rig leaves open; and its fit, in the reduced space of every later question.
+"""A problem, and its fit: what recordings of one rig leave open, in the form that inference uses.
 
-The globals within their priors (descent.py); what is each recording's own (the locals) is eliminated by the problem itself.
-The rigs differ in how they predict; from here on they are all alike.
+Globals are nuisance parameters and effects, common to all recordings; locals are each recording's
+own parameters, which the problem eliminates by itself.
 """
 
 from collections.abc import Callable
@@ -11,26 +11,33 @@ from typing import Any
 import numpy as np
 
 from diagnose.effects.effect import Effect
-from diagnose.engine.descent import Cheap, Held, Place, descend
+from diagnose.engine.least_squares import FastChi2, GlobalPrior, Linearisation, minimise
 from diagnose.engine.linear import Reduced
 
-OUTSIDE = 10.0  # of χ²: ln of Bayes factor 5
-POOR = 2.0  # χ² per degree of freedom above which a fit may have ended beside its minimum
-STRAINED = 5.0  # sds of something known: likewise
+OUT_OF_RANGE_CHI2 = 10.0  # penalty on χ²: a Bayes factor of e⁵
+RESTART_REDUCED_CHI2 = 2.0  # χ² per degree of freedom above which a fit may be in a side minimum
+RESTART_PRIOR_Z = 5.0  # the same, in sds of a nuisance
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """effects: candidates by name; names (G,): of all globals, candidates and nuisances, each 0 at the baseline's centre.
+    """Recordings of one rig, their parameters and the function that linearises their prediction.
 
-    known_sd: of each global in the baseline (what a good bench leaves open), absent: fixed at nil. starts: locals to begin with.
-    reduce(starts, values (G,), extra=None) → (Reduced of each recording, function (change of globals) → change of starts); the
-    columns of `extra`, K further accelerations or curves in the rig's own form, follow those of the globals.
-    freedom: rows less locals; level_sd: sd of ln of the noise power where missing physics lives; model: the rig's own.
-    elsewhere: further points (starts, values (G,)) at which a fit begins too, where they hold a candidate that is free: χ² has
-    more than one minimum in it.
-    spread(problem, reduced) → evidence.Spread: scatter or noise whose size is not known beforehand; None where all is.
-    turns: how often a fit may make it linear; cheap: what spares it `reduce` (None: nothing does).
+    rig, recordings: names.
+    effects: candidate effects by name.
+    names (G,): all globals, effects and nuisances; each is 0 at the baseline's centre.
+    known_sd: prior sd of globals in the baseline; a global that is absent is fixed at 0.
+    starts: initial locals.
+    reduce(starts, values (G,), extra=None) → (Reduced of each recording, function from a change of
+    globals to the change of locals). Columns of `extra` (K accelerations or curves in the rig's own
+    form) follow those of the globals.
+    freedom: rows less locals.
+    level_sd: sd of the logarithm of the noise power at low frequency.
+    model: the rig's own.
+    unknown_scatter(problem, reduced) → evidence.UnknownScatter; None where no size is unknown.
+    further_starts: points (starts, values) to begin at as well where they hold a free effect: χ²
+    has more than one minimum in it.
+    fast_chi2: see least_squares.FastChi2; None where there is none.
     """
 
     rig: str
@@ -43,21 +50,24 @@ class Problem:
     freedom: int
     level_sd: float
     model: Any
-    turns: int = 5
-    spread: Callable | None = None
-    elsewhere: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
-    cheap: Cheap | None = None
+    max_iterations: int = 5
+    unknown_scatter: Callable | None = None
+    further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+    fast_chi2: FastChi2 | None = None
 
     def columns_of(self, effect: str) -> tuple[str, ...]:
-        """The globals of one candidate: its own, and the further parameters in its group."""
+        """The globals of one effect: its own and the further parameters of its group."""
         return tuple(n for n in self.names if n == effect or (n in self.effects and self.effects[n].group == effect))
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """prior_sd (G,) with which each global was held (0: fixed at nil); values (G,), covariance (G, G); starts: the locals; χ²
-    with its degrees of freedom, prior terms included; reduced: one a recording. known: what was worked out from here, by what was
-    asked: the same few models answer many questions."""
+    """A fitted problem.
+
+    prior_sd (G,): prior of each global, 0 where it was fixed; values (G,), covariance (G, G);
+    starts: the fitted locals; chi2: prior included; reduced: linearised there, one a recording;
+    cache: fits and linearisations begun from here, by what was asked.
+    """
 
     problem: Problem
     prior_sd: np.ndarray
@@ -66,7 +76,7 @@ class Fit:
     starts: np.ndarray
     chi2: float
     reduced: tuple[Reduced, ...]
-    known: dict = field(default_factory=dict, repr=False)
+    cache: dict = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -78,7 +88,7 @@ class Fit:
 
     @property
     def baseline_sd(self) -> np.ndarray:
-        """(G,) of the globals where no candidate is free."""
+        """Prior sd (G,) of the globals where no effect is free."""
         return np.array([self.problem.known_sd.get(n, 0.0) for n in self.names])
 
     @property
@@ -92,59 +102,63 @@ class Fit:
 
 
 def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = None) -> Fit:
-    """From `start`, from elsewhere, or from the problem's own start where there is none or it leads nowhere; `free`: candidates
-    with their physical prior. The same again from the same start is no work."""
+    """Fit a problem with the effects `free`, each with its physical prior.
+
+    Begins at `start`, also at the problem's further starts, and at its own start where there is no
+    other or the fit is poor. A repeated call with the same start is looked up.
+    """
     if start is None:
-        known: dict = {}
-        return replace(_descended(problem, free, problem.starts, np.zeros(len(problem.names)), known), known=known)
+        cache: dict = {}
+        return replace(_fit_from(problem, free, problem.starts, np.zeros(len(problem.names)), cache), cache=cache)
     asked = problem, frozenset(free), start.starts.tobytes(), start.values.tobytes()
-    if asked not in start.known:
-        start.known[asked] = _best_of(problem, free, start)
-    return start.known[asked]
+    if asked not in start.cache:
+        start.cache[asked] = _best_fit(problem, free, start)
+    return start.cache[asked]
 
 
-def _best_of(problem: Problem, free: tuple[str, ...], start: Fit) -> Fit:
-    found = _descended(problem, free, start.starts, start.values, start.known)
+def _best_fit(problem: Problem, free: tuple[str, ...], start: Fit) -> Fit:
+    """The best of the fits from all starting points."""
+    found = _fit_from(problem, free, start.starts, start.values, start.cache)
     if not free:
         return found
     wide = np.isin(problem.names, [n for effect in free for n in problem.columns_of(effect)])
-    points = [point for point in problem.elsewhere if point[1][wide].any()]
-    if not found.chi2 < POOR * problem.freedom or _strain(found, ~wide) > STRAINED:
+    points = [point for point in problem.further_starts if point[1][wide].any()]
+    if not found.chi2 < RESTART_REDUCED_CHI2 * problem.freedom or _greatest_prior_z(found, ~wide) > RESTART_PRIOR_Z:
         points.append((problem.starts, np.zeros(len(problem.names))))
-    others = [_descended(problem, free, *point, start.known) for point in points]
-    return min([found, *others], key=lambda f: _beside_range(f, free))
+    others = [_fit_from(problem, free, *point, start.cache) for point in points]
+    return min([found, *others], key=lambda f: _chi2_with_range(f, free))
 
 
-def _strain(found: Fit, held: np.ndarray) -> float:
-    """Sds by which the most strained of the globals `held` (G,) is off; those held at nil are not."""
+def _greatest_prior_z(found: Fit, held: np.ndarray) -> float:
+    """The greatest |value|/sd of the globals in `held` (G,) that are not fixed."""
     sds = np.where(held & (found.prior_sd > 0), found.prior_sd, np.inf)
     return float(np.max(np.abs(found.values) / sds, initial=0.0))
 
 
-def _beside_range(found: Fit, free: tuple[str, ...]) -> float:
-    """χ², and OUTSIDE more where a candidate is outside its physical range: of two minima as good the possible one holds."""
+def _chi2_with_range(found: Fit, free: tuple[str, ...]) -> float:
+    """χ², plus a penalty where an effect lies outside its physical range."""
     effects = found.problem.effects
     possible = all(effects[n].low <= found.by_name[n] <= effects[n].high for n in free)
-    return found.chi2 + (0.0 if possible else OUTSIDE) if np.isfinite(found.chi2) else np.inf
+    return found.chi2 + (0.0 if possible else OUT_OF_RANGE_CHI2) if np.isfinite(found.chi2) else np.inf
 
 
-def _descended(problem: Problem, free: tuple[str, ...], starts: np.ndarray, values: np.ndarray, known: dict) -> Fit:
-    """`known` has, or gets, the reduced space where it begins, which is that of every other fit from there."""
+def _fit_from(problem: Problem, free: tuple[str, ...], starts: np.ndarray, values: np.ndarray, cache: dict) -> Fit:
+    """Fit from one point; `cache` keeps the linearisation there, which other fits share."""
     wide = {n for effect in free for n in problem.columns_of(effect)}
     usual = np.array([problem.known_sd.get(n, 0.0) for n in problem.names])
     physical = np.array([problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names])
-    held = Held(np.hypot(usual, physical), np.isin(problem.names, list(wide)))
-    values = values * (held.usual > 0)
+    held = GlobalPrior(np.hypot(usual, physical), np.isin(problem.names, list(wide)))
+    values = values * (held.sd > 0)
     begun = problem.reduce, starts.tobytes(), values.tobytes()
-    if begun not in known:
-        known[begun] = problem.reduce(starts, values)
-    cheap = None if any(problem.effects[n].follows for n in free) else problem.cheap
-    end = descend(problem.reduce, cheap, Place.of(starts, values, known[begun], held), held, problem.turns)
+    if begun not in cache:
+        cache[begun] = problem.reduce(starts, values)
+    fast = None if any(problem.effects[n].follows for n in free) else problem.fast_chi2
+    end = minimise(problem.reduce, fast, Linearisation.of(starts, values, cache[begun], held), held, problem.max_iterations)
     return Fit(problem, end.prior, end.values, end.covariance, end.starts, end.chi2, end.reduced)
 
 
 def ln_evidence(of: Fit) -> float:
-    """Laplace's, but for what is the same in all fits to the same rows."""
+    """Laplace's approximation of ln Z, up to a constant of the rows."""
     kept = of.prior_sd > 0
     scaled = of.covariance[np.ix_(kept, kept)] / np.outer(of.prior_sd[kept], of.prior_sd[kept])
-    return -0.5 * of.chi2 + 0.5 * float(np.linalg.slogdet(scaled)[1]) - sum(r.bulk for r in of.reduced)
+    return -0.5 * of.chi2 + 0.5 * float(np.linalg.slogdet(scaled)[1]) - sum(r.half_ln_det for r in of.reduced)

@@ -1,7 +1,7 @@
-"""Problems whose recordings are series of one quantity each (travel of a block, way of a seed, height of a pile's surface).
+"""Problems in which each recording is a series of one quantity: travel, way, height of a surface.
 
-predict(r, own (L,), values) → (n_r,) says what recording r shows for its locals `own` and the globals by name. Derivatives are
-differences; rows are whitened with each recording's own noise; locals are eliminated by QR.
+predict(r, own (L,), values) → (n_r,): the rows of recording r for its locals `own` and the globals
+by name. Derivatives are finite differences; rows are whitened; locals are eliminated by QR.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnose.effects.effect import Effect
-from diagnose.engine.descent import Cheap
+from diagnose.engine.least_squares import FastChi2
 from diagnose.engine.linear import Reduced
 from diagnose.engine.noise import Noise
 from diagnose.engine.problem import Problem
@@ -23,8 +23,11 @@ STEP = 1e-3  # of a prior's sd, for derivatives; less where predictions are exac
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One recording: data (n,), sigma (n,) or scalar [data's unit], lag (n,) (noise.frame_lag), its noise, curves (n, s) that
-    nothing asked about needs, and own (n, q): what it adds of its own by chance, each column with a factor of sd 1."""
+    """One recording.
+
+    data (n,); sigma (n,) or scalar, in the data's unit; lag (n,): see noise.frame_lag; noise;
+    smooth (n, s): curves that no effect needs.
+    """
 
     recording: str
     data: np.ndarray
@@ -32,13 +35,15 @@ class Series:
     lag: np.ndarray
     noise: Noise
     smooth: np.ndarray
-    own: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Locals:
-    """What is each recording's own: start (R, L), step (L,) for derivatives, sd (L,) about `start` (inf: free; those
-    first)."""
+    """Parameters of the recordings' own.
+
+    start (R, L); step (L,): for derivatives; sd (L,): prior about `start`, inf where flat (these
+    first).
+    """
 
     start: np.ndarray
     step: np.ndarray
@@ -55,36 +60,36 @@ def problem_of(
     known_sd: dict[str, float],
     model: Any,
     *,
-    turns: int = 12,
+    max_iterations: int = 12,
     step: float = STEP,
     smooth: bool = False,
 ) -> Problem:
-    """effects: candidates with their laws in `predict`; nuisances: further globals with their typical size (for derivatives);
-    known_sd: sd of each global in the baseline, absent: fixed at nil. smooth: predictions have no kinks, so that a step which
-    worsens χ² itself, and not only its linear forecast, is too long."""
+    """A problem from its series.
+
+    own: locals; predict: see above; effects: candidates whose laws `predict` knows; nuisances:
+    typical sizes of further globals, for derivatives; known_sd: see Problem; step: of derivatives,
+    in prior sds; smooth: predictions have no kinks, so χ² itself decides whether a step is too
+    long.
+    """
     sizes = {n: e.prior_sd for n, e in effects.items()} | nuisances
     rows = sum(len(s.data) for s in series) - int(np.isinf(own.sd).sum()) * len(series)
     level = max(s.noise.log_level_sd for s in series)
     return Problem(
         rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
-        partial(reduce, series, own, predict, sizes, step=step, smooth=smooth), rows, level, model, turns,
-        cheap=_cheap(series, own, predict, sizes, step) if smooth else None,
+        partial(reduce, series, own, predict, sizes, step=step, smooth=smooth), rows, level, model, max_iterations,
+        fast_chi2=_fast_chi2(series, own, predict, sizes, step) if smooth else None,
     )  # fmt: skip
 
 
-def _cheap(series, own: Locals, predict: Callable, sizes: dict[str, float], step: float) -> Cheap | None:
-    """None where recordings add something of their own by chance: χ² alone does not tell it."""
-    if any(s.own is not None for s in series):
-        return None
-
-    def lean(starts, values, wanted):
+def _fast_chi2(series, own: Locals, predict: Callable, sizes: dict[str, float], step: float) -> FastChi2:
+    def reduce_free(starts, values, wanted):
         return reduce(series, own, predict, sizes, starts, values, step=step, smooth=True, wanted=wanted)
 
-    return Cheap(partial(cost, series, own, predict, tuple(sizes)), lean)
+    return FastChi2(partial(exact_chi2, series, own, predict, tuple(sizes)), reduce_free)
 
 
-def cost(series, own: Locals, predict: Callable, names: tuple[str, ...], starts: np.ndarray, values: np.ndarray) -> float:
-    """See Cheap.cost: the sum of what `reduce` tells as its recordings' costs."""
+def exact_chi2(series, own: Locals, predict: Callable, names: tuple[str, ...], starts: np.ndarray, values: np.ndarray) -> float:
+    """See FastChi2.chi2."""
     at, total = dict(zip(names, values, strict=True)), 0.0
     held = np.isfinite(own.sd)
     for r, s in enumerate(series):
@@ -107,15 +112,18 @@ def reduce(
     smooth: bool = False,
     wanted: np.ndarray | None = None,
 ):
-    """See Problem.reduce; extra: K further columns, one array (n_r, K) a recording; wanted (G,): globals whose columns are asked
-    for, the others' are nil."""
+    """See Problem.reduce.
+
+    extra: K further columns, one array (n_r, K) a recording; wanted (G,): globals whose columns are
+    computed, those of the others are zero.
+    """
     asked = sizes if wanted is None else {n: size for (n, size), w in zip(sizes.items(), wanted, strict=True) if w}
     at = dict(zip(sizes, values, strict=True))
     more = [None] * len(series) if extra is None else extra
     made = [_reduced(s, own, predict, asked, r, starts[r], at, more[r], step) for r, s in enumerate(series)]
     width = made[0][0].a.shape[1] - len(values)
     theta = np.concatenate([values, np.zeros(width)])
-    reduced = tuple(replace(m, b=m.b + m.a @ theta, cost=m.cost if smooth else None) for m, _ in made)
+    reduced = tuple(replace(m, b=m.b + m.a @ theta, chi2=m.chi2 if smooth else None) for m, _ in made)
 
     def change(moved: np.ndarray) -> np.ndarray:
         """moved (G,), or (R, G) where a recording has its own."""
@@ -126,34 +134,31 @@ def reduce(
 
 
 def _reduced(one: Series, own: Locals, predict, asked, r: int, start: np.ndarray, at: dict[str, float], extra, share: float):
-    """Reduced of one recording at the point of linearisation, and a function (change of globals) → change of its locals. asked:
-    sizes of the globals that are."""
+    """One recording linearised, and a function from a change of globals to that of its locals.
+
+    asked: typical sizes of the globals whose columns are computed.
+    """
     seen = predict(r, start, at)
     columns = [(predict(r, start + step, at) - seen) / own.step[k] for k, step in enumerate(np.diag(own.step))]
     for name in at:
         small = share * asked.get(name, 0.0)
         columns.append((predict(r, start, at | {name: at[name] + small}) - seen) / small if small else np.zeros(len(seen)))
     more = [] if extra is None else list(extra.T)
-    chance = [] if one.own is None else list(one.own.T)
-    columns = columns[: len(start)] + chance + columns[len(start) :]
     rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(one.sigma, (-1, 1))
     white = one.noise.whiten(rows, one.lag)
-    count = len(start) + len(chance)
-    sd = np.concatenate([own.sd, np.ones(len(chance))])
-    off = np.concatenate([own.start[r] - start, np.zeros(len(chance))])
-    held = np.isfinite(sd)
+    count, sd, off, held = len(start), own.sd, own.start[r] - start, np.isfinite(own.sd)
     prior = np.zeros((int(held.sum()), white.shape[1]))
     prior[:, :count] = np.diag(1 / sd)[held]
     prior[:, -1] = (off / sd)[held]
     triangle = np.asarray(np.linalg.qr(np.vstack([white, prior]), mode="r"))  # one array, whatever numpy's types say
     across, last = len(at) + len(more), triangle.shape[1] - 1
     below = triangle[count:]
-    cost = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())
-    bulk = float(np.log(np.abs(np.diag(triangle)[:count][held]) * sd[held]).sum())  # what the free ones hold is the same for all
-    made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last], cost, bulk)
+    chi2 = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())
+    half_ln_det = float(np.log(np.abs(np.diag(triangle)[:count][held]) * sd[held]).sum())  # flat priors add a constant
+    made = Reduced(below[:, count : count + across], below[:, count + across : last], below[:, last], chi2, half_ln_det)
 
     def back(moved: np.ndarray) -> np.ndarray:
         right = triangle[:count, last] - triangle[:count, count : count + len(at)] @ moved[: len(at)]
-        return solve_triangular(triangle[:count, :count] + 1e-300 * np.eye(count), right)[: len(start)]
+        return solve_triangular(triangle[:count, :count] + 1e-300 * np.eye(count), right)
 
     return made, back

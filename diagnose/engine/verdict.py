@@ -1,4 +1,4 @@
-"""The verdict, read off the posterior: nothing, a name, a class, or unknown; and what it makes of every effect and parameter."""
+"""The verdict from the posterior, and estimates of every effect and contact parameter."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,12 +9,13 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from diagnose.engine.alarm import ALARM_P
-from diagnose.engine.posterior import WEAK, Explanation, Posterior
+from diagnose.engine.explanation import Explanation, Posterior
+from diagnose.engine.posterior import WIDE_PRIOR
 
-HOLDS = 0.95  # of the weight of what is missing, for a name or a class
-NAMED = 0.8  # of all, for a name with nothing unlisted beside it
+NAME_SHARE = 0.95  # of the explanations with something missing, for a name or class
+NAME_PROBABILITY = 0.8  # of all explanations, for a name without unlisted physics
 HALF = 0.5
-MATTERS_SDS = 0.5  # of a contact parameter
+MATTERS_SDS = 0.5  # shift of a contact parameter that matters
 ENDS = (0.025, 0.975)  # of a 95 % interval
 
 
@@ -28,9 +29,11 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class Told:
-    """One effect: probability that it is there, its size where it is, averaged over explanations, in its reported unit; levels: of
-    a condition in words the parameter at each, beside their mean."""
+class EffectEstimate:
+    """One effect: its probability, and its size given that it is there, in its reported unit.
+
+    levels: for a condition in words, the parameter at each level beside their mean.
+    """
 
     probability: float
     unit: str
@@ -39,21 +42,22 @@ class Told:
 
 
 @dataclass(frozen=True)
-class Moved:
-    """A contact parameter with nothing missing, and averaged over all explanations; shift in sds of the former."""
+class ParameterShift:
+    """A contact parameter with nothing missing, and averaged over all explanations."""
 
     nothing_missing: Interval
     explained: Interval
 
     @property
     def shift_sds(self) -> float:
+        """The shift in sds of the former."""
         half = (self.nothing_missing.high95 - self.nothing_missing.low95) / 2 / stats.norm.ppf(ENDS[1])
         return (self.explained.value - self.nothing_missing.value) / half if half > 0 else 0.0
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """verdict: none | name | class | unknown, with names; probability: its weight."""
+    """verdict: none | name | class | unknown; names; probability of the verdict."""
 
     verdict: str
     names: tuple[str, ...]
@@ -61,32 +65,38 @@ class Verdict:
 
 
 def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
-    """none: no alarm, or nothing missing holds half of the weight. Of the explanations in which something is missing: unknown where
-    more than half of the weight needs something unlisted; the name of the likeliest listed set where it, alone or beside more, holds
-    HOLDS of that weight, or NAMED of all with nothing unlisted beside it; else, as a class, that set where a part of it is certain,
-    or the fewest names of which one at least holds HOLDS of the weight of what is listed."""
+    """The verdict.
+
+    none: no alarm, or "nothing missing" has at least HALF of the probability. Of the explanations
+    in which something is missing:
+    unknown: more than HALF of them needs unlisted physics.
+    name: the likeliest listed set, alone or with more, has NAME_SHARE of them, or NAME_PROBABILITY
+    of all without unlisted physics. Never from a single recording.
+    class: that set where one of its effects is certain, else the fewest effects of which at least
+    one is in NAME_SHARE of the listed explanations.
+    """
     nothing = posterior.probability(())
     if p_global >= ALARM_P or nothing >= HALF:
         return Verdict("none", (), nothing)
     found = [e for e in posterior.explanations if e.names]
     weight = sum(e.probability for e in found)
-    strange = sum(e.probability for e in found if e.unlisted) / weight
+    unlisted_share = sum(e.probability for e in found if e.unlisted) / weight
     presence = {n: sum(e.probability for e in found if n in e.listed) / weight for n in {n for e in found for n in e.listed}}
     ranked = sorted(presence, key=lambda n: (-presence[n], n))
-    if strange > HALF:
-        return Verdict("unknown", tuple(n for n in ranked if presence[n] >= HOLDS), strange)
+    if unlisted_share > HALF:
+        return Verdict("unknown", tuple(n for n in ranked if presence[n] >= NAME_SHARE), unlisted_share)
     best = max((e.names for e in found if not e.unlisted), key=posterior.probability)
     holding = [e for e in found if set(best) <= set(e.listed)]
     held = sum(e.probability for e in holding) / weight
-    plain = sum(e.probability for e in holding if not e.unlisted)
-    alone = len(posterior.base.fit.problem.recordings) < 2  # nothing is held out: no name for certain
-    if (held >= HOLDS or plain >= NAMED) and not alone:
+    without_unlisted = sum(e.probability for e in holding if not e.unlisted)
+    single_recording = len(posterior.base.fit.problem.recordings) < 2  # nothing is held out: no name for certain
+    if (held >= NAME_SHARE or without_unlisted >= NAME_PROBABILITY) and not single_recording:
         return Verdict("name", tuple(n for n in ranked if n in best), sum(e.probability for e in holding))
-    if any(presence[n] >= HOLDS for n in best):
+    if any(presence[n] >= NAME_SHARE for n in best):
         return Verdict("class", tuple(n for n in ranked if n in best), held)
     names, left = [], [e for e in found if e.listed]
     whole, reached = sum(e.probability for e in left), 0.0
-    while left and reached < HOLDS * whole:
+    while left and reached < NAME_SHARE * whole:
         shares = {n: sum(e.probability for e in left if n in e.listed) for e in left for n in e.listed}
         names.append(max(sorted(shares), key=lambda n: shares[n]))
         left = [e for e in left if names[-1] not in e.listed]
@@ -94,8 +104,8 @@ def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
     return Verdict("class", tuple(names), reached / weight)
 
 
-def mixture(parts: list[tuple[float, float, float]]) -> Interval:
-    """Quantiles of a mixture of normals, (weight, mean, sd) each."""
+def mixture_interval(parts: list[tuple[float, float, float]]) -> Interval:
+    """Mean and 95 % interval of a mixture of normals, (weight, mean, sd) each."""
     weight, mean, sd = (np.array(column) for column in zip(*parts, strict=True))
     weight, sd = weight / weight.sum(), np.maximum(sd, 1e-12 * (1 + np.abs(mean)))
     low, high = (mean - 8 * sd).min(), (mean + 8 * sd).max()
@@ -107,51 +117,55 @@ def mixture(parts: list[tuple[float, float, float]]) -> Interval:
     return Interval(float(weight @ mean), *ends)
 
 
-def told_of(posterior: Posterior, name: str) -> Told:
+def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
     """One listed effect, averaged over the explanations that hold it."""
     holding = [e for e in posterior.explanations if name in e.names]
     present = sum(e.probability for e in holding)
     own = posterior.alternatives[holding[0].alternative]
-    if name in own.named:
+    if name in own.effects:
         unit, value, sd = own.sizes.get(name, ("", np.nan, np.nan))
-        return Told(present, unit, mixture([(1.0, value, sd)]) if np.isfinite(value) else Interval(np.nan, np.nan, np.nan))
+        size = mixture_interval([(1.0, value, sd)]) if np.isfinite(value) else Interval(np.nan, np.nan, np.nan)
+        return EffectEstimate(present, unit, size)
     effect = holding[0].fit.problem.effects[name]
     weighty = [e for e in holding if e.probability > 1e-4 * holding[0].probability]
 
     def averaged(of: Callable[[Explanation], tuple[float, float]]) -> Interval:
-        size, shown = mixture([(e.probability, *of(e)) for e in weighty]), effect.reported or float
+        size, shown = mixture_interval([(e.probability, *of(e)) for e in weighty]), effect.reported or float
         return Interval(shown(size.value), *sorted((shown(size.low95), shown(size.high95))))
 
     problem = holding[0].fit.problem
     levels = [problem.effects[n].level for n in problem.columns_of(name)] if effect.level else []
     each = {level: averaged(partial(at_level, name=name, number=k)) for k, level in enumerate(levels)}
-    return Told(present, effect.unit, averaged(partial(estimate, name=name)), each)
+    return EffectEstimate(present, effect.unit, averaged(partial(estimate, name=name)), each)
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:
-    """Mean and sd of an effect's parameter within one explanation; the noise's own doubt widens it, and what a good bench leaves
-    open of the same (a plumb line's 0.05°), for that is no effect."""
+    """Mean and sd of an effect's parameter within one explanation.
+
+    The sd includes the doubt about the noise, and what the baseline leaves open of the same
+    parameter.
+    """
     effect = e.fit.problem.effects[name]
     if effect.summary:
         return effect.summary(e)
-    return _combined(e, name, np.eye(len(e.table.spot[name]))[0])
+    return _linear_combination(e, name, np.eye(len(e.table.index[name]))[0])
 
 
 def at_level(e: Explanation, name: str, number: int) -> tuple[float, float]:
-    """Mean and sd of a parameter at one level of a condition in words, beside the mean of all levels."""
-    count = len(e.table.spot[name])
-    return _combined(e, name, np.eye(count)[number] - 1 / count)
+    """Mean and sd of a parameter at one level of a condition, beside the mean of all levels."""
+    count = len(e.table.index[name])
+    return _linear_combination(e, name, np.eye(count)[number] - 1 / count)
 
 
-def _combined(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
+def _linear_combination(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
     """Mean and sd of a linear combination (k,) of an effect's columns."""
-    mean, covariance = e.table.estimate(e.names, WEAK)
-    first = sum(len(e.table.spot[k]) for k in e.names[: e.names.index(name)])
+    mean, covariance = e.table.estimate(e.names, WIDE_PRIOR)
+    first = sum(len(e.table.index[k]) for k in e.names[: e.names.index(name)])
     own = slice(first, first + len(of))
     return float(of @ mean[own]), float(np.exp(e.table.level_sd**2 / 2) * np.sqrt(of @ covariance[own, own] @ of))
 
 
-def moved_of(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> Moved:
+def parameter_shift(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> ParameterShift:
     """A contact parameter; value(explanation) → its mean and sd there."""
 
     def told(e: Explanation, weight: float) -> tuple[float, float, float]:
@@ -160,12 +174,14 @@ def moved_of(posterior: Posterior, value: Callable[[Explanation], tuple[float, f
 
     base = posterior.base
     every = [told(e, e.probability) for e in posterior.explanations if e.probability > 1e-3] or [told(base, 1.0)]
-    return Moved(mixture([told(base, 1.0)]), mixture(every))
+    return ParameterShift(mixture_interval([told(base, 1.0)]), mixture_interval(every))
 
 
 def sector_shares(posterior: Posterior) -> dict[str, float]:
-    """Of the weight with something missing, the part of each sector; an explanation's parts count by the ln evidence that each
-    adds to the others."""
+    """Share of each sector in what is missing.
+
+    Components of one explanation share its weight by the ln evidence that each adds to the others.
+    """
     out: dict[str, float] = {}
     found = [e for e in posterior.explanations if e.names]
     weight = sum(e.probability for e in found)

@@ -11,12 +11,12 @@ import pytest
 from diagnose import words
 from diagnose.bench import Diagnosis
 from diagnose.engine.held_out import HeldOut
-from diagnose.engine.verdict import Interval, Moved, Told
+from diagnose.engine.verdict import EffectEstimate, Interval, ParameterShift
 from diagnose.finding import Finding, Parameter, Sector
 
 NAMES = tuple(f"drop-{k}" for k in range(10))
-DRAG = Told(0.997, "1", Interval(0.018, 0.016, 0.020))
-E = Moved(Interval(0.500, 0.490, 0.510), Interval(0.504, 0.493, 0.515))
+DRAG = EffectEstimate(0.997, "1", Interval(0.018, 0.016, 0.020))
+E = ParameterShift(Interval(0.500, 0.490, 0.510), Interval(0.504, 0.493, 0.515))
 FOLLOWS = "static_friction-follows-moisture_pct"
 USUAL = Finding(
     "drop", NAMES, True, 1e-9, (Sector("flight", 0.97, 1e-12), Sector("impact", math.nan, 0.3)), None, "", "name", ("drag",), 55.0,
@@ -29,7 +29,7 @@ def said(**change) -> str:
     return words.verdict_in_words(replace(USUAL, **change))
 
 
-def test_what_json_has_is_plain_and_says_what_there_is_not():
+def test_json_is_plain_with_null_for_what_is_absent():
     told = USUAL.to_json()
     assert json.loads(json.dumps(told, allow_nan=False)) == told
     assert told["ln_bayes_runner_up"] is None and told["held_out"] == {"rmse_ratio": 0.9, "removed_fraction": None}
@@ -54,7 +54,7 @@ def test_nothing_missing_says_how_sure_that_is():
 
 
 def test_a_class_says_what_is_certain_and_what_is_not_told_apart():
-    effects = {"scale-error": Told(0.62, "1", DRAG.size), "clock-error": Told(0.36, "1", DRAG.size)}
+    effects = {"scale-error": EffectEstimate(0.62, "1", DRAG.size), "clock-error": EffectEstimate(0.36, "1", DRAG.size)}
     apart = {"verdict": "class", "contact": {}, "p_verdict": 0.98}
     line = "something is missing in flight: scale-error (62 %) or clock-error (36 %); these recordings do not tell which"
     assert said(names=tuple(effects), effects=effects, **apart) == line
@@ -77,19 +77,19 @@ def test_what_no_known_effect_explains_says_its_law_or_when():
 
 
 def test_a_parameter_that_follows_a_condition_says_by_how_much():
-    slope = Told(0.9971, "per pct", Interval(-0.0080, -0.0092, -0.0068))
+    slope = EffectEstimate(0.9971, "per pct", Interval(-0.0080, -0.0092, -0.0068))
     of = {"rig": "slide", "names": (FOLLOWS,), "contact": {}}
     line = "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct), in all 10 slides (99.7 %)"
     assert said(**of, effects={FOLLOWS: slope}) == line
     assert "rises by 0.0080 ± 0.0012 per %" in said(**of, effects={FOLLOWS: replace(slope, size=Interval(0.0080, 0.0068, 0.0092))})
     levels = {"steel": Interval(0.02, 0.018, 0.022), "glass": Interval(-0.02, -0.022, -0.018)}
-    plate = Told(0.999, "1", levels["steel"], levels)
+    plate = EffectEstimate(0.999, "1", levels["steel"], levels)
     line = said(**of | {"names": ("static_friction-follows-plate",)}, effects={"static_friction-follows-plate": plate})
     each = "steel +0.0200 ± 0.0020, glass −0.0200 ± 0.0020"
     assert line == f"static friction follows plate, in all 10 slides (99.9 %); beside the mean of all: {each}"
 
 
-def test_the_terminal_says_next_to_nothing_of_what_does_not_matter():
+def test_findings_that_do_not_matter_are_one_line():
     loud, quiet = (replace(USUAL, matters=m, next_record="another drop") for m in (True, False))
     again = SimpleNamespace(in_words=lambda: "run again")
     lines = [words.lines(Diagnosis(Path(), {"drop": f}, {}, {}, (), twins={"drop": again})) for f in (loud, quiet)]

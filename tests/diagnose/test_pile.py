@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heaping import PX_MM, Heap, changed, clean_bench, photograph, picture, repeats
+from heaping import Heap, changed, clean_bench, picture, repeats
 
 from diagnose.effects.pile import EFFECTS
 from diagnose.rigs.pile.diagnose import diagnose_pile
 from diagnose.rigs.pile.flanks import photo_of, photos_of
-from twin.piles import SeenPile, read_piles
 
 BENCH = Heap(grain_mm=3.0)
 SHAPES = {"cohesion", "gate-speed", "base-vibration", "wall-friction", "particle-shape"}
@@ -85,7 +84,7 @@ def test_a_leaning_plate_under_an_upright_heap_is_named():
 
 
 @pytest.mark.parametrize("more", [{"roll_deg": 3.0}, {"roll_deg": -4.0, "two": False}])
-def test_tilts_that_have_a_twin_are_a_class(more):
+def test_confounded_tilts_are_a_class(more):
     found = told(repeats(changed(BENCH, **more), np.random.default_rng(4), 4))
     assert (found.verdict, set(found.names)) == ("class", {"base-tilt", "camera-roll"})
     assert "plumb" in found.next_record and not found.parameters
@@ -96,7 +95,7 @@ def test_flanks_that_differ_against_their_plate_were_poured_on_a_tilt():
     assert told(repeats(changed(BENCH, tilt_deg=4.0, plumb=False), np.random.default_rng(4), 4)).names == ("base-tilt",)
 
 
-def test_a_rolled_picture_of_which_nothing_is_stated_is_no_news():
+def test_a_rolled_picture_without_plumb_raises_no_alarm():
     assert told(repeats(changed(BENCH, roll_deg=5.0, plumb=False), np.random.default_rng(5), 4)).verdict == "none"
 
 
@@ -131,7 +130,7 @@ def in_turn(lower: float, other_side: bool = False) -> list:
     return heaps
 
 
-def test_heaps_that_sink_from_photo_to_photo_shake():
+def test_flattening_from_photo_to_photo_is_base_vibration():
     found = diagnose_pile(in_turn(0.97), np.random.default_rng(1))
     assert (found.verdict, found.names) == ("name", ("base-vibration",))
     creep = found.parameters["base-vibration"]
@@ -145,7 +144,7 @@ def test_photos_in_turn_of_heaps_at_rest_raise_no_alarm(lower, other_side):
     assert diagnose_pile(in_turn(lower, other_side), np.random.default_rng(1)).verdict == "none"
 
 
-def test_heaps_that_rise_or_are_seen_from_other_sides_do_not_shake():
+def test_rising_heaps_and_other_views_are_no_vibration():
     assert diagnose_pile(in_turn(1.03), np.random.default_rng(1)).verdict != "name"
     photos, _ = photos_of(in_turn(0.97, other_side=True))
     assert all(np.isnan(p.creep_deg) for p in photos)
@@ -161,7 +160,7 @@ def test_cohesion_has_its_name_by_heaps_of_several_sizes_too():
     assert found.verdict in ("name", "class") and "cohesion" in found.names
 
 
-def test_a_bow_some_seeds_high_is_not_laid_to_the_gate_alone():
+def test_a_bow_in_seed_heights_is_a_class():
     """In shares it is larger on small heaps: grain shape and walls may do that too."""
     rng, bow_mm = np.random.default_rng([31, 5]), 6.0
     heaps = [replace(picture(changed(BENCH, bow=bow_mm / s, height_mm=s), rng), description=sized(s)) for s in (30, 60) * 3]
@@ -221,72 +220,9 @@ def test_a_heap_is_seen_in_shares_of_its_own_size():
             assert f.angle_deg == pytest.approx(h.angle_deg + f.side * h.roll_deg, abs=0.3)
 
 
-# ── pictures, through the measuring code
-
-
-def test_pictures_of_a_leaning_plate(tmp_path):
-    rng = np.random.default_rng(9)
-    for k in range(3):
-        photograph(changed(BENCH, tilt_deg=3.0), rng, tmp_path / f"pile-{k}")
-    seen = read_piles(tmp_path)
-    assert [s.trouble for s in seen] == [""] * 3 and {s.unit for s in seen} == {"mm"}
-    found = diagnose_pile(seen, rng)
-    assert found.names == ("base-tilt",) and found.parameters["base-tilt"].value == pytest.approx(3.0, abs=0.3)
-
-
-def test_pictures_of_sound_heaps(tmp_path):
-    rng = np.random.default_rng(10)
-    for k in range(3):
-        photograph(BENCH, rng, tmp_path / f"pile-{k}", gate_speed_mm_s=50)
-    assert diagnose_pile(read_piles(tmp_path), rng).verdict == "none"
-
-
-def walled(seen: SeenPile, seed_mm: float) -> SeenPile:
-    """As a heap at a wall is seen: its last seed touches the wall, and shows its round side."""
-    out = np.clip(seed_mm / 2 - (seen.x - seen.x[0]), 0.0, seed_mm / 2)
-    return replace(seen, z=seen.z - (seed_mm / 2 - np.sqrt(np.maximum((seed_mm / 2) ** 2 - out**2, 0.0))))
-
-
-@pytest.mark.parametrize("stated", [True, False])
-def test_the_round_side_of_the_last_seed_at_a_wall_is_no_low_crest(stated):
-    """What is left of the flank has the crest that the same heap has without it; as a control a flank that has two sides."""
-    heap = Heap(two=False, height_mm=45.0, grain_mm=3.0, crest=0.0, scale=stated)
-    plain = picture(heap, np.random.default_rng(3))
-    flanks = [photo_of(seen).flanks[0] for seen in (plain, walled(plain, 3.0 if stated else 3.0 / PX_MM))]
-    np.testing.assert_allclose(flanks[1].v[:3], flanks[0].v[:3], atol=0.005)  # 0.03 of the height is missing at the wall
-    assert photo_of(picture(replace(heap, two=True), np.random.default_rng(3))).flanks[0].u[0] < 0.01
-
-
-def test_a_heap_cut_by_the_edge_is_used_for_what_is_seen_or_refused(tmp_path):
-    rng = np.random.default_rng(12)
-    photograph(BENCH, rng, tmp_path / "cut", cut=0.6)
-    seen = read_piles(tmp_path)[0]
-    if seen.trouble:
-        assert "cut by" in seen.trouble
-    else:
-        found = diagnose_pile([seen], rng)
-        assert found.verdict in ("none", "class") and any("one flank only" in n or "cut by" in n for n in found.notes)
-
-
-def test_what_is_no_photo_says_what_is_missing(tmp_path):
-    folder = tmp_path / "pile-01"
-    folder.mkdir()
-    (folder / "recording.toml").write_text('rig = "pile"\n')
-    (folder / "readings.csv").write_text("repose_angle_deg\n27.0\n")
-    seen = read_piles(tmp_path)
-    assert "a pile is diagnosed from photos" in seen[0].trouble
-    with pytest.raises(ValueError, match=r"no photo shows a flank[\s\S]*pile-01"):
-        diagnose_pile(seen, np.random.default_rng(1))
-    with pytest.raises(FileNotFoundError):
-        read_piles(tmp_path / "nowhere")
-
-
 def test_every_candidate_has_a_law_a_source_and_what_separates_it():
     assert {n for n in EFFECTS if "." not in n} == SHAPES | {"base-tilt", "camera-roll"}
     assert all(e.source and (e.group or e.separating) for e in EFFECTS.values())
-
-
-# ── statistics
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from heaping import Heap, repeats
 from diagnose.effects.pile import EFFECTS
 from diagnose.rigs.pile.diagnose import diagnose_pile
 from diagnose.rigs.pile.resimulation import FRICTIONS, Kind, _compared, _fitted, resimulate
-from diagnose.rigs.pile.slices import AT, Knobs, Shape, setting, shape_of
+from diagnose.rigs.pile.simulated_heaps import AT, HeapSettings, Shape, shape_of, simulation_inputs
 from twin.parameters import Parameters, bench
 from twin.piles import read_piles
 from twin.run import simulate
@@ -21,31 +21,26 @@ TOLD = {
 }
 
 
-def test_every_effect_of_the_pile_has_a_counterpart_or_a_reason_why_not():
-    assert all(e.counterpart or e.untwinned for e in EFFECTS.values() if not e.group)
-    assert all(bool(e.law.strengths) == bool(e.law.twin) == bool(e.counterpart) for e in EFFECTS.values())
-
-
 def test_cohesion_of_strength_one_pulls_with_a_seeds_weight_and_grows_as_its_size():
-    own = setting(TOLD, Knobs(0.5, "cohesion", 1.0), 8.7)
+    own = simulation_inputs(TOLD, HeapSettings(0.5, "cohesion", 1.0), 8.7)
     weight = 9.80665 * 1250 * np.pi / 6 * 8.7e-3 * 6.8e-3 * 6.0e-3
     assert own[1].laws["film_adhesion"]["pull"] == pytest.approx(weight, rel=1e-5)
     larger = {n: dict(v) for n, v in TOLD.items()}
     larger["seed"] |= {"length_mm": 17.4, "width_mm": 13.6, "thickness_mm": 12.0}
-    twice = setting(larger, Knobs(0.5, "cohesion", 1.0), 8.7)
+    twice = simulation_inputs(larger, HeapSettings(0.5, "cohesion", 1.0), 8.7)
     assert twice[1].laws["film_adhesion"]["pull"] == pytest.approx(2 * weight, rel=1e-5)
-    assert setting(TOLD, Knobs(0.5, "cohesion", 0.0), 8.7)[1].laws["film_adhesion"]["pull"] == 0.0
+    assert simulation_inputs(TOLD, HeapSettings(0.5, "cohesion", 0.0), 8.7)[1].laws["film_adhesion"]["pull"] == 0.0
 
 
 def test_what_is_named_is_changed_and_nothing_else():
-    usual, _ = setting(TOLD, Knobs(0.5, "gate-speed", 0.0), 8.7)
-    faster, _ = setting(TOLD, Knobs(0.5, "gate-speed", 1.0), 8.7)
+    usual, _ = simulation_inputs(TOLD, HeapSettings(0.5, "gate-speed", 0.0), 8.7)
+    faster, _ = simulation_inputs(TOLD, HeapSettings(0.5, "gate-speed", 1.0), 8.7)
     assert (usual.pile.gate_speed_mm_s, faster.pile.gate_speed_mm_s) == (100.0, 200.0)
     assert usual.pile.slab and usual.pile.box_mm[1] == pytest.approx(3.5 * 8.7)
-    longer, _ = setting(TOLD, Knobs(0.5, "particle-shape", 0.2), 8.7)
+    longer, _ = simulation_inputs(TOLD, HeapSettings(0.5, "particle-shape", 0.2), 8.7)
     volume = [s.seed.length_mm * s.seed.width_mm * s.seed.thickness_mm for s in (usual, longer)]
     assert longer.seed.length_mm == pytest.approx(1.2 * 8.7) and volume[1] == pytest.approx(volume[0])
-    walled, parameters = setting(TOLD, Knobs(0.5, "wall-friction", 1.0), 8.7)
+    walled, parameters = simulation_inputs(TOLD, HeapSettings(0.5, "wall-friction", 1.0), 8.7)
     assert not walled.pile.slab and walled.pile.box_mm[1] == 60.0
     assert bench(parameters, "pile", walled.seed, walled.air).seed_wall.static_friction == Parameters().static_friction
 
@@ -55,10 +50,10 @@ def test_what_is_named_is_changed_and_nothing_else():
 ])  # fmt: skip
 def test_rigs_that_cannot_be_run_are_refused_before_anything_runs(pile, says):
     if says is None:
-        setting(TOLD | {"pile": pile}, Knobs(0.5, "cohesion", 1.0), 8.7)  # a slice of it can
+        simulation_inputs(TOLD | {"pile": pile}, HeapSettings(0.5, "cohesion", 1.0), 8.7)  # a slice of it can
         return
     with pytest.raises(ValueError, match=says):
-        setting(TOLD | {"pile": pile}, Knobs(0.5, "cohesion", 1.0), 8.7)
+        simulation_inputs(TOLD | {"pile": pile}, HeapSettings(0.5, "cohesion", 1.0), 8.7)
 
 
 def test_friction_and_strength_are_found_on_the_other_half_of_the_recordings():
@@ -77,7 +72,7 @@ def test_friction_and_strength_are_found_on_the_other_half_of_the_recordings():
     assert _fitted([kind], 0, "cohesion", False).strength == 0.0
 
 
-def test_a_twin_of_the_same_form_that_is_less_steep_is_off():
+def test_a_simulated_heap_that_is_less_steep_has_an_error():
     heaps = repeats(Heap(), np.random.default_rng(1), 2)
     own = shape_of(heaps[:1])
     flat, steep = replace(own, angle_deg=own.angle_deg - 6), own
@@ -87,13 +82,13 @@ def test_a_twin_of_the_same_form_that_is_less_steep_is_off():
 
 
 @pytest.mark.slow
-def test_cohesion_hidden_in_the_dem_is_found_in_its_photos_and_mends_the_twin(tmp_path):
+def test_cohesion_in_the_dem_is_found_from_photos_and_improves_the_simulation(tmp_path):
     """DEM with a film's pull → photos → measured → diagnosed → the DEM again.
 
     Heaps of one kind cannot say for certain what makes them steep, and are few seeds high: the right answer is that cohesion is
     possible, at most. The twin with it, given the other half's numbers, is nearer to them.
     """
-    hidden = setting(TOLD, Knobs(0.5, "cohesion", 0.4), 8.7)
+    hidden = simulation_inputs(TOLD, HeapSettings(0.5, "cohesion", 0.4), 8.7)
     for k in range(4):
         out = tmp_path / "bench" / f"pile-{k + 1}"
         out.parent.mkdir(exist_ok=True)

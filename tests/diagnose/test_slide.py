@@ -25,7 +25,7 @@ def test_clean_slides_raise_no_alarm_and_their_chi2_is_right():
     assert base.chi2 / base.freedom == pytest.approx(1, abs=0.15)  # about 1,000 rows of correlated noise
 
 
-def test_noise_that_wanders_is_heard_while_the_block_rests():
+def test_slow_noise_is_estimated_from_the_rest():
     """Beside a short slide's curve a correlation of a third of it is not seen: its power was told to be a quarter, ± 15 %."""
     wandering = replace(LIGHT, rho=0.97, white=0.1, rates=(2.0,), rest_s=0.8, lost=0.0)
     true = wandering.noise_mm**2 * Noise(0.97, 0.1, 0.0).low_frequency
@@ -68,8 +68,6 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
     assert abs(parameter.value - true) < 1.1 * (parameter.high95 - parameter.low95)  # 4.3 sd: six cases must all pass
 
 
-
-
 def test_what_one_rate_and_one_load_cannot_tell_is_a_class():
     """A wrong sensor, a wrong clock, a pull and a little rolling all scale the acceleration and do nothing else."""
     finding = found(replace(LIGHT, offset_deg=4.0, noise_mm=0.02), 2, count=4)
@@ -85,20 +83,20 @@ def test_air_is_no_viscous_friction(counts):
     assert "viscous-sliding" in found(replace(blown, stated_air=0.0), 1, count=6).names
 
 
-def test_a_little_friction_that_grows_with_speed_is_in_the_class_of_what_scales_the_acceleration():
+def test_weak_viscous_friction_is_in_the_class_of_scaled_acceleration():
     """It fits as well, and has less evidence only because it might have been much more."""
     finding = found(replace(AIRLESS, friction=lambda v, x: 0.002 * v, rates=(1.0,), noise_mm=0.03), 4)
     assert finding.verdict == "class" and {"adhesion", "angle-offset", "clock-offset", "viscous-sliding"} <= set(finding.names)
 
 
-def test_friction_that_grows_with_the_way_is_outside_the_library():
+def test_friction_that_grows_with_the_way_is_unknown():
     finding = found(replace(LIGHT, friction=lambda v, x: 0.1 * x), 1, count=4)
     assert finding.verdict == "unknown" and finding.names == ()
     assert finding.sectors[0].name == "sliding"
     assert "grows with" in finding.law and finding.next_record
 
 
-def test_rows_astray_cost_no_slide_and_are_no_news():
+def test_outlying_rows_are_dropped_without_an_alarm():
     """Four rows in a thousand lie anywhere within 20 mm: of each run the same rows slide as without them, but those."""
     seen, clean = (slides(replace(LIGHT, stray=share), 4, np.random.default_rng(1)) for share in (0.004, 0.0))
     lost = [len(c.x_mm) - len(s.x_mm) for s, c in zip(seen, clean, strict=True)]

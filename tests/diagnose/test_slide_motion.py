@@ -23,9 +23,7 @@ def test_a_block_on_a_still_plate_has_its_closed_form():
     assert v[-1] == pytest.approx(pull * (1 - onset))
 
 
-
-
-def test_an_onset_long_before_the_first_row_takes_no_longer():
+def test_an_onset_long_before_the_first_row_is_fast():
     """A fit on its way may try one; at the usual step ten million seconds are minutes of work."""
     tilt, t = np.array([math.radians(25.0), 0, 0, 0]), np.linspace(0, 1, 11)
     travel(t, 0.0, tilt, Laws(friction=0.1))  # compiled
@@ -34,16 +32,12 @@ def test_an_onset_long_before_the_first_row_takes_no_longer():
     assert time.process_time() - begun < 0.5 and np.isfinite(x).all() and np.isfinite(v).all()
 
 
-
-
 def test_a_slowly_tilting_plate_gives_the_third_power():
     """x = g Ω t³/(6 cos θ₀) while θ is near θ₀."""
     rate, angle = math.radians(1.0), math.radians(20.0)
     tilt, t = np.array([angle, rate, 0, 0]), np.linspace(0, 0.3, 31)
     x, _ = travel(t, 0.0, tilt, Laws(friction=math.tan(angle), turning=0.0))
     assert x[-1] == pytest.approx(G * rate * 0.3**3 / 6 / math.cos(angle), rel=2e-3)
-
-
 
 
 def slipped(amplitude, omega, growth, phase):

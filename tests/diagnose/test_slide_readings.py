@@ -11,7 +11,7 @@ from diagnose.rigs.slide.diagnose import diagnose_slide
 from diagnose.rigs.slide.tilt import seen_tilt
 
 
-def test_a_plate_that_climbs_in_stairs_is_told_from_a_column_that_was_read_on_them():
+def test_a_stepped_plate_is_separated_from_a_rounded_column():
     """The block moves evenly between climbs; as a control it moves as on an even climb, and the column alone is on a grid."""
     climbs = found(replace(LIGHT, step_deg=0.5), 1)
     assert climbs.names == ("stepped-tilt",) and climbs.sectors[0].name == "measurement"
@@ -26,8 +26,6 @@ def test_a_noisy_or_finely_resolved_column_is_no_staircase():
     assert seen_tilt(t, noisy, 3.0, 4.0).grid_deg == 0
     assert seen_tilt(t, np.round(ramp, 1), 3.0, 4.0).grid_deg == 0
     assert seen_tilt(t, np.ceil(ramp / 0.4) * 0.4, 3.0, 4.0).grid_deg == pytest.approx(0.4, rel=0.01)
-
-
 
 
 def angle_read(delay_mm=0.0, clock_s=0.0, pull=0.0, grid=0.0):
@@ -73,8 +71,7 @@ def test_readings_of_several_rates_and_loads():
     assert grid.verdict == "none" and any("read to 0.5°" in note for note in grid.notes)
 
 
-
-def test_one_rate_or_one_load_says_nothing_of_delay_or_pull():
+def test_one_rate_or_one_load_names_neither_delay_nor_pull():
     """Exact twins of friction itself."""
     assert told(angle_read(delay_mm=5.0), (2, 2, 2), (4, 4, 4)).verdict == "none"
     assert told(angle_read(pull=0.3e-3), (2, 2, 2), (4, 4, 4)).verdict == "none"

@@ -14,10 +14,10 @@ from pages import Tags, own
 
 from diagnose.bench import Diagnosis
 from diagnose.engine.held_out import HeldOut
-from diagnose.engine.locate import Window
-from diagnose.engine.verdict import Interval, Moved, Told
+from diagnose.engine.unlisted import Window
+from diagnose.engine.verdict import EffectEstimate, Interval, ParameterShift
 from diagnose.finding import Curve, Finding, Parameter, Sector
-from diagnose.rerun import Again, Compared
+from diagnose.rerun import Comparison, Resimulation
 from report.diagnosis import render
 from report.residuals import BINS, binned
 
@@ -29,8 +29,11 @@ def finding(rig="drop", **change) -> Finding:
     rng, time = np.random.default_rng(1), np.linspace(0, 0.3, 600)
     left = rng.normal(0, 0.05, 600)
     curves = tuple(Curve(f"drop-{k}", "height", "mm", "t_s", time, 310 - 4900 * time**2, left + 3 * time**2, left) for k in range(2))
-    effects = {"drag": Told(0.997, "1", Interval(0.018, 0.016, 0.020)), "perspective": Told(0.02, "1/m", Interval(-0.03, -0.05, -0.01))}
-    moved = Moved(Interval(0.500, 0.490, 0.510), Interval(0.516, 0.505, 0.527))
+    effects = {
+        "drag": EffectEstimate(0.997, "1", Interval(0.018, 0.016, 0.020)),
+        "perspective": EffectEstimate(0.02, "1/m", Interval(-0.03, -0.05, -0.01)),
+    }
+    moved = ParameterShift(Interval(0.500, 0.490, 0.510), Interval(0.516, 0.505, 0.527))
     usual = Finding(
         rig, ("drop-0", "drop-1"), True, 1e-9, (Sector("flight", 0.97, 1e-12), Sector("measurement", 0.3, 1e-3)),
         Window("v_m_s", 1.5, 2.4, 1e-4), "v_m_s", "name", ("drag",), 55.0, 43.0, {"drag": Parameter("1", 0.018, 0.016, 0.020)},
@@ -47,13 +50,13 @@ def diagnosis(**rigs) -> Diagnosis:
 
 
 DOT = cv2.imencode(".png", np.full((40, 90), 128, np.uint8))[1].tobytes()
-ROWS = tuple(Compared(f"drop-{k}", "place in flight", "mm", 0.08, 0.04, "track") for k in range(2))
+ROWS = tuple(Comparison(f"drop-{k}", "place in flight", "mm", 0.08, 0.04, "track") for k in range(2))
 POINTS = {"x": "impact speed (m/s)", "y": "restitution", "points": {"recorded": (np.arange(3.0), np.arange(3.0))}}
-AGAIN = Again("drop", ("drag",), "drag is on", "each flight was flown again", ROWS, True, DOT, "side by side", (), POINTS)
+AGAIN = Resimulation("drop", ("drag",), "drag is on", "each flight was flown again", ROWS, True, DOT, "side by side", (), POINTS)
 
 
 NIL = Interval(0.0, -1.0, 1.0)
-APART = {"slope": Told(0.6, "deg", NIL), "drag": Told(0.39, "1", NIL)}
+APART = {"slope": EffectEstimate(0.6, "deg", NIL), "drag": EffectEstimate(0.39, "1", NIL)}
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""What a camera gets wrong: its scale, its clock, its upright, its perspective, the centre of a silhouette that turns."""
+"""Errors of a camera: scale, clock, vertical, perspective, lens, centre of a turning silhouette."""
 
 from diagnose.effects.drop.hooks import distorted, keystone, scaled, turned, wobbled
 from diagnose.effects.effect import Counterpart, Effect
@@ -10,27 +10,27 @@ EFFECTS = (
     Effect(
         name="scale-error", sector="measurement", unit="1", meaning="true / stated - 1", prior_sd=0.02, low=-0.2, high=0.2,
         source="similarity; a ruler read to 1 mm on 100 mm gives 1 %", picture=scaled,
-        says=("the scale is wrong", "= true/stated − 1"),
+        wording=("the scale is wrong", "= true/stated − 1"),
         separating="a ruler in the plane of motion, or a fall from a measured height",
         counterpart=Counterpart("a pixel of the camera is {value} of itself larger than stated"),
     ),
     Effect(
         name="clock-error", sector="measurement", unit="1", meaning="true fps / stated fps - 1", prior_sd=0.02, low=-0.2, high=0.2,
         source="t² of free fall", clock=lambda value: 1 + value,
-        says=("the frame rate is wrong", "= true/stated − 1"),
+        wording=("the frame rate is wrong", "= true/stated − 1"),
         separating="a film of a stop watch, or a fall from a measured height",
         counterpart=Counterpart("the camera runs {value} of its rate faster than stated"),
     ),
     Effect(
         name="camera-roll", sector="measurement", unit="deg", meaning="true plumb - stated plumb, clockwise", prior_sd=1.0,
         low=-10.0, high=10.0, source="rotation of the picture", picture=turned,
-        says=("the camera is rolled", "° clockwise beyond what is stated"), separating="a plumb line in the picture",
+        wording=("the camera is rolled", "° clockwise beyond what is stated"), separating="a plumb line in the picture",
         counterpart=Counterpart("the camera is rolled by {value}° more than stated"),
     ),
     Effect(
         name="perspective", sector="measurement", unit="1/m", meaning="relative change of scale per metre of height", prior_sd=0.05,
         low=-1.0, high=1.0, source="pinhole camera, first order", picture=keystone,
-        says=("the scale changes with height", "per metre"),
+        wording=("the scale changes with height", "per metre"),
         separating="a ruler in the plane of motion, read at the top and at the bottom",
         counterpart=Counterpart("the camera's scale changes by {value} per metre of height"),
     ),
@@ -42,7 +42,7 @@ EFFECTS = (
     Effect(
         name="silhouette-wobble", sector="measurement", unit="mm", meaning="amplitude", prior_sd=0.1, low=-2.0, high=2.0,
         source=_WOBBLE, needs=lambda session: session.spins, picture=wobbled(0),
-        says=("the tracked centre wobbles as the seed turns", "mm"),
+        wording=("the tracked centre wobbles as the seed turns", "mm"),
         separating="a film with light from all sides",
         counterpart=Counterpart("the centre of the silhouette goes round by {value} mm as the seed turns"),
     ),
@@ -50,9 +50,9 @@ EFFECTS = (
         name="silhouette-wobble.other_phase", sector="measurement", unit="mm", meaning="amplitude a quarter turn on", prior_sd=0.1,
         low=-2.0, high=2.0, source=_WOBBLE, needs=lambda session: session.spins, picture=wobbled(1), group="silhouette-wobble",
     ),
-    Effect(  # on nobody's list of names: it says how the picture is bent, not by what
+    Effect(  # without a name: it describes the distortion, not its cause
         name="(unlisted) measurement: lens", sector="measurement", unit="1", meaning="distortion at the edge of the view",
         prior_sd=0.01, low=-0.3, high=0.3, source="wide angles bend by 1 to 10 %", picture=distorted, unlisted=True,
-        untwinned="the twin's camera has no lens",
+        not_simulated="the twin's camera has no lens",
     ),
 )  # fmt: skip

@@ -1,7 +1,7 @@
-"""Restitution that falls with impact speed: the class, and the three laws that a seed hardly tells apart.
+"""Restitution that falls with impact speed: a general law and three specific ones.
 
-e less c v^(1/5) of viscous solids and of a compliant plate, more c v^(-1/4) of yielding ones, or ln v between them; in all of them
-the parameter is e(0.5 m/s) − e(2 m/s), and a constant is left to the fit.
+e falls by c v^(1/5) for viscous solids and compliant plates, has a term c v^(−1/4) for yielding
+ones, or falls as ln v. The parameter is e(0.5 m/s) − e(2 m/s); a constant is fitted beside it.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from diagnose.effects.effect import Counterpart, Effect
 
 
 def _law(shape: Callable[[np.ndarray], np.ndarray]):
-    """e + value · (s(v) over its fall from 0.5 to 2 m/s)."""
+    """e + value · s(v)/(s(0.5 m/s) − s(2 m/s))."""
     fall = float(shape(np.array(0.5)) - shape(np.array(2.0)))
 
     def restitution(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
@@ -23,14 +23,14 @@ def _law(shape: Callable[[np.ndarray], np.ndarray]):
 
 
 def _curved(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
-    """e − value ln²(v / 1 m/s): leaves e(0.5 m/s) − e(2 m/s) as it is."""
+    """e − value ln²(v / 1 m/s), which leaves e(0.5 m/s) − e(2 m/s) unchanged."""
     return e - value * np.log(hits.speed) ** 2
 
 
 def _effect(name: str, says: str, shape, source: str, **twin) -> Effect:
     return Effect(
         name=name, sector="impact", unit="1", meaning="e(0.5 m/s) - e(2.0 m/s) of the normal restitution of a central impact",
-        prior_sd=0.1, low=0.0, high=0.8, source=source, says=(says, "less at 2.0 than at 0.5 m/s"), restitution=_law(shape),
+        prior_sd=0.1, low=0.0, high=0.8, source=source, wording=(says, "less at 2.0 than at 0.5 m/s"), restitution=_law(shape),
         separating="ten drops of the same seed from each of 20, 100 and 500 mm; a plate that gives way also moves", **twin,
     )  # fmt: skip
 
@@ -49,7 +49,7 @@ EFFECTS = (
     ),
     Effect(
         name=f"{NAME}.curvature", sector="impact", unit="1", meaning="coefficient of -ln(v / 1 m/s)^2 beside it", prior_sd=0.02,
-        low=-1.0, high=1.0, source="between the powers -1/4 and 1", restitution=_curved, sized=False, group=NAME,
+        low=-1.0, high=1.0, source="between the powers -1/4 and 1", restitution=_curved, scaled_prior=False, group=NAME,
     ),
     _effect(
         VISCOUS, "restitution falls with impact speed, as viscous solids do", lambda v: -(v**0.2),
@@ -63,6 +63,6 @@ EFFECTS = (
     ),
     _effect(
         "plate-compliance", "the plate gives way and carries energy off", lambda v: -(v**0.2), "Zener (1941), Phys. Rev. 59, 669",
-        untwinned="the twin's plates are rigid; a restitution that falls with speed stands for it",
+        not_simulated="the twin's plates are rigid; a restitution that falls with speed stands for it",
     ),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the laws of drops are asked with: seeds in flight, what the camera looks at, impacts."""
+"""Arguments of the laws of drops (flights, view, impacts), and laws shared with nuisances."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,13 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Motion:
-    """Seeds in flight at many moments: velocity (f, n, 2) [m/s] along x (right) and z (up); aside_square (f, 1) [m²/s²]: of the
-    speed along the line of sight, which no picture shows (an estimate may be below nil); rolled (f, 1) [rad/m]: spin over speed
-    that way, as across; spin (f, 1) [rad/s] anticlockwise in the picture; reynolds, lift, room (f, 1): see air.Air; g
-    [m/s²]; slope: see air.drag_shape."""
+    """Seeds in flight at many moments.
+
+    velocity (f, n, 2) [m/s]: x right, z up; aside_square (f, 1) [m²/s²]: of the speed along the
+    line of sight, an estimate that may be < 0; rolled (f, 1) [rad/m]: spin over that speed. spin
+    (f, 1) [rad/s], anticlockwise; reynolds, lift, room (f, 1): see air.Air; g [m/s²]; slope: see
+    air.drag_shape.
+    """
 
     velocity: np.ndarray
     aside_square: np.ndarray
@@ -25,9 +28,12 @@ class Motion:
 
 @dataclass(frozen=True)
 class View:
-    """What the camera looks at: middle (2,) of the view and reach [m] (from there to its top); angle (n,) of the seed [rad], 0
-    where unknown; phase (n, 2): place in pixels times 2π, on a smooth curve, 0 where the scale is not stated; pixel [m]; fall [m]:
-    how far beside the middle seeds fall, where upright is as stated."""
+    """What the camera looks at.
+
+    middle (2,) and reach [m], from there to the top of the view; angle (n,) of the seed [rad], 0
+    unknown; phase (n, 2): place in pixels times 2π, 0 without a scale; pixel [m]; fall [m]: of the
+    seeds beside the middle.
+    """
 
     middle: np.ndarray
     reach: float
@@ -39,9 +45,12 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Impacts (n,): closing speed of the point of contact along the plate's normal [m/s], how many impacts this seed has had with
-    this one (1: the first); by how much a tilt of 1 rad turns Δv_x over Δv_n (1: no friction), and takes from e of the upright
-    speeds, before and after over the closing one (2, n)."""
+    """Impacts (n,).
+
+    speed: closing speed of the point of contact [m/s]; count: number of the impact, from 1; lever:
+    change of Δv_x/Δv_n by 1 rad of tilt (1: no friction); drift (2, n): speed across over closing
+    speed, before and after.
+    """
 
     speed: np.ndarray
     count: np.ndarray
@@ -50,21 +59,24 @@ class Hits:
 
 
 def turned(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """Places (n, 2) in axes along the stated plumb line when the true one is `value` [deg] further clockwise."""
+    """Places (n, 2) in axes along the stated plumb line if the true one is `value` [deg]
+    clockwise.
+    """
     c, s = np.cos(np.radians(value)), np.sin(np.radians(value))
     x, z = (places - view.middle).T
     return view.middle + np.column_stack([x * c + z * s, z * c - x * s])
 
 
 def scaled(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """What is read with the stated scale: true place over 1 + `value`, about the middle of the view."""
+    """As read with the stated scale: true place over 1 + `value`, about the middle of the view."""
     return view.middle + (places - view.middle) / (1 + value)
 
 
 def keystone(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """Off the middle, true place over 1 + `value` (z − z_middle): mm per px grows by `value` [1/m] per metre.
+    """True place over 1 + `value` (z − z_middle): mm per px grows by `value` [1/m] per metre of
+    height.
 
-    Lines that are upright lean in such a picture, but for the one along which seeds fall: there a plumb line hangs.
+    Verticals lean in such a picture, except the one along which seeds fall.
     """
     about = view.middle + np.array([view.fall, 0.0])
     return about + (places - about) / (1 + value * (places[:, 1:] - view.middle[1]))
@@ -92,5 +104,5 @@ def tilted_kick(hits: Hits, tilt_deg) -> np.ndarray:
 
 
 def tilted_restitution(hits: Hits, e: np.ndarray, tilt_deg) -> np.ndarray:
-    """e − tan α (v_x' + e v_x)/v: what runs down the plate strikes it more gently than it falls, and leaves it less steeply."""
+    """e − tan α (v_x' + e v_x)/v for a plate that falls by α towards +x."""
     return e - np.tan(np.radians(tilt_deg)) * (hits.drift[1] + e * hits.drift[0])

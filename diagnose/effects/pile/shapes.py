@@ -1,6 +1,7 @@
-"""Where along a flank something shows, and what a law of heaps says.
+"""Shapes along a flank, and laws of heaps.
 
-u: share of the flank's way, 0 at the crest, 1 where its line meets the plate; changes of the surface in shares of its height.
+u: share of the flank's way, 0 at the crest, 1 where its line meets the plate; surfaces in shares of
+the height.
 """
 
 from collections.abc import Callable
@@ -11,34 +12,36 @@ import numpy as np
 from diagnose.effects.effect import Effect
 
 CREST_WIDTH, TOE_WIDTH = 0.2, 0.15
-BENDS, BEND_WIDTH, BEND_SD = (0.0, 0.1, 0.2, 0.3, 0.4), 0.08, 0.04  # how far a crest may depart from `crest`: nobody knows a law that well
+BENDS, BEND_WIDTH, BEND_SD = (0.0, 0.1, 0.2, 0.3, 0.4), 0.08, 0.04  # sds by which a crest may depart from `crest`
 
 
 def crest(u: np.ndarray) -> np.ndarray:
-    """1 at the crest, gone a third of the way down: exp(−½ (u/0.2)²)."""
+    """1 at the crest, 0 a third of the way down: exp(−½ (u/0.2)²)."""
     return np.exp(-0.5 * (u / CREST_WIDTH) ** 2)
 
 
 def toe(u: np.ndarray) -> np.ndarray:
-    """1 at the toe, gone a third of the way up, and running out beyond: exp(−|u − 1|/0.15)."""
+    """1 at the toe, 0 a third of the way up or beyond: exp(−|u − 1|/0.15)."""
     return np.exp(-np.abs(u - 1) / TOE_WIDTH)
 
 
 def middle(u: np.ndarray) -> np.ndarray:
-    """A bow between crest and toe: 1 half way, 0 and level with the line at both ends: sin²(π u)."""
+    """A bow: 1 half way, 0 at both ends: sin²(π u)."""
     return np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0, 1)) ** 2, 0.0)
 
 
 @dataclass(frozen=True)
 class Law:
-    """What one unit of a parameter does to a photo (rigs.pile.flanks.Photo), times `weight`.
+    """Change of a photo (rigs.pile.flanks.Photo) by one unit of a parameter, times `weight`.
 
-    surface(u) → (n,) added to the surface; angle_deg: added to every flank's angle; turn_deg, plate_deg: by how much flanks and
-    plate turn clockwise, the flanks' by what the photo's angles count from (Photo.reference); turn_after_deg: where it happened
-    after the heap was poured; creep_deg: how much flatter a heap becomes from its first to its last photo. weight(photos) → (R,):
-    how strongly it acts in each, 1 on average. known_deg(photos): sd of it on a good bench. twin(seed, pile, stated pile, strength)
-    → (seed, pile, laws) of the DEM's heap, as [seed] and [pile] of a recording; strengths: at which heaps are run to learn what
-    it does.
+    surface(u) → (n,): added to the surface; angle_deg: added to every flank's angle.
+    turn_deg, plate_deg: by how much flanks (by Photo.reference) and plate turn clockwise;
+    turn_after_deg: the same if it happened after the heap was poured.
+    creep_deg: flattening from first to last photo.
+    weight(photos) → (R,): how strongly it acts in each, 1 on average.
+    known_deg(photos): sd of it on a good bench.
+    twin(seed, pile, stated pile, strength) → (seed, pile, laws) of a simulated heap; strengths: at
+    which heaps are simulated.
     """
 
     surface: Callable[[np.ndarray], np.ndarray] | None = None
@@ -55,13 +58,13 @@ class Law:
 
 @dataclass(frozen=True)
 class HeapEffect(Effect):
-    """An effect of heaps, which its law describes in place of hooks."""
+    """An effect of heaps, described by a Law."""
 
     law: Law = field(default_factory=Law)
 
 
 def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
-    """Weights in proportion to powers of stated quantities, each left out where a photo does not state it; 1 on average."""
+    """Weights ∝ powers of stated quantities, those not stated left out; 1 on average."""
 
     def weight(photos: tuple) -> np.ndarray:
         raised = np.ones(len(photos))
@@ -83,7 +86,7 @@ def further(effect: str, source: str, **of: tuple[str, str, str, float, Law]) ->
 
 
 def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[HeapEffect, ...]:
-    """The crest's own shape at BENDS of the way."""
+    """The crest's own shape, as bumps at BENDS of the way."""
 
     def bump(at: float) -> Callable[[np.ndarray], np.ndarray]:
         return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)

@@ -1,14 +1,14 @@
-"""What happens where the incline ends: speed is lost at once, or the seed slips and reaches the level faster than its spin.
+"""The corner at the end of the incline: speed lost at once, or slip.
 
-A corner takes speed from every seed: the foot on the level is a new point of touch, and only the angular momentum about it is kept. Of
-a seed that rolls round a sharp corner of β it takes (1 − cos β)/(1 + I/(m r²)), 0.024 of a ball's speed at 15°; rolling friction μ under
-the blow adds μ sin β/(1 + I/(m r²)), and a rounded corner takes nothing: this range belongs to the baseline, loss beyond it is
-`corner-loss`, whose parameter is all that is lost.
+Every seed loses speed there: only angular momentum about the new point of contact is kept. A ball
+at a sharp corner of β loses (1 − cos β)/(1 + I/(m r²)), 0.024 at 15°; rolling friction μ adds μ sin
+β/(1 + I/(m r²)); a rounded corner takes nothing. This range is part of the baseline; loss beyond it
+is `corner-loss`, whose parameter is the total.
 
-While slip lasts friction takes speed and gives spin; with slip speed u, angular momentum about the point of touch leaves a rolling seed
-slower by u (1 − 1/c), c = 1 + I/(m r²) (u/3.5 of a ball), and it ends after u (1 − 1/c)/(μ g). On the incline a seed that gains slip in
-proportion to speed, u = s v, turns by (1 − s) v/r only, and so speeds up by c/(1 + (c − 1)(1 − s)) of rolling, without the rolling
-friction, which acts on its spin.
+While it slips, friction takes speed and gives spin: from slip speed u a seed ends slower by
+u (1 − 1/c), c = 1 + I/(m r²), after u (1 − 1/c)/(μ g). On the incline a seed that slips in
+proportion to speed, u = s v, accelerates by c/(1 + (c − 1)(1 − s)) of rolling, without rolling
+friction.
 """
 
 import math
@@ -19,23 +19,23 @@ from scipy.special import ndtr
 from diagnose.air import G_M_S2
 from diagnose.effects.effect import Effect
 
-SURELY_M_S = 0.01  # slip speed from which a seed slips all the way down
+SURELY_M_S = 0.01  # slip speed beyond which a seed slips all the way down
 GRIP = 0.15  # friction that ends the slip on the level
-GRIP_SPREAD = 1.5  # ln: 0.03 to 0.7; what slips longer has next to no friction, shorter is a loss in the corner
+GRIP_SPREAD = 1.5  # of ln: friction of 0.03 to 0.7
 
 
 def most(incline: float, inertia: float, rolling: float) -> float:
-    """Share of the speed that a corner of `incline` [rad] takes at most by itself; inertia: 1 + I/(m r²); rolling: friction."""
+    """Greatest usual loss of speed at a corner of `incline` [rad]; inertia: 1 + I/(m r²)."""
     return (1 - math.cos(incline)) / inertia + rolling * math.sin(incline) / inertia
 
 
 def usual(most: float, rank: float) -> float:
-    """Share of the speed that a corner takes, anything from nil to `most` as likely; rank: standard normal."""
+    """Loss of speed, uniform from 0 to `most`; rank: standard normal."""
     return most * float(ndtr(rank))
 
 
 def lost_in_all(e) -> tuple[float, float]:
-    """Share of the speed that the corner takes in all, mean over the runs, and its sd, in an explanation."""
+    """Total loss at the corner, mean over the runs, and its sd, in an explanation."""
     at, model, names = e.fit.by_name, e.fit.problem.model, ("corner-loss", "corner")
     own = [float(np.mean([model.usual_loss(r, at["corner"] + d) for r in range(len(model.runs))])) for d in (-0.01, 0.0, 0.01)]
     slope = np.array([1.0, (own[2] - own[0]) / 0.02])
@@ -56,7 +56,7 @@ def slipping(way: dict, value: float, context) -> dict:
 
 
 def passed(runs, seed) -> bool:
-    """Whether any of the seeds passes the corner."""
+    """Whether any seed passes the corner."""
     return any(not run.stays for run in runs)
 
 
@@ -64,22 +64,23 @@ EFFECTS = (
     Effect(
         name="corner-loss", sector="onset", unit="1", meaning="lost fraction of speed", prior_sd=0.1, low=0.0, high=1.0,
         source="angular momentum about the new point of touch: (1 − cos β)/(1 + I/(m r²)), 0.024 for a ball at 15°",
-        needs=passed, says=("the corner takes speed", "of the speed"), untwinned="nothing in the twin stands for it", summary=lost_in_all,
+        needs=passed, wording=("the corner takes speed", "of the speed"), not_simulated="nothing in the twin stands for it",
+        summary=lost_in_all,
         separating="the same roll over a rounded corner, or on a gentler incline: the loss grows as the square of the angle",
         act=lambda way, value, context: way | {"keep": way["keep"] - value},
     ),
     Effect(
         name="initial-slip", sector="onset", unit="m/s", meaning="slip speed where the incline ends", prior_sd=0.07, low=0.0,
         high=3.0, source="Coulomb friction on a rolling ball; u = 5u0/7 at the end of slip", act=slipping, needs=passed,
-        says=("the seed slips where the incline ends", "m/s"), untwinned="nothing in the twin stands for it",
+        wording=("the seed slips where the incline ends", "m/s"), not_simulated="nothing in the twin stands for it",
         separating="the same roll filmed so that the seed's turning is seen: a seed that slips turns too slowly",
     ),
     Effect(
         name="initial-slip.grip", sector="onset", unit="1", meaning="ln of the friction that ends the slip over 0.15", prior_sd=0.7,
-        low=-3.0, high=3.0, source="seeds slide on plates with friction of 0.04 to 0.6", group="initial-slip", sized=False,
+        low=-3.0, high=3.0, source="seeds slide on plates with friction of 0.04 to 0.6", group="initial-slip", scaled_prior=False,
     ),
     Effect(
         name="initial-slip.incline", sector="onset", unit="1", meaning="share of the slip from the incline, less 1/2", prior_sd=0.5,
-        low=-1.0, high=1.0, source="a corner may make a seed slip too", group="initial-slip", sized=False,
+        low=-1.0, high=1.0, source="a corner may make a seed slip too", group="initial-slip", scaled_prior=False,
     ),
 )  # fmt: skip

@@ -1,8 +1,8 @@
-"""Shape barrier: the centre rises and falls twice a turn, which slows and speeds the seed, and stops it in a trough.
+"""Shape barrier: the centre rises and falls twice a turn and stops in a trough.
 
-    h = ½ (c cos φ + s sin φ),  φ = 2 (turning);  rise √(c² + s²)
+    h = ½ (c cos φ + s sin φ),  φ = 2 (rotation);  rise √(c² + s²)
 
-Each recording has a phase of its own, so that c and s are two further globals a recording.
+Each recording has its own phase: c and s are two further globals for each.
 """
 
 import numpy as np
@@ -13,10 +13,10 @@ NAME, PRIOR_SD_MM = "shape-barrier", 0.1
 
 
 def rise(e) -> tuple[float, float]:
-    """√ of the mean of c² + s² over the runs [mm], what their doubt adds to it taken off; and its sd."""
+    """√ of the mean of c² + s² over the runs [mm], corrected for its variance; and its sd."""
     mean, covariance = e.table.estimate(e.names, 5.0)
-    first = sum(len(e.table.spot[n]) for n in e.names[: e.names.index(NAME)]) + 1
-    own = np.arange(first, first + len(e.table.spot[NAME]) - 1)
+    first = sum(len(e.table.index[n]) for n in e.names[: e.names.index(NAME)]) + 1
+    own = np.arange(first, first + len(e.table.index[NAME]) - 1)
     square = mean[own] ** 2 - np.diag(covariance)[own]
     size = float(np.sqrt(max(2 * square.mean(), 0.0)))
     slope = 2 * mean[own] / max(size, 1e-6) / len(own)
@@ -44,7 +44,7 @@ EFFECTS = (
     Effect(
         name=NAME, sector="run-out", unit="mm", meaning="rise", prior_sd=PRIOR_SD_MM, low=0.0, high=5.0, summary=rise,
         source="potential energy of an ellipse that rolls: its centre rises by the difference of its half axes",
-        says=("the seed's shape makes it climb as it rolls", "mm"), untwinned="shape is the twin's own already",
+        wording=("the seed's shape makes it climb as it rolls", "mm"), not_simulated="shape is the twin's own already",
         separating="the seed's turning in the picture (angle_deg), and its sizes",
     ),
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""Slope: the level plate is not level; of seeds that stay on their incline, the whole apparatus leans."""
+"""Slope: the level plate is not level; for seeds that stay on their incline, the apparatus
+leans.
+"""
 
 import math
 
@@ -6,7 +8,9 @@ from diagnose.effects.effect import Counterpart, Effect
 
 
 def drive(value: float, sign: float) -> float:
-    """Weight's share along the motion: −sin of `value` [deg], rising along +x; sign: +1 for a seed that rolls towards +x."""
+    """Weight's share along the motion: −sin of `value` [deg], rising along +x; sign: of the
+    direction.
+    """
     return -sign * math.sin(math.radians(value))
 
 
@@ -14,7 +18,7 @@ EFFECTS = (
     Effect(
         name="slope", sector="run-out", unit="deg", meaning="slope, rising along +x", prior_sd=0.5, low=-5.0, high=5.0,
         source="component of the weight; one direction alone cannot tell it from rolling friction",
-        says=("the plate is not level", "° rising along +x"), separating="the same plate run the other way",
+        wording=("the plate is not level", "° rising along +x"), separating="the same plate run the other way",
         needs=lambda runs, seed: len({run.sign for run in runs}) > 1,
         act=lambda way, value, context: way | {"level": way["level"] + drive(value, context.run.sign)},
         counterpart=Counterpart("the level plate rises by {value}° along +x"),

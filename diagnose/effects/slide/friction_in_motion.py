@@ -1,7 +1,7 @@
-"""Friction that changes once the block moves: less than at rest, falling with speed, growing with speed.
+"""Friction that differs in motion: less than at rest, falling with speed, or growing with it.
 
-μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v in motion, μ_k + Δ + rise at rest. Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), Automatica
-30, 1083; exponents of 0.5 to 2 are in use, 1 (Bo & Pavelescu 1982, Wear 82, 277) is the DEM's.
+μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v in motion. Sources: Armstrong-Hélouvry, Dupont, Canudas de Wit
+(1994), Automatica 30, 1083; Bo & Pavelescu (1982), Wear 82, 277 (n = 1).
 """
 
 import math
@@ -17,7 +17,7 @@ def _tracked(session) -> bool:
 
 
 def scale_m_s(ln_scale: float) -> float:
-    """v_s for ln of it over SPEED_M_S, within e^∓6: far outside what may be, so that a fit meets no edge."""
+    """v_s from ln of it over SPEED_M_S, clipped to e^∓6."""
     return SPEED_M_S * math.exp(min(max(ln_scale, -6.0), 6.0))
 
 
@@ -25,7 +25,7 @@ EFFECTS = (
     Effect(
         name="kinetic-friction", sector="onset", unit="1", meaning="mu_static - mu_kinetic", prior_sd=0.08, low=0.0, high=0.5,
         source="Coulomb (1785); seeds on steel lose 5 to 30 % of their friction once they slide: Mohsenin (1986)",
-        says=("friction falls once it slides", "= μ static − μ kinetic"), bent=True, needs=_tracked,
+        wording=("friction falls once it slides", "= μ static − μ kinetic"), nonlinear=True, needs=_tracked,
         separating="the same slide at a tenth of the tilt rate and at a higher frame rate: the first millimetre",
         act=lambda laws, run, value: laws._replace(static_excess=laws.static_excess + value), rest=float,
         counterpart=Counterpart(
@@ -35,8 +35,8 @@ EFFECTS = (
     ),
     Effect(
         name="stribeck", sector="sliding", unit="1", meaning="mu at rest - mu at high speed", prior_sd=0.08, low=0.0, high=0.5,
-        source="Armstrong-Hélouvry et al. (1994)", bent=True, needs=_tracked,
-        says=("friction falls smoothly with sliding speed", "= μ at rest − μ at high speed"),
+        source="Armstrong-Hélouvry et al. (1994)", nonlinear=True, needs=_tracked,
+        wording=("friction falls smoothly with sliding speed", "= μ at rest − μ at high speed"),
         separating="the same slide at a tenth of the tilt rate: speeds between rest and a few cm/s",
         act=lambda laws, run, value: laws._replace(stribeck=laws.stribeck + value), rest=float,
         counterpart=Counterpart(
@@ -48,18 +48,18 @@ EFFECTS = (
     ),
     Effect(
         name="stribeck.ln-speed", sector="sliding", unit="1", meaning="ln of the speed scale over 0.05 m/s", prior_sd=0.8,
-        low=-3.0, high=3.0, source="scales of 0.01 to 0.25 m/s show within a slide", group="stribeck", sized=False,
+        low=-3.0, high=3.0, source="scales of 0.01 to 0.25 m/s show within a slide", group="stribeck", scaled_prior=False,
         act=lambda laws, run, value: laws._replace(stribeck_speed=scale_m_s(value)),
     ),
     Effect(
         name="stribeck.shape", sector="sliding", unit="1", meaning="ln of the exponent", prior_sd=0.4, low=-1.0, high=1.0,
-        source="exponents of 0.5 to 2", group="stribeck", sized=False,
+        source="exponents of 0.5 to 2", group="stribeck", scaled_prior=False,
         act=lambda laws, run, value: laws._replace(exponent=math.exp(min(max(value, -3.0), 3.0))),
     ),
     Effect(
         name="viscous-sliding", sector="sliding", unit="s/m", meaning="slope of mu on speed", prior_sd=0.15, low=0.0, high=3.0,
         source="wet or waxy seed coats; Armstrong-Hélouvry et al. (1994)", needs=_tracked,
-        says=("friction grows with sliding speed", "s/m"),
+        wording=("friction grows with sliding speed", "s/m"),
         separating="the same slide at three times the tilt rate: higher speeds at the same places",
         act=lambda laws, run, value: laws._replace(viscous=laws.viscous + value),
         counterpart=Counterpart(

@@ -1,25 +1,28 @@
-"""What friction makes of a sideways kick: how much of the slip it takes, with which turn, and which contacts stick."""
+"""Friction in a sideways kick: share of the slip that it takes, the turn, and contacts that
+stick.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnose.rigs.drop.bounce import Bounces
+from diagnose.rigs.drop.impact_quantities import ImpactQuantities
 from diagnose.rigs.drop.impacts import Impacts
 
-KICK_FLOOR = 0.002  # kicks of the best balls scatter as much
+KICK_FLOOR = 0.002  # least scatter of kicks
 NEARLY_ROUND = 0.05  # elongation below which the contact is taken to lie below the centre: Δv_x = (I/mh) Δω but for the tilt
-STUCK = -1.0  # of the slip: all of it
+STUCK = -1.0  # coefficient of the slip
 STUCK_SD = 5.0
 
 
 @dataclass(frozen=True)
 class Friction:
-    """Δv_x/Δv_n = stick (v_x + h ω)/Δv_n + turn h Δω/Δv_n on a level plate: mean and sd of both coefficients.
+    """Δv_x/Δv_n = stick (v_x + h ω)/Δv_n + turn h Δω/Δv_n on a level plate: mean and sd of both
+    coefficients.
 
-    A contact that sticks has −1 and −1, one that slides 0 and 0 on average; a ball that is touched below its centre turns by its
-    own sideways push, whatever the friction: 0 and I/mh² = 0.4. Where the spin is not seen a ball gives 0 to −2/7 of the slip,
-    and of what a tilt adds to it another share (grip), because turning may make up for v_x but not for that.
+    A contact that sticks has −1 and −1; one that slides 0 and 0 on average; a ball touched below
+    its centre 0 and I/mh² = 0.4. Where the spin is not seen, a ball gives 0 to −2/7 of the slip,
+    and another share (grip) of what a tilt adds to it.
     """
 
     stick: float
@@ -30,7 +33,7 @@ class Friction:
 
     @property
     def sticks(self) -> bool:
-        """Whether slip and turn tell the kick whole, whatever the shape."""
+        """Whether slip and turn determine the kick, whatever the shape."""
         return self.stick == STUCK
 
 
@@ -41,15 +44,19 @@ def friction_of(elongation: float, spun: bool) -> Friction:
 
 
 def stuck_friction(elongation: float) -> Friction:
-    """With slip and turn as `stuck` has them: −1 but for the radius, which is not the same all round, and the spin's noise."""
+    """With slip and turn as `stuck` has them: −1 up to the radius's variation and the spin's
+    noise.
+    """
     return Friction(STUCK, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
 
 
 def sticking(
-    seen: Bounces, rows: np.ndarray, push: Friction, impacts: Impacts, long: float
-) -> tuple[Bounces, np.ndarray, Friction]:
-    """Where the contacts of a long seed stick, all but a few, the few that slid are left out: kick + slip + turn is nearly one
-    number for those that stick, whatever the shape, and that number is the tilt's."""
+    seen: ImpactQuantities, rows: np.ndarray, push: Friction, impacts: Impacts, long: float
+) -> tuple[ImpactQuantities, np.ndarray, Friction]:
+    """Impacts of which all but a few stick, without those few; unchanged where that does not hold.
+
+    Kick + slip + turn is nearly one number for contacts that stick: that of the tilt.
+    """
     if push.turn_sd == 0 or len(rows) < 5:
         return seen, rows, push
     off, spread = _off_and_spread((seen.kick + seen.slip + seen.turn)[rows])
@@ -62,9 +69,12 @@ def sticking(
     return stuck(seen, impacts), rows[holds], stuck_friction(long)
 
 
-def stuck(seen: Bounces, impacts: Impacts) -> Bounces:
-    """What sticks forgets how it came, v_x' + h ω' = α v_z': slip is v_x and turn h ω', over Δv_n. Else the noise of the spin
-    before stands in both, and weakens both."""
+def stuck(seen: ImpactQuantities, impacts: Impacts) -> ImpactQuantities:
+    """A contact that sticks keeps no memory, v_x' + h ω' = α v_z': slip is v_x and turn h ω', over
+    Δv_n.
+
+    Otherwise the noise of the spin before stands in both, and weakens both.
+    """
     slip = impacts.before[:, 0] / (impacts.after[:, 1] - impacts.before[:, 1])
     return replace(seen, slip=slip, turn=seen.turn + seen.slip - slip, kick_error=seen.kick_error + seen.spin_error)
 

@@ -1,7 +1,8 @@
-"""Impacts as a problem: rows of restitution and of sideways kicks about their baseline, a constant e and a level plate.
+"""Impacts as a problem: rows of restitution and sideways kick about a constant e and a level plate.
 
-Two levels: what was measured badly, and the bounces' own scatter (scatter.py), which a seed's shape makes wide. What shape does
-to the mean is left open as well: a seed that is dropped flat bounces otherwise the first time than later, when it turns.
+Rows have measuring errors and the bounces' own scatter (variance_components.py), which grows with
+elongation. The mean effect of shape is a nuisance: a seed dropped flat bounces differently at first
+than later, when it turns.
 """
 
 from dataclasses import dataclass, replace
@@ -11,18 +12,18 @@ import numpy as np
 from diagnose.effects.drop import EFFECTS
 from diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
 from diagnose.engine.linear import Reduced
-from diagnose.rigs.drop.bounce import Bounces, bounces_of
 from diagnose.rigs.drop.friction import KICK_FLOOR, NEARLY_ROUND, Friction, friction_of, sticking, stuck
+from diagnose.rigs.drop.impact_quantities import ImpactQuantities, impact_quantities
 from diagnose.rigs.drop.impacts import Impacts
-from diagnose.rigs.drop.scatter import Scatter, scatter_of
+from diagnose.rigs.drop.variance_components import Scatter, scatter_of
 
-E_FLOOR = 0.003  # bounces of the best balls scatter as much
-E_FLOOR_LONG = 0.15  # times the squared elongation: half of what seeds show that are let go nearly flat
-ASIDE_FLOOR, ASIDE_LONG = 0.008, 0.4  # of a radius: how far beside its centre a seed is touched; more if let go in any attitude
-AGAIN = 0.7  # of that: where on a seed that does not turn
-TURNING_M_S = 2.0  # times the elongation: how the speed scatters at which a seed leaves that is struck as it turns
+E_FLOOR = 0.003  # least scatter of restitution: that of the best balls
+E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat
+ASIDE_FLOOR, ASIDE_LONG = 0.008, 0.4  # contact offset over the radius: floor, and times elongation
+AGAIN = 0.7  # share of that which is common to one seed
+TURNING_M_S = 2.0  # times the elongation: scatter of the rebound speed of a turning seed
 STEP_LN_SPEED = 0.3
-SLOW_M_S = 0.25  # below this speed what shape does to e grows no further
+SLOW_M_S = 0.25  # below this speed the effect of shape on e is constant
 IN_IMPACTS = {n: e for n, e in EFFECTS.items() if e.restitution or e.kick}
 NUISANCES = {
     "e": 0.3,
@@ -38,11 +39,15 @@ NUISANCES = {
 
 @dataclass(frozen=True, eq=False)
 class ImpactModel:
-    """impacts with their bounces; e_rows, kick_rows: which impacts stand in which rows (e first), y (m,) and its roots: inverse
-    Cholesky factor of each recording's rows; rows (m,) of recordings; middle: e about which "e" counts; level_sd: doubt of the scatter."""
+    """Impacts with their quantities.
+
+    e_rows, kick_rows: which impacts stand in which rows (e first); y (m,): those rows; blocks: rows
+    and inverse Cholesky factor of their covariance, for each recording; smooth (m, s); middle: e
+    about which "e" counts; level_sd: sd of the logarithm of the scatter.
+    """
 
     impacts: Impacts
-    bounces: Bounces
+    bounces: ImpactQuantities
     e_rows: np.ndarray
     kick_rows: np.ndarray
     y: np.ndarray
@@ -60,10 +65,12 @@ def elongation_of(impacts: Impacts) -> float:
 
 
 def model_of(impacts: Impacts, elongation: float | None = None, follows: np.ndarray | None = None) -> ImpactModel | None:
-    """None where too few impacts were seen to tell anything from their scatter. follows (R, C): what e may follow from recording to
-    recording, which is no scatter."""
+    """None where too few impacts were seen to estimate a scatter.
+
+    follows (R, C): what e may follow from recording to recording, which is no scatter.
+    """
     long = elongation_of(impacts) if elongation is None else elongation
-    seen = bounces_of(impacts, long)
+    seen = impact_quantities(impacts, long)
     spun = bool(impacts.spin_seen.mean() > 0.5) if len(impacts) else False
     e_rows, kick_rows = np.flatnonzero(seen.e_usable), np.flatnonzero(np.isfinite(seen.kick))
     e_scatter = _scatter_of_e(e_rows, seen, impacts, long, follows)
@@ -81,15 +88,15 @@ def model_of(impacts: Impacts, elongation: float | None = None, follows: np.ndar
     return model
 
 
-def asked_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, float]]:
-    """The effects that these impacts can show, the names of all their globals, and the sd of each that every bench has."""
+def globals_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, float]]:
+    """Effects that these impacts can show, names of all globals, and the baseline's sds."""
     effects = {n: e for n, e in IN_IMPACTS.items() if _rows_of(n, model)}
     return effects, (*effects, *NUISANCES), known_sd(model)
 
 
-def refreshed(model: ImpactModel, impacts: Impacts) -> ImpactModel:
-    """The same impacts as flights that were fitted otherwise have them; which rows count, and their scatter, stay."""
-    seen = bounces_of(impacts, model.elongation)
+def updated(model: ImpactModel, impacts: Impacts) -> ImpactModel:
+    """The same rows and scatter with impacts from other fitted flights."""
+    seen = impact_quantities(impacts, model.elongation)
     seen = stuck(seen, impacts) if model.friction.sticks else seen
     y = np.concatenate([seen.e[model.e_rows], seen.kick[model.kick_rows]])
     return replace(model, impacts=impacts, bounces=seen, y=np.where(np.isfinite(y), y, model.y))
@@ -106,11 +113,12 @@ def _scatter(rows, y, design, error, components, floor, **about) -> Scatter | No
 
 
 def _scatter_of_e(
-    rows: np.ndarray, seen: Bounces, impacts: Impacts, long: float, follows: np.ndarray | None
+    rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts, long: float, follows: np.ndarray | None
 ) -> Scatter | None:
-    """About the law that the rows bear, by AICc, with how the seed lies if that is better still; e itself is nobody's news.
+    """About the law that the data support by AICc, with the seed's attitude if that is better
+    still.
 
-    A ball bounces later as it did first, however it turns.
+    A ball's later bounces do not scatter more than its first.
     """
     floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
     parts = [np.diag((impacts.number > 1) / seen.speed**2), _same_seed(impacts)]
@@ -129,10 +137,12 @@ def _scatter_of_e(
     return lying if lying and lying.aicc < best.aicc else best
 
 
-def _scatter_of_kicks(rows: np.ndarray, seen: Bounces, impacts: Impacts, push: Friction, long: float) -> Scatter | None:
-    """Beside what friction is known to make of them, about as much of its doubt as their number bears.
+def _scatter_of_kicks(rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts, push: Friction, long: float) -> Scatter | None:
+    """Beside what friction is known to make of them, and as much of its uncertainty as the rows
+    support.
 
-    A seed that is nearly round hardly turns, and is touched beside its centre on the same side again."""
+    A nearly round seed hardly turns, and is touched on the same side of its centre again.
+    """
     later, sure = impacts.number > 1, push.turn_sd < 0.5
     aside = ASIDE_FLOOR + ASIDE_LONG * long
     usual = (aside, 0.0, AGAIN * aside * (long < NEARLY_ROUND)) if not push.sticks else ()
@@ -148,11 +158,10 @@ def _same_seed(impacts: Impacts) -> np.ndarray:
     return (impacts.recording[:, None] == impacts.recording).astype(float)
 
 
-def _e_designs(seen: Bounces, number: np.ndarray) -> list[np.ndarray]:
-    """Laws about which e scatters, from none to one that bends with speed and count.
+def _e_designs(seen: ImpactQuantities, number: np.ndarray) -> list[np.ndarray]:
+    """Laws about which e scatters, from a constant to one in speed and count.
 
-    The speed is in steps: within a step it is what scatter of the bounce before has made it. But few bounces that lie on a
-    curve of the speed itself do not scatter.
+    Speed is in steps: within a step it is what scatter of the bounce before has made it.
     """
     ln = np.log(seen.speed)
     step = STEP_LN_SPEED * np.round(ln / STEP_LN_SPEED)
@@ -162,8 +171,8 @@ def _e_designs(seen: Bounces, number: np.ndarray) -> list[np.ndarray]:
     return [np.column_stack(law) for law in laws]
 
 
-def _kick_design(seen: Bounces, later: np.ndarray, push: Friction) -> np.ndarray:
-    """What friction makes of the kick, as far as it is not known."""
+def _kick_design(seen: ImpactQuantities, later: np.ndarray, push: Friction) -> np.ndarray:
+    """The unknown part of friction's effect on the kick."""
     one = np.ones(len(seen.kick))
     if push.turn_sd < 0.05:
         return one[:, None]
@@ -186,8 +195,8 @@ def _blocks(impacts: Impacts, found) -> tuple[tuple[np.ndarray, np.ndarray], ...
     return tuple(out)
 
 
-def _smooth(seen: Bounces, impacts: Impacts, e_rows: np.ndarray, kick_rows: np.ndarray) -> np.ndarray:
-    """(m, s): what e and the kick may depend on beyond every candidate: powers of the speed, the count, how the seed lies."""
+def _smooth(seen: ImpactQuantities, impacts: Impacts, e_rows: np.ndarray, kick_rows: np.ndarray) -> np.ndarray:
+    """(m, s): further smooth dependence of e and kick: powers of speed, count, attitude."""
     ln, count = np.log(seen.speed), np.minimum(impacts.number, 5) - 2.0
     e = np.column_stack([ln, ln**2, seen.speed, count, count**2, np.nan_to_num(impacts.steep)])[e_rows]
     kick = np.column_stack([-seen.share - 0.6, count, ln])[kick_rows]
@@ -197,7 +206,7 @@ def _smooth(seen: Bounces, impacts: Impacts, e_rows: np.ndarray, kick_rows: np.n
 
 
 def known_sd(model: ImpactModel) -> dict[str, float]:
-    """What shape does to the mean grows as the square of the elongation; more of it is left where the spin is not seen."""
+    """Baseline sds; the effect of shape grows as the square of the elongation."""
     square, push = model.elongation**2, model.friction
     later = 0.002 + (0.55 if model.spun else 0.8) * square
     known = {"e": NUISANCES["e"], "shape.later": later, "shape.slow": 5e-4 + 0.25 * square, "upright": model.impacts.plumb_sd}
@@ -225,7 +234,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
 
 
 def reduce(model: ImpactModel, names: tuple[str, ...], starts: np.ndarray, values: np.ndarray, extra: np.ndarray | None = None):
-    """See Problem.reduce; nothing is a recording's own; extra (K, m)."""
+    """See Problem.reduce; there are no locals; extra (K, m)."""
     at = dict(zip(names, values, strict=True))
     seen = predict(model, at)
     columns = []

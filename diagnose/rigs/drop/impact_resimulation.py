@@ -1,4 +1,4 @@
-"""Impacts run again in the DEM: every impact at the speed and spin that the recording shows, the seed lying in several ways."""
+"""Impacts run again in the DEM at recorded speed and spin, averaged over attitudes of the seed."""
 
 from dataclasses import replace
 
@@ -6,27 +6,27 @@ import numpy as np
 
 from diagnose.effects.drop import EFFECTS
 from diagnose.finding import Finding
-from diagnose.rerun import Again, Compared, beside_mean, secant, settings, values_by_recording
+from diagnose.rerun import Comparison, Resimulation, condition_shifts, secant, simulation_settings, values_by_recording
 from diagnose.rigs.drop.diagnose import RESTITUTION
-from diagnose.rigs.drop.impacts import Impacts, chosen, heard, impacts_of, joined, usable
-from diagnose.rigs.drop.joint import Sitting, flown, parts_of
+from diagnose.rigs.drop.impacts import Impacts, concatenated, impacts_from_times, impacts_of, subset, usable_rows
+from diagnose.rigs.drop.joint_problem import PreparedSession, fit_flights, session_fits
 from twin.flights import strike
 from twin.parameters import Parameters
 from twin.restitution import viscoelastic, yielding
 
-WAYS = 8  # in which a seed may lie at each impact
+WAYS = 8  # attitudes at each impact
 COLUMNS = {"kick": "sideways kick", "e": "restitution of a bounce"}
 LIMITS = (0.02, 0.98)
 NUMBERS_OF_FALL = {"restitution_viscoelastic": viscoelastic, "restitution_plastic": yielding}
 
 
-def strikes_again(again: Again, finding: Finding, tracks: list, sittings: tuple[Sitting, ...]) -> Again:
-    """`again` with the bounces of both twins beside the recorded ones."""
-    seen, told = impacts_seen(tracks, sittings), next(t.description for t in tracks)
+def strikes_again(again: Resimulation, finding: Finding, tracks: list, sessions: tuple[PreparedSession, ...]) -> Resimulation:
+    """`again` with the bounces of both simulations beside the recorded ones."""
+    seen, told = impacts_seen(tracks, sessions), next(t.description for t in tracks)
     names = [n for n in finding.modelled if n in EFFECTS and (EFFECTS[n].restitution or EFFECTS[n].kick)]
     own = {r: {n: v[n] for n in names} for r, v in values_by_recording(finding).items()}
     whole = {n: float(np.mean([v[n] for v in own.values()])) for n in names}
-    more = beside_mean(RESTITUTION, finding, tracks)
+    more = condition_shifts(RESTITUTION, finding, tracks)
     speeds = float(np.median(-seen.before[:, 1]))
     old, new = (calibrated(seen, told, speeds, values) for values in ({}, whole))
     before = outcome(seen, told, old, speeds, {})
@@ -36,13 +36,13 @@ def strikes_again(again: Again, finding: Finding, tracks: list, sittings: tuple[
         if not len(mine):
             continue
         e = float(np.clip(new + more.get(name, 0.0), *LIMITS))
-        for key, found in outcome(chosen(seen, mine), told, e, speeds, own.get(name, whole)).items():
+        for key, found in outcome(subset(seen, mine), told, e, speeds, own.get(name, whole)).items():
             after[key][mine] = found
     key = "kick" if names and all(EFFECTS[n].kick for n in names) else "e"
     recorded = observed(seen)
     unit, off = "m/s" if key == "kick" else "1", [recorded[key] - twin[key] for twin in (before, after)]
     rows = tuple(
-        Compared(name, COLUMNS[key], unit, _rms(off[0][mine]), _rms(off[1][mine]), "impacts")
+        Comparison(name, COLUMNS[key], unit, _rms(off[0][mine]), _rms(off[1][mine]), "impacts")
         for r, name in enumerate(seen.names) if (mine := seen.recording == r).any()
     )  # fmt: skip
     how = (
@@ -60,29 +60,32 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt((values**2).mean()))
 
 
-def impacts_seen(tracks: list, sittings: tuple[Sitting, ...]) -> Impacts:
-    """All impacts of the filmed and of the merely heard drops that are fast enough to tell something."""
+def impacts_seen(tracks: list, sessions: tuple[PreparedSession, ...]) -> Impacts:
+    """All impacts, filmed or heard, that are fast enough to be used."""
     listened = [t for t in tracks if not len(t.frame)]
     parts = []
-    if sittings:
-        flights = parts_of(flown(sittings))
-        parts = [impacts_of(part, s.noise, s.tracks) for part, s in zip(flights, sittings, strict=True)]
+    if sessions:
+        flights = session_fits(fit_flights(sessions))
+        parts = [impacts_of(part, s.noise, s.tracks) for part, s in zip(flights, sessions, strict=True)]
     if listened:
-        parts.append(heard(listened))
-    table = joined(parts)
-    return chosen(table, usable(table))
+        parts.append(impacts_from_times(listened))
+    table = concatenated(parts)
+    return subset(table, usable_rows(table))
 
 
 def observed(seen: Impacts) -> dict[str, np.ndarray]:
-    """Of each impact (n,): restitution, sideways kick [m/s]."""
+    """Restitution (n,) and sideways kick [m/s] of each impact."""
     return {"e": -seen.after[:, 1] / seen.before[:, 1], "kick": seen.after[:, 0] - seen.before[:, 0]}
 
 
 def outcome(seen: Impacts, told: dict, e: float, anchor: float, values: dict[str, float]) -> dict[str, np.ndarray]:
-    """The same of the twin of restitution `e` at the anchor's speed [m/s], the mean over the ways of lying; the same ways whatever
-    the laws; values: of effects, by name."""
-    change = settings("drop", values)
-    laws: dict[str, dict] = {"drag": {"factor": 0.0}}  # what a few mm of air do is nothing, and the kernels are one set
+    """The same from the simulation with restitution `e` at the speed `anchor` [m/s], averaged over
+    attitudes.
+
+    values: of effects, by name; the attitudes are the same for all laws.
+    """
+    change = simulation_settings("drop", values)
+    laws: dict[str, dict] = {"drag": {"factor": 0.0}}  # no air, but the same compiled kernels
     for law, numbers in change.get("laws", {}).items():
         laws[law] = NUMBERS_OF_FALL[law](numbers["fall"], e, anchor) if "fall" in numbers else numbers
     tilt = (told.get("drop", {}).get("tilt_deg") or 0.0) + change.get("rig", {}).get("tilt_deg", 0.0)
@@ -94,7 +97,7 @@ def outcome(seen: Impacts, told: dict, e: float, anchor: float, values: dict[str
 
 
 def calibrated(seen: Impacts, told: dict, anchor: float, values: dict[str, float]) -> float:
-    """The restitution with which the twin's bounces are on average as high as the recorded ones: a secant from that itself."""
+    """The restitution at which the simulated mean restitution equals the recorded one."""
     want = float(observed(seen)["e"].mean())
 
     def miss(e: float) -> float:

@@ -1,29 +1,32 @@
-"""Impacts of drops: speeds before and after each contact, from fitted flights or from the times of impacts alone."""
+"""Impacts: speeds before and after each contact, from fitted flights or from impact times alone."""
 
 import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from diagnose.air import G_M_S2, air_of
+from diagnose.air import G_M_S2, air_of, stated_sizes_mm
 from diagnose.engine.problem import Fit
-from diagnose.rigs.drop.model import STARTS, Model, predict, pushed, velocities
-from diagnose.rigs.drop.noise_of_track import TrackNoise
+from diagnose.rigs.drop.flight_model import STARTS, Model, predict, pushed, velocities
 from diagnose.rigs.drop.reduction import whitened
 from diagnose.rigs.drop.session import Session
+from diagnose.rigs.drop.track_noise import TrackNoise
 
-SLOWEST_M_S = 0.15  # slower contacts are hops of a seed that rolls or rocks already
-CONTACT_FRAMES, CONTACT_PLACE_M = 0.02, 5e-5  # how well flights say when they meet: of a frame; place over change of speed
-UNKNOWN_LONG = 0.3  # elongation of a seed that nobody described
+SLOWEST_M_S = 0.15  # slower contacts are of a rolling or rocking seed
+CONTACT_FRAMES, CONTACT_PLACE_M = 0.02, 5e-5  # sd of contact times: in frames; from place over change of speed
+UNKNOWN_LONG = 0.3  # elongation of a seed of which no sizes are stated
 ONE_SIZE_LONG = 0.05  # of one that is described by a single size
 HEIGHT_SD_M = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Seeds:
-    """Of each recording (R,): radius of the stated volume [m], elongation (a − c)/(a + c), reach a − c of the half axes [m],
-    gyration² I/m in the picture plane [m²]; NaN radius where no size is stated. tilt [deg] of the plate that they fall on, as
-    stated, falling towards +x."""
+    """Of each recording (R,), from the stated sizes.
+
+    radius [m] of the stated volume, NaN where no size is stated; elongation (a − c)/(a + c); reach
+    a − c of the half axes [m]; gyration² I/m in the picture plane [m²]; tilt [deg] of the plate as
+    stated, falling towards +x.
+    """
 
     radius: np.ndarray
     elongation: np.ndarray
@@ -36,10 +39,12 @@ class Seeds:
 class Impacts:
     """n impacts of R recordings.
 
-    recording (n,), number (n,): 1 for the first after release; before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise],
-    NaN where not seen; flights (n, 2): which flight is before, after; flight_sd (F, 3): sd of v_x, v_z, ω of a flight; time_sd
-    [s] (n,) of the contact; plumb_sd [rad]: how well upright is known once the flights are fitted; steep (n,): −cos 2α of the
-    silhouette's long axis at the contact, −1 lying, 1 on end, NaN where its angle is not seen.
+    recording (n,); number (n,): 1 for the first after release.
+    before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise], NaN where not seen.
+    flights (n, 2): numbers of the flights before and after; flight_sd (F, 3): sd of v_x, v_z, ω.
+    time_sd (n,) [s]: of the contact; plumb_sd [rad]: of the vertical once the flights are fitted.
+    steep (n,): −cos 2α of the silhouette's long axis at the contact, −1 lying, 1 on end, NaN
+    unseen.
     """
 
     names: tuple[str, ...]
@@ -63,7 +68,7 @@ class Impacts:
 
 
 def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
-    """From fitted flights, too slow ones among them."""
+    """From fitted flights, slow ones included."""
     model, used = fit.problem.model, [t for t in tracks if not t.trouble]
     s = model.session
     speed = speeds_at_contacts(model, fit.starts, fit.by_name)
@@ -86,8 +91,8 @@ def speeds_at_contacts(model: Model, starts: np.ndarray, values: dict[str, float
     return velocities(model.contacts, starts, pushed(model, starts, values))
 
 
-def struck(impacts: Impacts, speeds: np.ndarray) -> Impacts:
-    """The same impacts (none left out) at other speeds (2 J, 2)."""
+def with_speeds(impacts: Impacts, speeds: np.ndarray) -> Impacts:
+    """The same impacts at other speeds (2 J, 2)."""
     count = len(impacts)
     before, after = impacts.before.copy(), impacts.after.copy()
     before[:, :2], after[:, :2] = speeds[:count], speeds[count:]
@@ -118,7 +123,7 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
     rows = []
     for about in descriptions:
         seed, tilt = about.get("seed", {}), about.get("drop", {}).get("tilt_deg") or 0.0
-        half = np.array([seed[k] / 2000 for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)])
+        half = np.array(stated_sizes_mm(about)) / 2000
         if not len(half):
             rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, tilt))
             continue
@@ -129,21 +134,21 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
     return Seeds(*np.array(rows).reshape(-1, 5).T)
 
 
-def usable(impacts: Impacts) -> np.ndarray:
-    """Which are not too slow, and the seed rose after them."""
+def usable_rows(impacts: Impacts) -> np.ndarray:
+    """Impacts that are fast enough, and after which the seed rose."""
     return np.flatnonzero((impacts.before[:, 1] < -SLOWEST_M_S) & (impacts.after[:, 1] > 0))
 
 
-def chosen(impacts: Impacts, rows: np.ndarray) -> Impacts:
+def subset(impacts: Impacts, rows: np.ndarray) -> Impacts:
     """Some of the impacts."""
     cut = {key: getattr(impacts, key)[rows] for key in ("recording", "number", "before", "after", "flights", "time_sd", "steep")}
     return replace(impacts, **cut)
 
 
-def heard(tracks) -> Impacts:
-    """From tracks' times of successive impacts with their sds, and the stated heights where there are any.
+def impacts_from_times(tracks) -> Impacts:
+    """From tracks' times of successive impacts, and the stated heights.
 
-    A hop of duration T leaves and lands at g T/2, but for the air: (1 + κ/4) on leaving and (1 − κ/4) on landing, κ drag over
+    A hop of duration T leaves and lands at g T/2, times 1 + κ/4 and 1 − κ/4 for air, κ drag over
     weight at that speed (first order in κ).
     """
     rows, flights = [], []
@@ -173,11 +178,11 @@ def heard(tracks) -> Impacts:
         seeds_of([t.description for t in tracks]),
         np.full(len(found), np.nan),
     )  # fmt: skip
-    return chosen(table, usable(table))
+    return subset(table, usable_rows(table))
 
 
-def joined(parts: list[Impacts]) -> Impacts:
-    """Impacts of several sessions as one table: what happens in impacts knows nothing of cameras."""
+def concatenated(parts: list[Impacts]) -> Impacts:
+    """Impacts of several sessions as one table."""
     recordings = np.cumsum([0, *(len(p.names) for p in parts)])[:-1]
     flights = np.cumsum([0, *(len(p.flight_sd) for p in parts)])[:-1]
     arrays = ("number", "before", "after", "flight_sd", "time_sd", "steep")

@@ -1,7 +1,7 @@
-"""What every drop has, with priors: camera, lens, pixels, air; each 0 at the baseline's centre.
+"""Nuisance parameters of every drop, with priors: camera, lens, pixels, air; 0 at the baseline's
+centre.
 
-A key that a recording states replaces the sd here (mm_per_px_sd, plumb_sd_deg, distance_mm); one that is absent is as unknown as
-this table says.
+A stated key (mm_per_px_sd, plumb_sd_deg, distance_mm) replaces the sd in this table.
 """
 
 import numpy as np
@@ -13,26 +13,29 @@ from diagnose.engine.noise import LOCK_PX
 
 # name: sd, unit, why
 PRIORS = {
-    "scale": (5e-4, "1", "g at an unknown place on earth, a twin of the scale; and the stated (or 1 %) doubt of the scale"),
-    "plumb": (0.0, "deg", "the stated (or 0.5°) doubt of the plumb line"),
+    "scale": (5e-4, "1", "g varies over the earth and acts as the scale does; plus the stated (or 1 %) uncertainty"),
+    "plumb": (0.0, "deg", "the stated (or 0.5°) uncertainty of the plumb line"),
     "keystone": (1e-3, "1/m", "change of the scale with height of a camera that looks straight on"),
     "lens": (2e-4, "1", "distortion at the edge of the view of a good lens"),
     "lens.x": (6e-5, "1", "the same about another middle: its axis lies within 0.3 of the view's reach; and where seeds fall"),
     "lens.z": (6e-5, "1", "the same, upwards"),
     "wobble": (0.01, "px", "of an outline's centre as it turns, which uneven light moves (problem.TRACKER_PX)"),
     "wobble.other": (0.01, "px", "the same, the other phase"),
-    "air": (0.15, "1", "of a seed's drag beside a sphere's; 1 of a seed that nobody described"),
+    "air": (0.15, "1", "of a seed's drag beside a sphere's; 1 where no sizes are stated"),
     "air-slope": (SLOPE_SD, "1", "d ln C_d/d ln v beside a sphere's: Haider & Levenspiel (1989)"),
 }  # fmt: skip
 DISTANCES_M = (0.45, 1.2, 3.3, 9.0)  # of a camera whose distance is not stated: log-uniform .3 to 20 m, as alternatives
-DEPTH_SD_M = 2e-3  # of where seeds are let go beside the plane in which the scale holds
+DEPTH_SD_M = 2e-3  # of the release beside the plane of the scale
 LOCK = "pixel-lock"
 OFF_CENTRE = 0.3  # of the view's reach
 
 
 def _off_centre(axis: int):
-    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: to first order what `distorted` does about another middle. Brown,
-    Photogrammetric Engineering 32 (1966) 444."""
+    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: `distorted` about another middle,
+    to first order.
+
+    Source: Brown, Photogrammetric Engineering 32 (1966) 444.
+    """
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
         off = places - view.middle
@@ -44,7 +47,7 @@ def _off_centre(axis: int):
 
 
 def _lock(axis: int, wave):
-    """A place is read too far towards pixel centres: `value` [px] times a sine or cosine of the place in pixels."""
+    """Pixel lock: `value` [px] times a sine or cosine of the place in pixels."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
         shift = np.zeros_like(places)

@@ -1,11 +1,12 @@
-"""One drop as recorded, as the old twin and as the new twin flies it: in one picture, and filmed and followed."""
+"""One drop as recorded and as both simulations fly it: in one picture, and filmed and tracked."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from diagnose.rerun import Again, Compared
+from diagnose.air import stated_sizes_mm
+from diagnose.rerun import Comparison, Resimulation
 from twin.drop_pictures import Seed, beside, camera_for, followed, moments
 
 MOMENTS = 11  # in one picture
@@ -13,8 +14,8 @@ FRAMES = 160  # of a film, at most
 SMOOTH_S = 4e-3  # a recorded place is the mean of what is left within as much of it, about the new twin's path
 
 
-def with_pictures(again: Again, flown, old: np.ndarray, new: np.ndarray, folder: Path, pictures: bool, say) -> Again:
-    """`again` with the recording that the model mends most: a picture, and with `pictures` a film of each twin, followed."""
+def with_pictures(again: Resimulation, flown, old: np.ndarray, new: np.ndarray, folder: Path, pictures: bool, say) -> Resimulation:
+    """`again` with a picture of the most improved recording, and optionally tracked films."""
     s = flown.session
     better = ((s.places - old) ** 2 - (s.places - new) ** 2).sum(axis=1)
     gain = [float(better[own].sum()) if (own := s.recording[s.flight] == r).any() else -np.inf for r in range(len(s.names))]
@@ -33,7 +34,7 @@ def with_pictures(again: Again, flown, old: np.ndarray, new: np.ndarray, folder:
     return replace(drawn, compared=(*again.compared, *filmed), how=how)
 
 
-def caption(again: Again, name: str) -> str:
+def caption(again: Resimulation, name: str) -> str:
     return (
         f"{name} at {MOMENTS} moments: where it was recorded, where the old twin is, and the new twin with "
         f"{' and '.join(again.effects)}; right: what differs between recording and twin, brightened"
@@ -41,7 +42,7 @@ def caption(again: Again, name: str) -> str:
 
 
 def smoothed(s, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """Recorded places (m, 2) with the frame-to-frame noise averaged out, flight by flight."""
+    """Recorded places (m, 2), frame-to-frame noise averaged out flight by flight."""
     out = np.empty((len(rows), 2))
     time, left = s.middle[s.flight[rows]] + s.tau[rows], (s.places - new)[rows]
     for f in np.unique(s.flight[rows]):
@@ -54,15 +55,13 @@ def smoothed(s, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
 def _seed(flown, r: int, rows: np.ndarray, places: np.ndarray) -> Seed:
     s = flown.session
     time = s.middle[s.flight[rows]] + s.tau[rows]
-    half = [
-        v / 2000 for k, v in flown.tracks[r].description.get("seed", {}).items() if k in ("width_mm", "thickness_mm", "length_mm")
-    ]
+    half = [size / 2000 for size in stated_sizes_mm(flown.tracks[r].description)]
     plate = float(s.places[rows, 1].min()) - (float(np.median(half)) if half else 3e-3)
     return Seed(flown.tracks[r].description, time - time[0], places, s.angle[rows], plate)
 
 
 def strobe(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray]) -> bytes:
-    """Recording, old twin, new twin, and both differences, at moments of the longest flight and the one after it."""
+    """Recording, both simulations and differences at moments of the longest flight."""
     s = flown.session
     longest = max(np.unique(s.flight[rows]), key=lambda f: np.ptp(s.places[rows][s.flight[rows] == f, 1]))
     own = np.flatnonzero(s.flight[rows] == longest)
@@ -81,7 +80,9 @@ def strobe(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray]) -> byte
 
 
 def _filmed(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray], folder: Path, say):
-    """The two twins filmed at no more than FRAMES frames and followed; distances from the recording, as for tracks."""
+    """Both simulations filmed with at most FRAMES frames and tracked; distances from the
+    recording.
+    """
     s = flown.session
     time = s.middle[s.flight[rows]] + s.tau[rows]
     step = max(1, -(-round(np.ptp(time) / s.frame_s) // FRAMES))
@@ -97,4 +98,4 @@ def _filmed(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray], folder
         recorded = np.column_stack([np.interp(at, time - time[0], seen["recording"][:, k]) for k in (0, 1)])
         touch = np.array([np.abs(time[nearest] - time[0] - t).min() for t in at]) > 0.6 * step * s.frame_s
         left[which] = 1e3 * float(np.sqrt(((found - recorded)[~touch] ** 2).mean()))
-    yield Compared(s.names[r], "place in flight", "mm", left["old twin"], left["new twin"], "pictures")
+    yield Comparison(s.names[r], "place in flight", "mm", left["old twin"], left["new twin"], "pictures")

@@ -1,9 +1,8 @@
-"""The reduced space: the rows of a session compressed by QR, exactly, so that every later question is linear algebra.
+"""Linearisation of a session's flights, rows compressed by QR.
 
-The locals are the flights' own starts (v_y² among them, of which only its usual size is known), each seed's own drag beside the
-lot's, each recording's pixel lock (places may be counted from anywhere, not from a pixel's edge), and, where spin pushes, how
-much each flight's spin is more than its silhouette's turning says; the smooth curves are Legendre polynomials of degrees 2 to 6
-in each flight.
+Locals are the flights' starts (v_y² with its usual size as prior), each seed's drag beside the
+lot's, each recording's pixel lock, and, where spin pushes, the difference between each flight's
+spin and its silhouette's rotation. Smooth curves are Legendre polynomials of degrees 2 to 6.
 """
 
 from dataclasses import replace
@@ -14,8 +13,8 @@ from scipy.linalg import solve_triangular
 from diagnose.air import SEED_DRAG
 from diagnose.engine.linear import Reduced
 from diagnose.engine.noise import frame_lag, whiten
-from diagnose.rigs.drop.flight import POINTS
-from diagnose.rigs.drop.model import (
+from diagnose.rigs.drop.constraints import pushed_sides, side_rows, touching, unseen_rows
+from diagnose.rigs.drop.flight_model import (
     LAWS,
     NEARING,
     SMALL_M,
@@ -32,18 +31,21 @@ from diagnose.rigs.drop.model import (
     rate_of,
     sides,
 )
-from diagnose.rigs.drop.noise_of_track import SMOOTH, TrackNoise, smooth_columns
 from diagnose.rigs.drop.nuisances import LOCK
-from diagnose.rigs.drop.side_information import pushed_sides, side_rows, touching, unseen_rows
+from diagnose.rigs.drop.track_noise import SMOOTH, TrackNoise, smooth_columns
+from diagnose.rigs.drop.trajectories import POINTS
 
 STEP = 1e-3  # of a global's prior sd, for derivatives
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
-    """Linearised about `starts` and `values` (G,): Reduced of each recording, and a function (change of θ) → change of starts.
+    """See Problem.reduce: Reduced of each recording, and a function from a change of θ to that of
+    starts.
 
-    The last entry of each b is the residual that no parameter can change, so that χ² of different points compare.
-    pushes (K, F, POINTS, 2): accelerations at the flights' nodes, whose columns follow those of the globals.
+    The last entry of each b is the residual that no parameter changes, so that χ² of points
+    compare.
+    pushes (K, F, POINTS, 2): accelerations at the flights' nodes, columns behind those of the
+    globals.
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
@@ -53,8 +55,10 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
 
 
 def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
-    """Triangle of each flight's whitened rows [locals | G globals, K pushes | spin | 10 smooth | residual]; side conditions'
-    rows. There is no column of spin where none was seen."""
+    """Triangle of each flight's whitened rows, and rows of side conditions.
+
+    Columns: locals | G globals, K pushes | spin, where seen | 10 smooth | residual.
+    """
     s, at = model.session, dict(zip(model.names, values, strict=True))
     step = {n: STEP * LAWS[n].prior_sd for n in at}
     push = pushed(model, starts, at)
@@ -72,7 +76,7 @@ def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndar
 
 
 def side_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, driven: dict, step: dict):
-    """Side conditions (J + R,), and how they change with each global; driven: how `push` does (push_slopes)."""
+    """Side conditions (J + R,) and their derivatives; driven: those of `push` (push_slopes)."""
     side = sides(model, starts, push, rate_of(at))
     slopes = [np.zeros_like(side) for _ in at]
     for k, n in enumerate(at):
@@ -83,7 +87,7 @@ def side_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, dr
 
 
 def row_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, driven: dict, step: dict):
-    """What the camera reads (n, 2), and how that changes (2, n) with the numbers of each flight's start and with each global."""
+    """What the camera reads (n, 2) and its derivatives (2, n) by starts and globals."""
     s, rows = model.session, model.rows
     level = places(rows, starts, push)
     true = nearer(level, s, starts, rows.flight, rows.tau)
@@ -104,7 +108,7 @@ def row_slopes(model: Model, starts: np.ndarray, at: dict, push: np.ndarray, dri
 
 
 def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
-    """Whitened rows (2 n_f, locals + G + 10 + 1) of each flight: smooth columns put in, flights padded and filtered together."""
+    """Whitened rows (2 n_f, locals + G + 10 + 1) of each flight, smooth columns included."""
     s, extra = model.session, len(SMOOTH)
     width = jacobian.shape[2]
     size = s.stop - s.first
@@ -115,7 +119,7 @@ def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
             here = slice(s.first[f], s.stop[f])
             sigma = noise.sigma[s.recording[f], axis]
             rows[:n, f, :width] = jacobian[here, axis] / sigma
-            rows[:n, f, width:] = smooth_columns(s.tau[here], s.half[f])  # in units of σ: their priors are flat anyway
+            rows[:n, f, width:] = smooth_columns(s.tau[here], s.half[f])  # in units of σ; their priors are flat
             lag[:n, f] = frame_lag(s.frame[here])
         both.append(whiten(rows, lag, noise.axes[axis].rho, noise.axes[axis].white)[0])
     for f, n in enumerate(size):
@@ -128,19 +132,19 @@ def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
 
 
 def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
-    """(K, 2, n): where accelerations (K, F, POINTS, 2) move the rows."""
+    """(K, 2, n): displacement of the rows by accelerations (K, F, POINTS, 2)."""
     parts = [np.einsum("np,kpc->kcn", model.rows.shift[a:b], pushes[:, f], optimize=True) for f, a, b in model.rows.runs]
     return np.concatenate(parts, axis=2)
 
 
 def _own_sds(model: Model, recording: int) -> dict[int, float]:
-    """Globals (their numbers) of which each recording has something of its own besides, and its sd."""
+    """Globals (numbers) of which each recording has a deviation of its own, and its sd."""
     locks = {k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)}
     return ({model.names.index("air"): SEED_DRAG} if model.session.air[recording].share > 0 else {}) | locks
 
 
 def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
-    """Reduced (one a recording, b at the point of linearisation), and a function (change of θ) → change of starts."""
+    """Reduced of each recording, and a function from a change of θ to that of starts."""
     session = model.session
     triangles, sides = blocks
     extra, each = 2 * len(SMOOTH), STARTS
@@ -181,10 +185,10 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
             rows.append(row)
         triangle = np.asarray(np.linalg.qr(np.vstack(rows), mode="r"))  # one array, whatever numpy's types say
         below, sizes = triangle[local:], np.abs(np.diag(triangle)[:local])
-        if not sizes.all():  # forces so great that a start moves nothing beside them: no place to be
+        if not sizes.all():  # singular: forces so great that starts have no effect
             below[:, -1], sizes = np.inf, np.ones(local)
-        bulk = float(np.log(sizes).sum())
-        reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1], bulk=bulk))
+        half_ln_det = float(np.log(sizes).sum())
+        reduced.append(Reduced(below[:, local : local + count], below[:, local + count : -1], below[:, -1], half_ln_det=half_ln_det))
         back.append((flights, triangle[:local, :local], triangle[:local, local : local + count], triangle[:local, -1]))
 
     def change(theta: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Drops run again in the DEM: flights from their own starts, impacts at their own speeds, seen as the camera saw them."""
+"""Drops run again in the DEM: flights from their own starts, impacts at their own speeds."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,26 +9,26 @@ from diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, Air, drag_shape
 from diagnose.engine.linear import ridge, stacked
 from diagnose.engine.problem import Fit, fit, ln_evidence
 from diagnose.finding import Finding
-from diagnose.rerun import Again, Compared, change_in_words, settings
-from diagnose.rigs.drop.joint import Sitting, moved_to, sittings_of
-from diagnose.rigs.drop.model import IN_FLIGHT, nearer, pictured, places, pushed, rate_of, velocities
+from diagnose.rerun import Comparison, Resimulation, change_in_words, simulation_settings
+from diagnose.rigs.drop.flight_model import IN_FLIGHT, nearer, pictured, places, pushed, rate_of, velocities
+from diagnose.rigs.drop.joint_problem import PreparedSession, at_distance, prepare_sessions
 from diagnose.rigs.drop.nuisances import DISTANCES_M
 from twin.flights import drag_factor, fly
 
-TURNS = 3  # of Gauss–Newton for the starts
-TYPICAL = 0.75  # of the greatest speed: where drag bends a flight most
+MAX_ITERATIONS = 3  # of Gauss–Newton for the starts
+TYPICAL = 0.75  # of the greatest speed, at which both drag laws agree
 
 
-def resimulate(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Again:
-    """Flight and picture by flights, impacts by impacts; both where both were named."""
+def resimulate(finding: Finding, tracks: list, folder: Path, pictures: bool, say) -> Resimulation:
+    """Effects in flight or picture by flights, effects of impacts by impacts."""
     from diagnose.rigs.drop.impact_resimulation import strikes_again
     from diagnose.rigs.drop.pictures import with_pictures
 
     names = finding.modelled
     in_flight = tuple(n for n in names if n in IN_FLIGHT)
-    again = Again("drop", names, change_in_words("drop", finding), "", (), len(finding.recordings) > 1)
+    again = Resimulation("drop", names, change_in_words("drop", finding), "", (), len(finding.recordings) > 1)
     filmed = [t for t in tracks if len(t.frame)]
-    flights = flights_of(filmed, in_flight) if filmed else []
+    flights = session_flights(filmed, in_flight) if filmed else []
     if in_flight:
         say("drop: flying the old and the new twin")
         pairs = [(f, f.read(without=in_flight), f.read()) for f in flights]
@@ -37,16 +37,16 @@ def resimulate(finding: Finding, tracks: list, folder: Path, pictures: bool, say
         again = with_pictures(replace(again, compared=rows, how=how), *_most_mended(pairs), folder, pictures, say)
     if len(in_flight) < len(names):
         say("drop: striking the old and the new twin's plate")
-        again = strikes_again(again, finding, tracks, tuple(f.sitting for f in flights))
+        again = strikes_again(again, finding, tracks, tuple(f.prepared for f in flights))
     return again
 
 
-def flights_of(filmed: list, names: tuple[str, ...]) -> list["Flights"]:
-    """The filmed drops of each session, from the likeliest distance where none is stated."""
+def session_flights(filmed: list, names: tuple[str, ...]) -> list["Flights"]:
+    """The filmed drops of each session, at the likeliest distance where none is stated."""
     stated = all(t.description["camera"].get("distance_mm") for t in filmed)
-    far = sittings_of(filmed, np.inf if stated else DISTANCES_M[-1])[0]
-    at = [far, *(() if stated else (tuple(moved_to(s, away) for s in far) for away in DISTANCES_M[:-1]))]
-    return max(([Flights(s, names) for s in sittings] for sittings in at), key=lambda f: sum(ln_evidence(one.fit) for one in f))
+    far = prepare_sessions(filmed, np.inf if stated else DISTANCES_M[-1])[0]
+    at = [far, *(() if stated else (tuple(at_distance(s, away) for s in far) for away in DISTANCES_M[:-1]))]
+    return max(([Flights(s, names) for s in sessions] for sessions in at), key=lambda f: sum(ln_evidence(one.fit) for one in f))
 
 
 def _most_mended(flown: list[tuple["Flights", np.ndarray, np.ndarray]]) -> tuple["Flights", np.ndarray, np.ndarray]:
@@ -56,15 +56,18 @@ def _most_mended(flown: list[tuple["Flights", np.ndarray, np.ndarray]]) -> tuple
 class Flights:
     """A session's flights fitted with what was named; `read` has the DEM fly them."""
 
-    def __init__(self, sitting: Sitting, names: tuple[str, ...]) -> None:
-        self.sitting, self.session = sitting, sitting.problem.model.session
-        self.tracks = [t for t in sitting.tracks if not t.trouble]
-        free = tuple(n for n in names if n in sitting.problem.names)
-        self.fit = fit(sitting.problem, free=free, start=fit(sitting.problem))
+    def __init__(self, prepared: PreparedSession, names: tuple[str, ...]) -> None:
+        self.prepared, self.session = prepared, prepared.problem.model.session
+        self.tracks = [t for t in prepared.tracks if not t.trouble]
+        free = tuple(n for n in names if n in prepared.problem.names)
+        self.fit = fit(prepared.problem, free=free, start=fit(prepared.problem))
 
     def read(self, without: tuple[str, ...] = ()) -> np.ndarray:
-        """What the camera would read (n, 2) [m] of the DEM's flights, each recording with the globals that the others gave, and these
-        effects at nil: all else stays, but for the flights' own starts."""
+        """What the camera would read (n, 2) [m] of the DEM's flights, without the effects in
+        `without`.
+
+        Each recording has the globals that the others gave; the flights' starts are refitted.
+        """
         s, out = self.session, np.zeros_like(self.session.places)
         nil = np.isin(self.fit.names, [n for effect in without for n in self.fit.problem.columns_of(effect)])
         for r in range(len(s.names)):
@@ -82,9 +85,9 @@ class Flights:
         begin = self.begins(starts, values)[flights]
         begin[:, 2:] *= rate
         fastest = max(np.linalg.norm(begin[:, 2:], axis=1).max(), float((2 * s.half[flights] * G_M_S2 - begin[:, 3]).max()))
-        laws = laws_of(self.tracks[r].description, s.air[r], settings("drop", values).get("air", {}), TYPICAL * fastest)
+        laws = laws_of(self.tracks[r].description, s.air[r], simulation_settings("drop", values).get("air", {}), TYPICAL * fastest)
         flown = fly(self.tracks[r].description, laws, begin, s.own_spin[flights] * rate, 2 * s.half[flights].max() / rate)
-        lighter = G_M_S2 * 1.5 * s.air[r].buoyancy / (1 + s.air[r].buoyancy / 2)  # by the air displaced, which the DEM leaves out
+        lighter = G_M_S2 * 1.5 * s.air[r].buoyancy / (1 + s.air[r].buoyancy / 2)  # buoyancy and added mass, which the DEM leaves out
         seen = np.zeros_like(out)
         for k, f in enumerate(flights):
             rows = slice(s.first[f], s.stop[f])
@@ -96,44 +99,44 @@ class Flights:
         out[mine] = seen[mine]
 
     def begins(self, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
-        """(F, 5): where and how fast each flight's seed is at its first row, by the model's own flights; v_y."""
+        """(F, 5): place, velocity and v_y of each flight's seed at its first row."""
         model = self.fit.problem.model
         push = pushed(model, starts, values)
         aside = np.sqrt(np.maximum(starts[:, 4:5], 0.0))
         return np.hstack([places(model.begins, starts, push), velocities(model.begins, starts, push), aside])
 
     def compared(self, old: np.ndarray, new: np.ndarray):
-        """One row a recording: root mean square distance [mm] from what was recorded, along each axis on average."""
+        """One row a recording: root mean square distance [mm] from the recorded places."""
         s = self.session
         for r, name in enumerate(s.names):
             mine = s.recording[s.flight] == r
             if not mine.any():
                 continue  # none of its flights could be used
             before, after = (1e3 * float(np.sqrt(((s.places - seen)[mine] ** 2).mean())) for seen in (old, new))
-            yield Compared(name, "place in flight", "mm", before, after, "track")
+            yield Comparison(name, "place in flight", "mm", before, after, "track")
 
 
 def left_out(of: Fit, r: int) -> np.ndarray:
     """Globals as the recordings other than r have them."""
-    flown = sorted(set(of.problem.model.session.recording.tolist()))  # the reduced space holds no others
+    flown = sorted(set(of.problem.model.session.recording.tolist()))  # recordings with flights
     k = flown.index(r) if r in flown else len(flown)
     others = of.reduced[:k] + of.reduced[k + 1 :]
     return ridge(*stacked(others), of.prior_sd)[0] if others else of.values
 
 
 def started(of: Fit, values: np.ndarray) -> np.ndarray:
-    """The starts (F, 7) that go best with these globals."""
+    """The starts (F, 7) that fit best with these globals."""
     starts, at = of.starts, of.values
-    for _ in range(TURNS):
+    for _ in range(MAX_ITERATIONS):
         starts, at = starts + of.problem.reduce(starts, at)[1](values - at), values
     return starts
 
 
 def laws_of(description: dict, air: Air, more: dict[str, float], speed: float) -> dict[str, dict]:
-    """The DEM's laws for a flight: drag of the stated air and what is missing of it, its draught, Magnus' force; more: see
-    rerun.settings.
+    """The DEM's laws for a flight: drag of stated and missing air, wind, Magnus force.
 
-    The DEM's own C_d(Re) is another fit to measured spheres: both are made to agree at `speed` [m/s], typical of the flight.
+    more: see rerun.simulation_settings. The DEM's C_d(Re) is another fit to measured spheres; both
+    agree at `speed` [m/s].
     """
 
     def over(share: float, at_m_s: float) -> float:

@@ -1,9 +1,9 @@
-"""Seeds that touch twice: a long seed's other end strikes some milliseconds after the first, and only then it flies; and seeds
-that rock or roll to rest, whose hops are no flights.
+"""Flights that are not free: a seed's other end strikes some ms later, or it rocks or rolls to
+rest.
 
-A sudden change of velocity within a flight is more than any curve of degree 6 that physics could bend it by; and nothing takes a
-tenth of its fall from one flight alone. Such a flight is left out whole: where it was touched once it may have been touched
-again. One that was touched just before its contact is left out from there. Asked of the whitened rows.
+A sudden change of velocity within a flight is more than any force bends it by, and no force takes
+a tenth of its acceleration from one flight alone. Such flights are left out; one that was touched
+just before its contact is cut there. Tested on whitened rows.
 """
 
 from dataclasses import replace
@@ -12,20 +12,20 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from diagnose.engine.noise import frame_lag
-from diagnose.rigs.drop.model import ROUND
-from diagnose.rigs.drop.noise_of_track import DEGREE, TrackNoise
+from diagnose.rigs.drop.flight_model import ROUND
 from diagnose.rigs.drop.session import Session
+from diagnose.rigs.drop.track_noise import DEGREE, TrackNoise
 
 AFTER_S = (0.0015, 0.002, 0.0025, 0.003, 0.005, 0.007, 0.009, 0.012, 0.016, 0.02)
 SUDDEN = 25.0  # fall of χ² with 2 degrees of freedom, 4e-6 by chance, for which a flight is left out
-SUDDEN_END = 15.0  # likewise, 6e-4, for which its last moments are: they are no loss
-LEAST_ROWS = 60  # of a flight that such a question can be put to
-SLOW_S, SLOW_DEGREE = 0.1, 4  # a hop so short is too slow for air: what bends it further is no force
+SUDDEN_END = 15.0  # the same for the end of a flight, 6e-4 by chance
+LEAST_ROWS = 60  # of a flight that is tested
+SLOW_S, SLOW_DEGREE = 0.1, 4  # degree for short hops, which are too slow for air
 HELD_SHARE, HELD_SD = 0.1, 5.0  # of the usual fall, and in its sds: by what one flight's own may differ
 
 
-def retouched(tracks: tuple, session: Session, noise: TrackNoise) -> tuple[tuple, tuple[str, ...]]:
-    """Tracks without what was touched meanwhile, and notes; the same tracks where there was nothing."""
+def without_second_contacts(tracks: tuple, session: Session, noise: TrackNoise) -> tuple[tuple, tuple[str, ...]]:
+    """Tracks without such flights or ends, and notes; the same tracks where there are none."""
     falls = np.array([_fall(session, noise, f) for f in range(len(session.middle))])
     usual = _median(*falls.T)
     held = np.abs(falls[:, 0] - usual) > np.maximum(HELD_SHARE * abs(usual), HELD_SD * falls[:, 1])
@@ -39,14 +39,16 @@ def retouched(tracks: tuple, session: Session, noise: TrackNoise) -> tuple[tuple
                 whole.append((begin, end))
             elif f in session.joint[:, 0] and (early := _second_touch(session, noise, f, at_end=True)):
                 ends.append((end - early, end))
-        notes += [f"{tracks[i].recording}: {len(whole)} of its flights left out, touched meanwhile"] if whole else []
-        notes += [f"{tracks[i].recording}: the ends of {len(ends)} of its flights left out, touched already"] if ends else []
+        notes += [f"{tracks[i].recording}: {len(whole)} of its flights left out: second contact in flight"] if whole else []
+        notes += [f"{tracks[i].recording}: the ends of {len(ends)} of its flights left out: early second contact"] if ends else []
         out[i] = _without(tracks[i], whole, ends)
     return tuple(out) if notes else tracks, tuple(notes)
 
 
 def _without(track, whole: list[tuple[float, float]], ends: list[tuple[float, float]]):
-    """The track without the flights that have rows within `whole` (begin, end), and without the rows within `ends`."""
+    """The track without flights that have rows in `whole` (begin, end), and without rows in
+    `ends`.
+    """
     flight = track.flight.copy()
     for begin, end in whole:
         flight[np.isin(flight, np.unique(flight[_within(track, begin, end)]))] = -1
@@ -60,7 +62,7 @@ def _within(track, begin: float, end: float) -> np.ndarray:
 
 
 def _fall(session: Session, noise: TrackNoise, flight: int) -> tuple[float, float]:
-    """Acceleration downwards of one flight by itself and its sd [m/s²]."""
+    """Downward acceleration of one flight and its sd [m/s²]."""
     rows = slice(session.first[flight], session.stop[flight])
     tau, half = session.tau[rows], session.half[flight]
     data = session.places[rows, 1] / noise.sigma[session.recording[flight], 1]
@@ -73,15 +75,18 @@ def _fall(session: Session, noise: TrackNoise, flight: int) -> tuple[float, floa
 
 
 def _median(values: np.ndarray, sds: np.ndarray) -> float:
-    """Weighted by 1/sd²: half the weight lies below."""
+    """Median weighted by 1/sd²."""
     order = np.argsort(values)
     weight = np.cumsum(1 / np.maximum(sds[order], 1e-12) ** 2)
     return float(values[order][np.searchsorted(weight, weight[-1] / 2)])
 
 
 def _second_touch(session: Session, noise: TrackNoise, flight: int, *, at_end: bool = False) -> float:
-    """How long after a flight's first row, or before its last, its velocity changes suddenly [s]; 0 where it does not, and of
-    balls, which touch once."""
+    """Time between a flight's first row, or its last, and a sudden change of velocity [s]; 0
+    without one.
+
+    Balls touch once: 0.
+    """
     if session.elongation < ROUND:
         return 0.0
     rows = slice(session.first[flight], session.stop[flight])

@@ -1,36 +1,38 @@
-"""Drops of one session as flat arrays: every used row knows its flight, every flight its recording."""
+"""Drops of one session as flat arrays: rows know their flight, flights their recording."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from diagnose.air import Air, air_of
+from diagnose.air import Air, air_of, stated_sizes_mm
 from diagnose.effects.drop.hooks import View
-from diagnose.rigs.drop.turning import trusted, turning
+from diagnose.rigs.drop.silhouette_spin import silhouette_rotation, spin_calibration
 
-GUARD_FRAMES = 2.0  # rows nearer to a contact are left out: the seed is deformed, blurred, or the row is on the wrong side
-LEAST_ROWS = 8  # of a flight: a last hop of so few still says how fast the seed left
+GUARD_FRAMES = 2.0  # rows nearer to a contact are left out
+LEAST_ROWS = 8  # of a flight
 FEW_ROWS = 16  # of a track of fewer each row counts, and gravity makes up for a flight's third
-BLOCK_S = 1.5e-3  # rows are means over as much: faster films have no more to say of flights of some tenths of a second
-SMOOTH_DEGREE = 4  # beyond that, air bends the fall of a seed by less than a tenth of a pixel
-ROUGH = 3.0  # times the usual scatter of a flight about a smooth curve: it was no free flight
-LEAST_ROCKING_M = 3e-4  # of balls too, along the line of sight
+BLOCK_S = 1.5e-3  # over which rows are averaged
+SMOOTH_DEGREE = 4  # of the smooth curve of places in pixels
+ROUGH = 3.0  # times the usual roughness, beyond which a flight was not free
+LEAST_ROCKING_M = 3e-4  # also of balls
 HEIGHT_SD_M = 1e-3  # how well a release height is known
 
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """R recordings, F flights, n rows. Lengths in m, upright by the stated plumb line (x right, z up), times in s.
+    """R recordings, F flights, n rows. Lengths in m, x right, z up along the stated plumb line,
+    times in s.
 
-    recording (F,), middle (F,) and half (F,) of each flight [s]; spin (F,) [rad/s] of the silhouette, 0 where not seen, and
-    how far the seed's own about the line of sight may be from it; own_spin (F,): what that is by it, and its sd; first, stop
-    (F,): its rows.
-    flight (n,), tau (n,) time after the flight's middle, places (n, 2), frame (n,), angle (n,) [rad].
+    recording (F,); middle, half (F,): of each flight; first, stop (F,): its rows.
+    spin, spin_sd (F,) [rad/s]: of the silhouette (0 unseen), and sd of the seed's own beside it.
+    own_spin, own_spin_sd (F,): spin about the line of sight given that, and its sd.
+    flight (n,), tau (n,): time after the flight's middle, places (n, 2), frame (n,), angle (n,)
+    [rad].
     joint (J, 2): flights before and after each contact, joint_time (J,).
-    release (R,): stated fall [m] of recordings whose release was seen, NaN else; release_sd (R,): height ± 1 mm and shape.
-    away (R,): distance of the camera [m]; uneven_m: by how much a turning outline's middle shifts
-    there, its near end being larger.
-    roundness_sd: sd of the height of the centre at contact [m], from the stated sizes.
+    release (R,): stated fall, NaN where the release was not seen; release_sd (R,).
+    away (R,): distance of the camera; uneven_m: shift of a turning outline's middle by perspective.
+    elongation: (length − thickness)/(length + thickness) as stated, NaN if not.
+    rocking_m: how far a seed may move aside between its first and last touch at one contact.
     """
 
     names: tuple[str, ...]
@@ -60,8 +62,8 @@ class Session:
     spin_seen: bool
     scale_sd: float
     plumb_sd_deg: float
-    elongation: float  # (length − thickness)/(length + thickness) of the stated seed; NaN where not stated
-    rocking_m: float  # how far aside it may come between its first touch and its last at one contact
+    elongation: float
+    rocking_m: float
     notes: tuple[str, ...] = ()
 
     @property
@@ -71,8 +73,10 @@ class Session:
 
 
 def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Session:
-    """Tracks (twin.tracks.SeenTrack, those in trouble left out) → Session. unstated_m: distance of a camera of which none
-    is stated; block_s: what a row is the mean over. ValueError where no flight is left."""
+    """A session from tracks (twin.tracks.SeenTrack); ValueError where no flight is left.
+
+    unstated_m: distance of a camera whose own is not stated; block_s: over which rows are averaged.
+    """
     tracks = [t for t in tracks if not t.trouble]
     parts, notes, joints, fallen = [], [], [], []
     count = 0
@@ -85,7 +89,7 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         if not found:
             notes.append(f"{track.recording}: no flight with at least {LEAST_ROWS} frames; it is left out")
         numbers = {k: count + i for i, (k, _) in enumerate(kept)}
-        fallen.append(0 in numbers and 1 in numbers)  # fall and first contact are both at hand
+        fallen.append(0 in numbers and 1 in numbers)  # both fall and first rebound are kept
         joints += [(numbers[k], numbers[k + 1], t) for k, t in enumerate(track.contacts_s) if k in numbers and k + 1 in numbers]
         parts += [part for _, part in kept]
         count += len(kept)
@@ -100,7 +104,7 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
     middle, fall = (low + high) / 2, np.median(np.concatenate([part["places"][:, 0] for part in _first_of(parts)]))
     view = View(middle, float(high[1] - low[1]) / 2, rows["angle"], rows["phase"], pixel, fall=float(fall - middle[0]))
     spin = np.array([p["turned"].rate for p in parts])
-    trust, spin_sd = trusted([p["turned"] for p in parts])
+    trust, spin_sd = spin_calibration([p["turned"] for p in parts])
     release, release_sd = _releases(tracks)
     release = np.where(fallen, release, np.nan)
     return Session(
@@ -122,12 +126,12 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
 
 
 def _first_of(parts: list[dict]) -> list[dict]:
-    """Each recording's first flight: its fall."""
+    """Each recording's first flight."""
     return list({part["recording"]: part for part in reversed(parts)}.values())
 
 
 def block_of(track, block_s: float = BLOCK_S) -> int:
-    """Frames to a row."""
+    """Frames averaged to one row."""
     return max(1, int(block_s / _step(track)))
 
 
@@ -157,7 +161,7 @@ def _flights_of(track, recording: int, block_s: float) -> list[tuple[int, dict]]
             rows = _before_landing(rows, places[rows, 1], track.description)
             if len(rows) < least:
                 continue
-        turned = turning(track.angle_deg, rows, track.time_s[rows])
+        turned = silhouette_rotation(track.angle_deg, rows, track.time_s[rows])
         time, own, frame, angle, waves = _means(
             track.frame[rows], block, track.time_s[rows], places[rows], track.frame[rows], turned.angle, phase[rows]
         )
@@ -183,21 +187,16 @@ def _means(frame: np.ndarray, block: int, *columns: np.ndarray) -> list[np.ndarr
 
 
 def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.ndarray:
-    """Rows of the last flight until it is as low as a seed that has turned may touch: (longest − shortest)/2 above its start."""
-    sizes = _sizes(description)
+    """Rows of the last flight down to the height at which a turned seed may touch."""
+    sizes = stated_sizes_mm(description)
     margin = (max(sizes) - min(sizes)) / 2000 if len(sizes) > 1 else 1.5e-3
     apex = int(np.argmax(up))
     low = np.flatnonzero(up[apex:] < up[0] + margin)
     return rows[: apex + int(low[0])] if len(low) else rows
 
 
-def _sizes(description: dict) -> list[float]:
-    seed = description.get("seed", {})
-    return [seed[k] for k in ("length_mm", "width_mm", "thickness_mm") if seed.get(k)]
-
-
 def _roughness(part: dict) -> float:
-    """rms [m] across and up of what a curve of degree 6 leaves of a flight; physics bends a flight more smoothly than that."""
+    """rms [m] of a flight about a curve of degree 6."""
     degree = min(6, len(part["tau"]) // 4)
     basis = np.column_stack([np.polynomial.legendre.legvander(part["tau"] / part["half"], degree), *_twice(part["angle"])])
     left = part["places"] - basis @ np.linalg.lstsq(basis, part["places"], rcond=None)[0]
@@ -209,7 +208,7 @@ def _twice(angle: np.ndarray):
 
 
 def _free_part(part: dict, usual: float) -> dict | None:
-    """The flight, without its first rows where a long seed's other end touched a moment later; None: no flight."""
+    """The flight without first rows that are too rough; None where all of it is."""
     if len(part["tau"]) < LEAST_ROWS:  # too few to tell
         return part | {"phase": np.full_like(part["phase"], part["phase"].mean())}
     for share in (0.0, 0.1, 0.25):
@@ -226,37 +225,40 @@ def _free_part(part: dict, usual: float) -> dict | None:
 
 
 def _smooth(phase: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Where among the pixels the seed was: by each row's own reading, where a seed hardly crosses a pixel, its noise would be
-    explained by that very noise."""
+    """Smooth place among the pixels: a row's own reading would explain its own noise."""
     basis = np.polynomial.legendre.legvander(at, min(SMOOTH_DEGREE, len(at) // 4))
     return basis @ np.linalg.lstsq(basis, phase, rcond=None)[0]
 
 
 def _elongation(description: dict) -> float:
-    sizes = _sizes(description)
+    sizes = stated_sizes_mm(description)
     return (max(sizes) - min(sizes)) / (max(sizes) + min(sizes)) if len(sizes) > 1 else float("nan")
 
 
 def _rocking(description: dict) -> float:
-    """How far aside a seed comes while its other end comes down [m]: taken for half of what its centre may sink by."""
+    """Half of what the centre may sink by while the other end comes down [m]."""
     return max(_shape_sd(description), LEAST_ROCKING_M)
 
 
 def _shape_sd(description: dict) -> float:
-    """A quarter of what the longest size is over the shortest [m]; of a seed of which no sizes are stated, HEIGHT_SD_M."""
-    sizes = _sizes(description)
+    """(longest − shortest)/4 [m]; HEIGHT_SD_M where no sizes are stated."""
+    sizes = stated_sizes_mm(description)
     return (max(sizes) - min(sizes)) / 4000 if len(sizes) > 1 else 0.0 if sizes else HEIGHT_SD_M
 
 
 def _uneven(description: dict, away_m: float) -> float:
-    """A third of (l² − s²)/8d [m], sizes l and s, distance d: so far is the middle of a leaning outline off at most, its near end
-    being larger, and rms over a flight a third of that goes with twice its angle. Without sizes, of a seed of 8 by 6 mm."""
-    sizes = _sizes(description) or (8.0, 6.0)
+    """A third of (l² − s²)/8d [m] for sizes l, s and distance d.
+
+    The middle of a leaning outline is off by that, its near end being larger, rms over a flight.
+    """
+    sizes = stated_sizes_mm(description) or (8.0, 6.0)
     return float(1e-6 * (max(sizes) ** 2 - min(sizes) ** 2) / 8 / away_m / 3)
 
 
 def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
-    """Stated fall and its sd; a seed that turns on its way lands on another radius than it hung by."""
+    """Stated falls and their sds; a turning seed lands on another radius than it was released
+    at.
+    """
     falls, sds = [], []
     for t in tracks:
         stated = t.description.get("drop", {}).get("height_mm")

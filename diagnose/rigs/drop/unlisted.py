@@ -1,17 +1,18 @@
-"""What nobody listed, in drops: forces in flight, a lens, a drifting clock, restitution and kicks that follow speed, count or attitude;
-and the laws that they follow."""
+"""Unlisted physics of drops: forces in flight, a drifting clock, e and kicks by speed, count,
+attitude; and power laws for them.
+"""
 
 from itertools import pairwise
 
 import numpy as np
 
 from diagnose.air import G_M_S2
-from diagnose.engine.law import Family, law_of
-from diagnose.engine.locate import Bin, Windows
+from diagnose.engine.power_law import Family, law_of
 from diagnose.engine.problem import Fit
-from diagnose.rigs.drop.flight import NODES, positions_at_nodes
-from diagnose.rigs.drop.joint import Joint, parts_of
-from diagnose.rigs.drop.model import pushed
+from diagnose.engine.unlisted import Bin, Windows
+from diagnose.rigs.drop.flight_model import pushed
+from diagnose.rigs.drop.joint_problem import JointModel, session_fits
+from diagnose.rigs.drop.trajectories import NODES, positions_at_nodes
 
 BINS, IMPACT_BINS = 6, 4
 FORCE_POWERS = tuple(np.arange(-1.0, 4.01, 0.25))
@@ -27,9 +28,11 @@ LAWS = (
 
 
 def windows_of(fit: Fit) -> Windows:
-    """Unit accelerations in every bin of every axis, along the motion and aside; a clock that drifts; e and kick likewise."""
-    joint: Joint = fit.problem.model
-    parts = parts_of(fit)
+    """Unit accelerations in every bin, along the motion and aside; a drifting clock; e and kick
+    likewise.
+    """
+    joint: JointModel = fit.problem.model
+    parts = session_fits(fit)
     about = [_axes(part) for part in parts]
     edges = {axis: _edges([a[axis] for a, _, _ in about], axis) for axis in about[0][0]} if about else {}
     bins: list[Bin] = []
@@ -46,12 +49,14 @@ def windows_of(fit: Fit) -> Windows:
         pushes[k].append(4 * axes["t_s"][..., None] * G_M_S2 * np.array([0.0, 1.0]) - 2 * speeds)
     if joint.impacts is None:
         return Windows(([np.array(p) for p in pushes], None), tuple(bins))
-    columns, struck = _impact_windows(joint.struck(fit.starts, fit.values))
+    columns, struck = _impact_windows(joint.impacts_at(fit.starts, fit.values))
     return Windows(([np.array(p) for p in pushes], columns), (*bins, *struck))
 
 
 def _axes(part: Fit) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Where each flight's Chebyshev nodes (F, POINTS) lie on each axis; places and velocities (F, POINTS, 2) there."""
+    """Where the flights' nodes (F, POINTS) lie on each axis; places and velocities (F, POINTS,
+    2).
+    """
     s = part.problem.model.session
     places, speeds = positions_at_nodes(part.starts, s.half, pushed(part.problem.model, part.starts, part.by_name))
     begun = np.array([s.middle[s.recording == r].min() - s.half[s.recording == r].max() for r in s.recording])
@@ -65,7 +70,7 @@ def _axes(part: Fit) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
 
 
 def _edges(values: list[np.ndarray], axis: str) -> list[tuple[float, float]]:
-    """Bins of equal width; the bounce count has one a flight, none where there is one flight: a constant is a scale or a clock."""
+    """Bins of equal width; of the bounce count one a flight, none for a single flight."""
     top = max(float(v.max()) for v in values)
     if axis == "n_bounce":
         return [(k - 0.5, k + 0.5) for k in range(int(top) + 1)] if top >= 1 else []
@@ -81,7 +86,7 @@ def _direction(speeds: np.ndarray, way: str) -> np.ndarray:
 
 
 def _impact_windows(model) -> tuple[np.ndarray, tuple[Bin, ...]]:
-    """What e, and what the kick, would have more in every bin of speed, for every count, with the spin, and with the attitude."""
+    """Changes of e and kick in bins of speed and count; of e with spin and attitude."""
     speed, count, columns, bins = model.bounces.speed, model.impacts.number, [], []
     axes = {
         "v_m_s": (speed, list(pairwise(np.unique(np.quantile(speed, np.linspace(0, 1, IMPACT_BINS + 1)))))),
@@ -102,7 +107,7 @@ def _impact_windows(model) -> tuple[np.ndarray, tuple[Bin, ...]]:
 
 
 def _singles(model) -> list[tuple[str, str, np.ndarray]]:
-    """Quantities that e may follow in proportion: spin over speed, and −cos 2α of the silhouette's long axis."""
+    """Linear regressors of e: spin over speed, and −cos 2α of the silhouette's long axis."""
     radius = model.impacts.seeds.radius[model.impacts.recording]
     spin = np.abs(np.nan_to_num(model.impacts.before[:, 2])) * np.nan_to_num(radius) / model.bounces.speed
     found = [("e", "spin", np.minimum(spin, 1.0)), ("e", "attitude", np.nan_to_num(model.impacts.steep))]
@@ -128,7 +133,7 @@ def _force(fit: Fit, axis: str, way: str, quantity: str, powers: tuple[float, ..
 
     def columns(exponents: np.ndarray):
         found = []
-        for part in parts_of(fit):
+        for part in session_fits(fit):
             axes, _, speeds = _axes(part)
             size = np.abs(axes[axis]) / max(float(np.median(np.abs(axes[axis]))), 1e-9)
             push = np.maximum(size, 0.02)[None] ** exponents[:, None, None]
@@ -142,9 +147,9 @@ def _force(fit: Fit, axis: str, way: str, quantity: str, powers: tuple[float, ..
 
 
 def _of_impacts(fit: Fit) -> list[Family]:
-    """Restitution and kick as powers of the speed and of the count; restitution by spin and attitude."""
-    model = fit.problem.model.struck(fit.starts, fit.values)
-    none = [np.zeros((0, *_axes(part)[2].shape)) for part in parts_of(fit)]
+    """Restitution and kick as powers of speed and count; restitution by spin and attitude."""
+    model = fit.problem.model.impacts_at(fit.starts, fit.values)
+    none = [np.zeros((0, *_axes(part)[2].shape)) for part in session_fits(fit)]
     families = []
     for kind in ("e", "kick"):
         for quantity, values in (("speed of impact", model.bounces.speed), ("number of impacts before", model.impacts.number - 1.0)):
@@ -169,7 +174,7 @@ def _power(model, none: list[np.ndarray], kind: str, quantity: str, values: np.n
     def columns(exponents: np.ndarray):
         size = np.maximum(values / usual, 0.0)
         found = []
-        for p in exponents:  # a power of nil is a constant, which the baseline has: its neighbour, the logarithm, stands for it
+        for p in exponents:  # power 0 is a constant: the logarithm instead
             raised = np.log(np.maximum(size, 1e-9)) if abs(p) < 1e-9 else np.maximum(size, 1e-9) ** p * np.sign(p)
             found.append(_on_rows(model, np.where(size > 0, raised, 0.0), kind))
         return none, np.array(found)

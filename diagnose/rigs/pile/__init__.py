@@ -1,8 +1,7 @@
-"""Heaps: what the surface in a photo, and what differs between photos, tells of cohesion, walls, gate, shaking, tilt and shape.
+"""Heaps: what surfaces in photos tell of cohesion, walls, gate, shaking, tilt and grain shape.
 
-flanks.py, creep.py   surface → each flank in shares of its height and length, its angle; what goes on between photos; conditions
-heap_priors.py, scatter.py  what every heap has, as priors; roughness and packings, from the heaps themselves
-problem.py            flanks of all photos → a Problem: profiles, angles, the plate's line
-diagnose.py           alternatives, what nobody listed, and what is asked of them
-resimulation.py, slices.py   heaps run again in the DEM
+flanks.py, creep.py: flanks in shares of their height and length; change between photos.
+heap_priors.py, scatter.py: usual shapes; roughness and packing scatter from the heaps themselves.
+problem.py, diagnose.py: flanks of all photos as a Problem, and its finding.
+resimulation.py, simulated_heaps.py: heaps run again in the DEM.
 """

@@ -1,6 +1,7 @@
-"""Photos of one heap in turn: whether its flanks go on getting flatter. A gate has done its work by then; what shakes goes on.
+"""Creep: flattening of a heap from photo to photo. A gate acts before the first one, shaking goes
+on.
 
-Asked only of photos in the same view: the same grains must be seen in the same places, else they show other sides of the heap.
+Only for photos of one view, in which the same grains are seen in the same places.
 """
 
 from itertools import pairwise
@@ -13,10 +14,10 @@ GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
 def creep_deg(piles: list, photos: list) -> float:
-    """How much flatter the flanks [deg] against the plate are in the last photo than in the first, by a line through all.
+    """By how much the flanks [deg] flatten from the first photo to the last, by a line through all.
 
-    piles: twin.piles.SeenPile in their order; photos: flanks.Photo of them. NaN for one photo, for another view, and
-    where one flank's angle could be the camera's.
+    piles: twin.piles.SeenPile in order; photos: flanks.Photo of them. NaN for one photo, another
+    view, or where one flank's angle could be the camera's.
     """
     angles = [_angle_deg(photo) for photo in photos]
     if len(piles) < 2 or not np.isfinite(angles).all() or min(_alike(a, b) for a, b in pairwise(piles)) < SAME_VIEW:
@@ -26,7 +27,7 @@ def creep_deg(piles: list, photos: list) -> float:
 
 
 def _angle_deg(photo) -> float:
-    """Mean angle of the flanks against the plate; of one flank NaN where neither plate nor plumb says how the camera stands."""
+    """Mean angle of the flanks against the plate, NaN where the camera's tilt is unknown."""
     lean = photo.plate_deg if np.isfinite(photo.plate_deg) else 0.0
     if len(photo.flanks) < 2 and photo.reference != "plate" and not np.isfinite(photo.plate_deg):
         return float("nan")
@@ -34,7 +35,7 @@ def _angle_deg(photo) -> float:
 
 
 def _alike(one, other) -> float:
-    """Correlation of two surfaces' short waves where both are seen."""
+    """Correlation of the short waves of two surfaces."""
     count = min(len(one.z), len(other.z))
     if count < 2 or one.unit != other.unit or abs(one.x[0] - other.x[0]) > abs(one.x[1] - one.x[0]):
         return 0.0
@@ -46,7 +47,7 @@ def _alike(one, other) -> float:
 
 
 def _grains(z: np.ndarray, wide: int) -> np.ndarray:
-    """What is left of a surface (n,) of its mean over `wide` columns."""
+    """A surface (n,) less its mean over `wide` columns."""
     there = np.isfinite(z)
     whole = np.interp(np.arange(len(z)), np.flatnonzero(there), z[there])
     return whole - uniform_filter1d(whole, wide)

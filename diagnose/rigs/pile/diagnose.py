@@ -1,15 +1,15 @@
-"""Heaps, from photos to a finding: a plate tilted before or after its heap was poured, what nobody listed, and what is asked."""
+"""Heaps, from photos to a finding."""
 
 import numpy as np
 
 from diagnose.effects.effect import separating_recordings
 from diagnose.effects.pile import EFFECTS
 from diagnose.engine.conditions import Contact, conditions_of, with_conditions
+from diagnose.engine.explanation import Alternative, Explanation
 from diagnose.engine.linear import fall_of_chi2, projector, stacked
-from diagnose.engine.locate import Bin, Windows, opened
-from diagnose.engine.posterior import Alternative, Explanation
 from diagnose.engine.problem import Fit
-from diagnose.finding import Curve, Finding, Question, answer
+from diagnose.engine.unlisted import Bin, Windows, window_columns
+from diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
 from diagnose.rigs.pile.flanks import Photo, photos_of
 from diagnose.rigs.pile.problem import differing, problem_of, rows, seeds_high
 from diagnose.rigs.pile.scatter import scatter_of
@@ -21,12 +21,14 @@ AGAIN = "the same heap again, and a heap with two flanks"
 REPOSE = Contact("repose_angle_deg", "repose", 5.0, 1.0, "middle", "the angle of repose")
 WIDTH = 0.2  # of a window, over the flank's way
 BREAKS = (0.35, 0.5, 0.65)  # of the flank's way, as where two kinds of grains lie over each other
-LEAST_FALL = 12.0  # of χ², for a law worth saying
+LEAST_FALL = 12.0  # of χ², for a law to be reported
 SIDES = {-1: "left flank", 1: "right flank"}
 
 
 def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
-    """Finding of one bench's heaps (twin.piles.SeenPile); ValueError where no photo shows a flank."""
+    """Finding of one bench's heaps (twin.piles.SeenPile); ValueError where no photo shows a
+    flank.
+    """
     photos, refused = photos_of(recordings)
     follows, said = conditions_of([{"conditions": p.conditions} for p in photos], [p.session for p in photos])
     rising = [q for q, v in differing(photos).items() if (np.diff(v) >= 0).all() or (np.diff(v) <= 0).all()]
@@ -37,20 +39,22 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
     orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)  # no plumb: a later tilt shows nothing
     alternatives = tuple(Alternative(with_conditions(problem_of(photos, scatter, after=a), REPOSE, follows)) for a in orders)
     notes = (*refused, *_notes(photos), *said)
-    asked = Question(
+    asked = DiagnosisTask(
         "pile", alternatives, windows_of, curves_of, {REPOSE.name: repose_deg}, law_of,
         lambda names: separating_recordings(EFFECTS, names) or AGAIN, notes,
     )  # fmt: skip
-    return answer(asked, rng)
+    return finding_of(asked, rng)
 
 
 def repose_deg(e: Explanation) -> tuple[float, float]:
-    """The heaps' mean angle without what was found, and its sd."""
+    """Mean angle of the heaps without what was found, and its sd."""
     return e.fit.problem.model.centre_deg + e.fit.by_name["repose"], e.fit.sd("repose")
 
 
 def windows_of(fit: Fit) -> Windows:
-    """Hats of WIDTH of the flank's way, half over each other, and flanks that break at BREAKS; places in the photos' unit."""
+    """Triangular windows along the flank, and flanks that break at BREAKS; places in the photos'
+    unit.
+    """
     photos = fit.problem.model.photos
     flanks = [f for p in photos for f in p.flanks]
     scaled = all(p.unit == "mm" for p in photos)
@@ -73,7 +77,7 @@ def windows_of(fit: Fit) -> Windows:
 def law_of(fit: Fit) -> str | None:
     """Where a flank breaks, or with what the angle drifts: whichever explains more."""
     windows = windows_of(fit)
-    reduced, columns = opened(fit, windows)
+    reduced, columns = window_columns(fit, windows)
     a, b = stacked(reduced)
     project = projector(a, fit.baseline_sd)
     drifts = [n for n, e in fit.problem.effects.items() if e.unlisted and not e.group]
@@ -91,8 +95,9 @@ def law_of(fit: Fit) -> str | None:
 
 
 def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
-    """One curve a flank: height above the plate, from the crest outwards, in mm or, without a scale, in px. What is the photo's own
-    (position, size, angle, packing) is taken away from what is left by both."""
+    """Height of each flank above the plate, from the crest outwards, [mm] or [px]; residuals
+    without locals.
+    """
     out = []
     for r, photo in enumerate(before.problem.model.photos):
         left = [of.problem.model.predict(r, of.starts[r], of.by_name) for of in (before, after)]
@@ -106,7 +111,7 @@ def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
 
 def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
     notes = [f"{p.recording}: {n}" for p in photos for n in p.notes]
-    notes += [f"{p.recording}: one flank only: left cannot be held against right" for p in photos if len(p.flanks) == 1]
+    notes += [f"{p.recording}: one flank only: left and right cannot be compared" for p in photos if len(p.flanks) == 1]
     for p in photos:
         if p.reference != "plumb":
             from_what = "the plate's own line" if p.reference == "plate" else "the picture's rows"

@@ -1,11 +1,11 @@
-"""A heap's surface in shares of its own size: what is left when position, size and angle of each flank are taken away.
+"""A heap's flanks in shares of their own size, independent of position, size and angle.
 
-    u = (distance out from where the flank's line meets the heap's top) / (that line's way to the plate),   v = height / H
+    u = (distance out from the top of the flank's line) / (its way to the plate),   v = height / H
 
-so that a straight flank is v = 1 − u whatever its angle: crest at u = 0, toe at u = 1. The line is that through 20–80 % of the
-crest's height. Two flanks: the top is where their lines meet. One flank: the wall's foot; a heap whose top was never moved (its
-line passes above it at the wall) starts where the line reaches the crest's height, and says nothing about its crest. At a wall
-the surface begins with the round side of a last seed: half a seed there tells no crest either.
+A straight flank is v = 1 − u: crest at u = 0, toe at u = 1. The line is that through 20–80 % of the
+crest's height. Two flanks: the top is where their lines meet. One flank: the wall's foot; a heap
+whose top never moved (its line passes above it at the wall) starts where the line reaches the
+crest's height, and its crest is not used, nor half a seed next to a wall.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from diagnose.rigs.pile.creep import creep_deg
 
 LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
 STEP, REACH = 0.0125, 1.4  # of u
-PLATEAU = 1.15  # a line that passes the wall this much above the crest belongs to a heap whose top was never moved
+PLATEAU = 1.15  # height of the line at the wall, over the crest, above which the top never moved
 WALL_JUMP = 0.12  # of the crest's height
 LEAST_ROWS = 40
 EDGE = 0.03  # of the flank's way, where no seed's size is known: half a seed, of which at a wall only the round side is seen
@@ -26,8 +26,11 @@ SAME_SIZE = 0.2  # of ln
 
 @dataclass(frozen=True, eq=False)
 class Flank:
-    """side: +1 right, −1 left. u, v (n,): the surface. angle_deg: of its line against the reference horizontal, positive. height,
-    length: H and the line's way, in the photo's unit. start: where u = 0 lies along x, in that unit."""
+    """side: +1 right, −1 left; u, v (n,): the surface; angle_deg: of its line against the
+    horizontal.
+
+    height, length: H and the line's way, in the photo's unit; start: where u = 0 lies along x.
+    """
 
     side: int
     u: np.ndarray
@@ -42,10 +45,10 @@ class Flank:
 class Photo:
     """One heap in one photo, or the mean of several.
 
-    reference: what angles count from: "plumb" (stated), "plate" (its line in the picture) or "rows" (the picture's, neither being
-    known); plate_deg: the plate's line against a stated plumb, clockwise, NaN where either is missing; plate_sd_deg of that line;
-    plumb_sd_deg; creep_deg: how much flatter the heap became from its first to its last photo, NaN where that is not known
-    (creep.py); the rest: what the recording states, NaN where it does not; rig_mm: size of what was emptied; conditions: its own.
+    reference: what angles count from: "plumb" (stated), "plate" (its line) or "rows" (of the
+    picture).
+    plate_deg: the plate's line against a stated plumb, clockwise, NaN if unknown; plate_sd_deg.
+    creep_deg: see creep.py; rig_mm: size of what was emptied; the rest as stated, NaN where not.
     """
 
     recording: str
@@ -67,14 +70,16 @@ class Photo:
 
     @property
     def stated(self) -> tuple:
-        """What may differ between photos and is known, sizes of rigs in steps of SAME_SIZE: photos of equal `stated` are repeats."""
+        """Known quantities that may differ; photos of equal `stated` are repeats (rig size in
+        steps).
+        """
         size = np.round(np.log(self.rig_mm) / SAME_SIZE)
         known = np.nan_to_num([self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, size], nan=-1.0)
         return (*known.tolist(), *sorted(self.conditions.items()))
 
 
 def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
-    """Photos with at least one usable flank, and why others are not (twin.piles.SeenPile); ValueError without any."""
+    """Photos with a usable flank, and why others have none; ValueError without any."""
     photos: list[Photo] = []
     refused: list[str] = []
     kept: list = []
@@ -91,7 +96,7 @@ def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
 
 
 def _by_heap(photos: list[Photo], piles: list) -> list[Photo]:
-    """Photos of one heap under one state are one: the same grains lie in its skin, and it was packed once."""
+    """Photos of one heap in one state, averaged: the same grains, packed once."""
     groups: dict[tuple, list[int]] = {}
     for k, (photo, seen) in enumerate(zip(photos, piles, strict=True)):
         groups.setdefault((seen.heap or seen.recording, photo.photo_s if np.isfinite(photo.photo_s) else None), []).append(k)
@@ -150,16 +155,16 @@ def photo_of(seen) -> Photo:
 
 
 def _rig_mm(pile: dict) -> float:
-    """Diameter of the cylinder or length of the box that was emptied, NaN where neither is stated; with the fill height, where
-    that is stated too, the geometric mean of both."""
+    """Diameter or length of what was emptied, geometric mean with the fill height; NaN if not
+    stated.
+    """
     across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
     return float(np.sqrt(across * pile["fill_height_mm"])) if "fill_height_mm" in pile else float(across)
 
 
 def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places along the reference horizontal, and heights above the plate's line along the vertical (n,), gaps left out.
-
-    The line's inclination clockwise from that horizontal is base − level.
+    """Places along the reference horizontal and heights above the plate's line (n,), gaps left
+    out.
     """
     there = np.isfinite(seen.z)
     x, z = seen.x[there], seen.z[there] - seen.base_z
@@ -171,13 +176,13 @@ def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _upright_x(x: float, seen, level_deg: float) -> float:
-    """The same for a place on the surface."""
+    """The same for one place on the surface."""
     z = np.interp(x, seen.x[np.isfinite(seen.z)], seen.z[np.isfinite(seen.z)]) - seen.base_z
     return float(x * np.cos(np.radians(level_deg)) - z * np.sin(np.radians(level_deg)))
 
 
 def _flanks(x, height, crest: float, toes, lean: float, half_seed: float, notes: list[str]) -> tuple[Flank, ...]:
-    """lean: how far the plate falls per x; heights count from it, angles do not. half_seed: in the photo's unit, or NaN."""
+    """lean: how far the plate falls per x; half_seed: in the photo's unit, or NaN."""
     found = []
     for side, toe in ((-1, toes[0]), (1, toes[1])):
         if toe is None:
@@ -204,7 +209,7 @@ def _flanks(x, height, crest: float, toes, lean: float, half_seed: float, notes:
 
 
 def _line(out: np.ndarray, height: np.ndarray, toe: float) -> tuple[float, float] | None:
-    """Slope (falling, positive) and height at the crest's place of the line through the window; None where there is none."""
+    """Slope (falling, positive) and height at the crest of the line through the window, or None."""
     here = (out >= 0) & (out <= toe)
     if here.sum() < LEAST_ROWS // 2:
         return None
@@ -222,7 +227,7 @@ def _line(out: np.ndarray, height: np.ndarray, toe: float) -> tuple[float, float
 
 
 def _top(x, height, crest: float, found, notes: list[str]) -> tuple[float, float]:
-    """Where u = 0 lies, and from which u on the rows count."""
+    """Where u = 0 lies, and from which u on rows are used."""
     if len(found) == 2:
         (_, _, (left, level_left)), (_, _, (right, level_right)) = found
         return crest + (level_right - level_left) / (left + right), 0.0
@@ -238,7 +243,7 @@ def _top(x, height, crest: float, found, notes: list[str]) -> tuple[float, float
 
 
 def _wall(out: np.ndarray, height: np.ndarray, top: float) -> float:
-    """How far behind the crest (≤ 0) the surface goes on before it jumps, ends, or is another flank."""
+    """How far behind the crest (≤ 0) the surface goes on."""
     order = np.argsort(-out, kind="stable")
     behind = order[out[order] <= 0]
     reach = 0.0

@@ -1,8 +1,7 @@
-"""What every heap has, as priors: the usual shape, how far one material's departs from it, and how much packings scatter.
+"""Priors of the usual heap: mean shape, variation between materials, scatter of packings.
 
-From simulated heaps (benchmarks/pile_emulator.py) of several frictions and rolling frictions, with room for heaps that are not
-made by this simulation: a heap of seeds an eighth of its height has a toe one seed high, a drawn or fine-grained one hardly any;
-crests are cut by a few hundredths.
+From simulated heaps (benchmarks/pile_emulator.py) of several frictions, widened for real ones: a
+heap eight seeds high has a toe one seed high, a fine-grained one hardly any.
 """
 
 import numpy as np
@@ -20,11 +19,11 @@ COLUMNS = len(BUMPS) + len(TAILS)
 PARTS = {"crest": crest, "toe": toe, "middle": middle}  # of a surface, what packings vary
 PACKING_SD = {"crest": 0.02, "toe": 0.025, "middle": 0.01, "angle": 1.0}  # of one flank, before repeats say more; angle [deg]
 PRIORS = {
-    "repose": 20.0,  # deg: it is measured here
-    "lopsided": 0.4,  # deg: one flank of all heaps the steeper
-    "settling": 0.1,  # deg: by which all heaps settle between photos
+    "repose": 20.0,  # deg: flat, since it is measured
+    "lopsided": 0.4,  # deg: left and right flank of all heaps differ
+    "settling": 0.1,  # deg: all heaps settle between photos
 }
-# What differs by itself with e times of a stated quantity: crest, toe [height], angle [deg]. That a heap is the flatter the faster
+# Usual change for e times of a stated quantity: crest, toe [height], angle [deg]. That a heap is the flatter the faster
 # its gate (18.4°, 12.3°, 10.4° at 10, 25, 50 mm/s) is what a gate's effect says, and no usual state.
 NATURAL = {
     "gate_speed_mm_s": (0.01, 0.01, 0.5),
@@ -41,7 +40,7 @@ def straight(u: np.ndarray) -> np.ndarray:
 
 
 def mean(u: np.ndarray, seeds_high: float) -> np.ndarray:
-    """Usual departure from the straight flank; seeds_high: the heap's height over a seed's length, NaN where unknown."""
+    """Usual departure from the straight flank; seeds_high: height over a seed's length, or NaN."""
     height = TOE_IN_SEEDS / seeds_high if np.isfinite(seeds_high) else TOE_MEAN
     return CREST_MEAN * np.exp(-0.5 * (u / CREST_WIDTH) ** 2) + min(height, 0.2) * np.exp(-np.abs(u - 1) / TOE_WIDTH)
 
@@ -56,8 +55,9 @@ def spread(u: np.ndarray, seeds_high: float) -> np.ndarray:
 
 
 def bumps(u: np.ndarray, seeds_high: float) -> np.ndarray:
-    """(n, COLUMNS) columns: smooth ones, which with coefficients of variance 1 have a sum of sd `spread` and a correlation length
-    of 0.1 to 0.2, and aprons, whose slope breaks where the flank's line meets the plate."""
+    """(n, COLUMNS): smooth columns whose sum has sd `spread` for unit coefficients, and aprons
+    at the toe.
+    """
     shape = np.exp(-0.5 * ((u[:, None] - BUMPS) / BUMP_WIDTH) ** 2)
     smooth = spread(u, seeds_high)[:, None] * shape / np.sqrt((shape**2).sum(1, keepdims=True))
     return np.column_stack([smooth, TAIL_SD * np.exp(-np.abs(u[:, None] - 1) / np.array(TAILS))])

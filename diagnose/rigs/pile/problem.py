@@ -1,10 +1,9 @@
-"""Heaps as a problem: the surface of each flank, its angle and the plate's line, all linear in what is asked.
+"""Heaps as a problem: flanks' surfaces, their angles and the plate's line, all linear.
 
-surface   v(u) = max(1 − u, 0) + usual(u) + the material's own (global bumps) + the packing's own (local level and slope of each
-          flank; crest, toe and bow of both alike, and of one against the other) + effects
-angle     θ = θ₀ + side · (turn of the heap in the picture) + the packing's own + effects
+surface   v(u) = max(1 − u, 0) + usual(u) + material (global bumps) + packing (local) + effects
+angle     θ = θ₀ + side · (turn of the heap in the picture) + packing + effects
 plate     inclination against the stated plumb = base tilt + camera roll
-creep     how much flatter from the first to the last photo of one heap = settling + base vibration
+creep     flattening from first to last photo = settling + base vibration
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +13,7 @@ import numpy as np
 from diagnose.effects.effect import Effect
 from diagnose.effects.pile import EFFECTS
 from diagnose.effects.pile.shapes import HeapEffect
-from diagnose.engine.evidence import Spread
+from diagnose.engine.evidence import UnknownScatter
 from diagnose.engine.linear import Reduced, stacked
 from diagnose.engine.problem import Problem
 from diagnose.engine.series import Locals, Series
@@ -26,14 +25,15 @@ from diagnose.rigs.pile.scatter import ANGLE_SD_DEG, WAVES, Scatter, cosines
 
 PLATE_FLOOR_DEG = 0.05
 FREE = 0.5  # sd of a flank's own level and slope, over its height
-REPEATS = 2  # from which heaps of one kind say themselves how much they scatter
+REPEATS = 2  # from which the scatter of equal heaps is estimated from them
 DIFFERS = 1.1  # times another's: a stated quantity that differs
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """photos; scatter; centre_deg: mean angle; names (G,) of the globals; base (R): what the usual heap shows; columns (R):
-    (n_r, G) of the globals; own (R): (n_r, L) of the packing's own."""
+    """centre_deg: mean angle; names (G,) of the globals; base (R): what the usual heap shows;
+    columns (R): (n_r, G) of the globals; own (R): (n_r, L) of the packing's locals.
+    """
 
     photos: tuple[Photo, ...]
     scatter: Scatter
@@ -49,7 +49,7 @@ class Model:
 
 
 def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> Problem:
-    """What these photos leave open; after: whether a plate was tilted after its heap was poured."""
+    """after: whether a tilted plate was tilted after its heap was poured."""
     nuisances, acted = _nuisances(photos), {n: _acted(photos, e, after) for n, e in EFFECTS.items()}
     acted = {n: columns for n, columns in acted.items() if any(c.any() for c in columns)}
     model = _model(photos, scatter, acted | {n: columns for n, (_, columns) in nuisances.items()})
@@ -59,14 +59,14 @@ def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> P
     known = {n: sd for n, (sd, _) in nuisances.items()}
     stated = {n: sd_of(photos) for n in acted if (sd_of := EFFECTS[n].law.known_deg)}
     effects: dict[str, Effect] = {n: EFFECTS[n] for n in acted}
-    made = series_problem("pile", series, own, model.predict, effects, known, known | stated, model, turns=2)
+    made = series_problem("pile", series, own, model.predict, effects, known, known | stated, model, max_iterations=2)
     repeats = len(photos) - len({p.stated for p in photos})
-    return replace(made, spread=None if repeats >= REPEATS else _spread)
+    return replace(made, unknown_scatter=None if repeats >= REPEATS else _unknown_scatter)
 
 
-def _spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
-    """What one sd of a packing's own angle does."""
-    return Spread(stacked(reduced)[0][:, problem.names.index("repose")] * problem.model.scatter.even["angle"])
+def _unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
+    """Rows' change by one sd of a packing's angle."""
+    return UnknownScatter(stacked(reduced)[0][:, problem.names.index("repose")] * problem.model.scatter.even["angle"])
 
 
 def differing(photos: tuple[Photo, ...]) -> dict[str, np.ndarray]:
@@ -76,8 +76,12 @@ def differing(photos: tuple[Photo, ...]) -> dict[str, np.ndarray]:
 
 
 def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndarray]]]:
-    """What every bench has: sd of each, and its columns, one a photo. repose: all flanks steeper; lopsided: one steeper, one less
-    so; bump-k: the material's own shape; settling: all flatter with time; quantity:part: what goes with a stated quantity."""
+    """sd of each nuisance, and its columns, one a photo.
+
+    repose: all flanks steeper; lopsided: one steeper, one flatter; bump-k: the material's own
+    shape;
+    settling: all flatter with time; quantity:part: usual variation with a stated quantity.
+    """
     found = {
         "repose": [rows(p, angle=lambda side: 1.0) for p in photos],
         "lopsided": [rows(p, angle=float) for p in photos],
@@ -115,8 +119,9 @@ def _acted(photos: tuple[Photo, ...], effect: HeapEffect, after: bool) -> list[n
 
 
 def rows(photo: Photo, surface=None, angle=None, plate: float = 0.0, creep: float = 0.0) -> np.ndarray:
-    """(n_r,) or (n_r, k) rows of a photo from what its flanks' surfaces (u), their angles (side), the plate's line and what goes on
-    between photos show."""
+    """Rows (n_r,) or (n_r, k) of a photo from surfaces (u), angles (side), plate's line and
+    creep.
+    """
     parts = [surface(f.u) if surface else np.zeros(len(f.u)) for f in photo.flanks]
     last = [angle(f.side) if angle else 0.0 for f in photo.flanks]
     last += [plate] * int(np.isfinite(photo.plate_deg)) + [creep] * int(np.isfinite(photo.creep_deg))
@@ -125,12 +130,14 @@ def rows(photo: Photo, surface=None, angle=None, plate: float = 0.0, creep: floa
 
 
 def seeds_high(photo: Photo) -> float:
-    """The heap's height over a seed's length, NaN where scale or seed is not stated."""
+    """The heap's height over a seed's length, NaN if unknown."""
     return float(np.mean([f.height for f in photo.flanks])) / photo.seed_mm if photo.unit == "mm" else float("nan")
 
 
 def _own(photo: Photo) -> np.ndarray:
-    """(n_r, 12): level and slope of each flank; crest, toe, bow and angle of both alike, and of one against the other."""
+    """(n_r, 12): level and slope of each flank; crest, toe, bow and angle of both alike, and
+    opposed.
+    """
     out = np.zeros((len(rows(photo)), 12))
     first, lines = 0, sum(len(f.u) for f in photo.flanks)
     for k, f in enumerate(photo.flanks):
@@ -143,7 +150,7 @@ def _own(photo: Photo) -> np.ndarray:
 
 
 def _series(photo: Photo, r: int, scatter: Scatter) -> Series:
-    """Surface, angles, plate's line and creep of one photo; smooth: cosines along all flanks alike."""
+    """Surface, angles, plate's line and creep of one photo; smooth: cosines along all flanks."""
     plate_sd = float(np.hypot(photo.plate_sd_deg, PLATE_FLOOR_DEG))
     last = [x for x in (photo.plate_deg, photo.creep_deg) if np.isfinite(x)]
     data = np.concatenate([*(f.v for f in photo.flanks), [f.angle_deg for f in photo.flanks], last])

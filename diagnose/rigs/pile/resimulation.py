@@ -1,7 +1,8 @@
-"""Heaps run again in the DEM: with a friction between seeds that lets them stand as steep as recorded, and with what was named.
+"""Heaps run again in the DEM, with the friction between seeds that gives the recorded angle, and
+with an effect.
 
-What friction and the effect do to a heap is learnt from a few heaps each (the same packings), and taken for linear between them;
-both are then fitted to half of the recordings, and the heaps that are run with them are compared with the other half.
+The response to friction and effect is interpolated from a few heaps with equal packings. Both are
+fitted to half of the recordings and compared with the other half.
 """
 
 import shutil
@@ -13,10 +14,10 @@ import numpy as np
 
 from diagnose.effects.pile import EFFECTS
 from diagnose.finding import Finding
-from diagnose.rerun import Again, Compared
+from diagnose.rerun import Comparison, Resimulation
 from diagnose.rigs.pile.flanks import photo_of
 from diagnose.rigs.pile.heap_priors import PACKING_SD
-from diagnose.rigs.pile.slices import AT, SOYBEAN_MM, Knobs, Shape, heap, setting, shape_of
+from diagnose.rigs.pile.simulated_heaps import AT, SOYBEAN_MM, HeapSettings, Shape, shape_of, simulate_heap, simulation_inputs
 from twin.drop_pictures import beside
 from twin.piles import SeenPile, read_piles
 from twin.run import simulate
@@ -24,7 +25,7 @@ from twin.run import simulate
 FRICTIONS = (0.55, 0.25)  # the soybean paper's, and less
 LEAST, MOST = 0.1, 1.0  # of friction
 PACKINGS = 2
-MOST_KINDS = 2  # of heaps that are told apart by what they state
+MOST_KINDS = 2  # of heaps with different stated quantities
 HOW = (
     f"friction between seeds lets old and new twin fit as well as each can; {PACKINGS} packings each, their mean; "
     "surfaces are compared in shares of the flank's base, so that its steepness counts as well as its form"
@@ -33,14 +34,16 @@ HOW = (
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """Recordings whose stated conditions are the same, and their twin's shapes at FRICTIONS, and at nil and the effect's strengths."""
+    """Recordings with equal stated quantities, and simulated shapes at FRICTIONS and at effect
+    strengths.
+    """
 
     recordings: tuple[SeenPile, ...]
     frictions: tuple[Shape, ...]
     strengths: tuple[Shape, ...]
 
     def shape(self, friction: float, strength: float, levels: tuple[float, ...]) -> Shape:
-        """As told by the heaps that were run, linearly between them."""
+        """Interpolated linearly between the simulated heaps."""
         (one, two), (at_one, at_two) = self.frictions, FRICTIONS
         share = (friction - at_one) / (at_two - at_one)
         surface = one.surface + share * (two.surface - one.surface)
@@ -51,10 +54,10 @@ class Kind:
         return Shape(surface, angle + float(np.interp(strength, steps, [s.angle_deg - one.angle_deg for s in self.strengths])))
 
 
-def resimulate(finding: Finding, recordings: list[SeenPile], folder: Path, pictures: bool, say) -> Again:
-    """Each half of the recordings beside heaps with what the other half gave; one recording beside what it gave itself."""
+def resimulate(finding: Finding, recordings: list[SeenPile], folder: Path, pictures: bool, say) -> Resimulation:
+    """Each half of the recordings beside heaps fitted to the other half."""
     if len(finding.modelled) > 1:
-        raise ValueError("two things at once are not put into the twin of a heap")
+        raise ValueError("two effects at once are not put into a simulated heap")
     (effect,), used = finding.modelled, set(finding.recordings)
     seen = [r for r in recordings if {r.recording, r.recording.rpartition("/")[0]} & used and photo_of(r).flanks]
     seed_mm = float(np.mean([r.description.get("seed", {}).get("length_mm", SOYBEAN_MM[0]) for r in seen]))
@@ -64,45 +67,46 @@ def resimulate(finding: Finding, recordings: list[SeenPile], folder: Path, pictu
     chosen = sorted(groups.values(), key=len, reverse=True)[:MOST_KINDS]
     for group in chosen:  # refused before anything runs
         for strength in (0.0, *EFFECTS[effect].law.strengths):
-            setting(group[0].description, Knobs(FRICTIONS[0], effect, strength), seed_mm)
-    kinds = [_learnt(group, effect, seed_mm, f"kind {k + 1} of {len(chosen)}", say) for k, group in enumerate(chosen)]
-    rows: list[Compared] = []
+            simulation_inputs(group[0].description, HeapSettings(FRICTIONS[0], effect, strength), seed_mm)
+    kinds = [_responses(group, effect, seed_mm, f"kind {k + 1} of {len(chosen)}", say) for k, group in enumerate(chosen)]
+    rows: list[Comparison] = []
     shown: list[tuple[tuple[SeenPile, ...], Shape, Shape, Path]] = []
     values: list[float] = []
     halves = (0, 1) if len(seen) > 1 else (0,)
     for half in halves:
-        knobs = [_fitted(kinds, half, effect, free) for free in (False, True)]
-        values.append(knobs[1].strength)
+        settings = [_fitted(kinds, half, effect, free) for free in (False, True)]
+        values.append(settings[1].strength)
         for k, kind in enumerate(kinds):
             if not (mine := kind.recordings[half :: len(halves)]):
                 continue
             say(f"pile: running the twin again, half {half + 1}, kind {k + 1} of {len(kinds)}")
             at = folder / f"half-{half + 1}-kind-{k + 1}"
-            old, new = (_run(kind, knob, seed_mm, at.with_name(f"{at.name}-{which}"), pictures)
-                        for which, knob in zip(("old", "new"), knobs, strict=True))  # fmt: skip
+            old, new = (_run(kind, setting_, seed_mm, at.with_name(f"{at.name}-{which}"), pictures)
+                        for which, setting_ in zip(("old", "new"), settings, strict=True))  # fmt: skip
             rows += _compared(mine, old, new, "pictures" if pictures else "outline")
             shown.append((mine, old, new, at))
     counterpart = EFFECTS[effect].counterpart
-    assert counterpart is not None  # rerun.why_not asks first
+    assert counterpart is not None  # checked by rerun.reason_not_simulated
     change = counterpart.what.format(value=f"{np.mean(values):.2g}")
-    again = Again("pile", (effect,), change, HOW, tuple(rows), len(seen) > 1, figure=_figure(*shown[0][:3]))
+    again = Resimulation("pile", (effect,), change, HOW, tuple(rows), len(seen) > 1, figure=_figure(*shown[0][:3]))
     return _pictured(again, shown[0][3]) if pictures else again
 
 
-def _learnt(group: list[SeenPile], effect: str, seed_mm: float, which: str, say) -> Kind:
+def _responses(group: list[SeenPile], effect: str, seed_mm: float, which: str, say) -> Kind:
     """Shapes of heaps with less friction and with the effect, all of the same packings."""
 
     def ran(friction: float, strength: float) -> Shape:
         say(f"pile: what friction and {effect} do, {which}: friction {friction:g}, strength {strength:g}")
-        return shape_of([heap(group[0].description, Knobs(friction, effect, strength), seed_mm, p) for p in range(PACKINGS)])
+        settings = HeapSettings(friction, effect, strength)
+        return shape_of([simulate_heap(group[0].description, settings, seed_mm, p) for p in range(PACKINGS)])
 
     usual = ran(FRICTIONS[0], 0.0)
     strengths = tuple(ran(FRICTIONS[0], s) for s in EFFECTS[effect].law.strengths)
     return Kind(tuple(group), (usual, ran(FRICTIONS[1], 0.0)), (usual, *strengths))
 
 
-def _fitted(kinds: list[Kind], left_out: int, effect: str, free: bool) -> Knobs:
-    """Friction, and with `free` the strength, that fit the recordings beside those of this half best (one recording: itself)."""
+def _fitted(kinds: list[Kind], left_out: int, effect: str, free: bool) -> HeapSettings:
+    """Friction, and with `free` the strength, that fit the recordings of the other half best."""
     levels = EFFECTS[effect].law.strengths
     many = sum(len(kind.recordings) for kind in kinds) > 1
     targets = [(kind, shape_of(list(part))) for kind in kinds
@@ -113,21 +117,21 @@ def _fitted(kinds: list[Kind], left_out: int, effect: str, free: bool) -> Knobs:
         for friction in np.linspace(LEAST, MOST, 37):
             off = sum(_misfit(kind.shape(friction, strength, levels), target) for kind, target in targets)
             best = min(best, (off, float(friction), float(strength)))
-    return Knobs(best[1], effect, best[2])
+    return HeapSettings(best[1], effect, best[2])
 
 
 def _misfit(twin: Shape, target: Shape) -> float:
-    """In packings' scatter: mean square over the surface, and the angle's."""
+    """Mean square over the surface plus that of the angle, in sds of packings."""
     gap = (twin.surface - target.surface) / PACKING_SD["crest"]
     return float(np.nanmean(gap**2)) + ((twin.angle_deg - target.angle_deg) / PACKING_SD["angle"]) ** 2
 
 
-def _run(kind: Kind, knobs: Knobs, seed_mm: float, out: Path, pictures: bool) -> Shape:
+def _run(kind: Kind, settings: HeapSettings, seed_mm: float, out: Path, pictures: bool) -> Shape:
     description = kind.recordings[0].description
     if not pictures:
-        return shape_of([heap(description, knobs, seed_mm, PACKINGS + p) for p in range(PACKINGS)])
+        return shape_of([simulate_heap(description, settings, seed_mm, PACKINGS + p) for p in range(PACKINGS)])
     shutil.rmtree(out, ignore_errors=True)
-    recording, parameters = setting(description, knobs, seed_mm)
+    recording, parameters = simulation_inputs(description, settings, seed_mm)
     for p in range(PACKINGS):
         at = out / f"pile-{p + 1}"
         at.parent.mkdir(parents=True, exist_ok=True)
@@ -138,19 +142,19 @@ def _run(kind: Kind, knobs: Knobs, seed_mm: float, out: Path, pictures: bool) ->
     return shape_of(seen)
 
 
-def _compared(recordings, old: Shape, new: Shape, by: str) -> list[Compared]:
+def _compared(recordings, old: Shape, new: Shape, by: str) -> list[Comparison]:
     rows = []
     for r in recordings:
         own = shape_of([r])
         before, after = (float(np.sqrt(np.nanmean((_over_base(t) - _over_base(own)) ** 2))) for t in (old, new))
-        rows.append(Compared(r.recording, "surface over the flank's base", "1", before, after, by))
+        rows.append(Comparison(r.recording, "surface over the flank's base", "1", before, after, by))
         before, after = (abs(t.angle_deg - own.angle_deg) for t in (old, new))
-        rows.append(Compared(r.recording, "angle of the flank", "°", before, after, by))
+        rows.append(Comparison(r.recording, "angle of the flank", "°", before, after, by))
     return rows
 
 
 def _over_base(shape: Shape) -> np.ndarray:
-    """(n,) heights at AT in shares of the flank's base, which is what a photo shows but for its scale."""
+    """(n,) heights at AT over the flank's base."""
     return shape.surface * np.tan(np.radians(shape.angle_deg))
 
 
@@ -163,8 +167,8 @@ def _figure(recordings, old: Shape, new: Shape) -> dict:
     return {"x": "place on the flank (0: crest, 1: toe)", "y": "surface above the plate (of the flank's base)", "points": points}
 
 
-def _pictured(again: Again, at: Path) -> Again:
-    """`again` with the twin's photos beside each other."""
+def _pictured(again: Resimulation, at: Path) -> Resimulation:
+    """`again` with both simulations' photos side by side."""
     files = [at.with_name(f"{at.name}-{which}") / "pile-1" / "photo.png" for which in ("old", "new")]
     photos = [photo for file in files if (photo := cv2.imread(str(file), 0)) is not None]
     if len(photos) < len(files):

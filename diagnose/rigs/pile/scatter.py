@@ -1,4 +1,4 @@
-"""What chance does to heaps, from themselves: roughness of grains along a flank, and what packings vary from heap to heap."""
+"""Random scatter of heaps: roughness of grains along a flank, and variation of packings."""
 
 from dataclasses import dataclass, replace
 
@@ -9,20 +9,22 @@ from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
 from diagnose.rigs.pile.flanks import STEP, Flank, Photo
 from diagnose.rigs.pile.heap_priors import PACKING_SD, PARTS, straight
 
-SIGMA_FLOOR = 0.003  # of the height: drawn surfaces are smoother than the family of shapes is true
+SIGMA_FLOOR = 0.003  # of the height: model error of the family of shapes
 ANGLE_SD_DEG = 0.1  # of a flank's line
 CREEP_SD_DEG = 0.1  # of one heap's between its photos, before repeats say more
-PRIOR_REPEATS = 4.0  # that PACKING_SD is worth
-WAVES, SHORT = 6, 5  # orders of what is missing; of shorter waves, whose power is roughness alone
+PRIOR_REPEATS = 4.0  # repeats that the prior PACKING_SD is worth
+WAVES, SHORT = 6, 5  # orders of waves of missing physics, and of shorter ones, which are roughness
 SKIN = 0.5  # seeds: beyond, the roughness of grains is not correlated
-ALIKE_P = 0.01  # below: repeats differ by more in long waves than roughness in short ones, and they alone are believed
+ALIKE_P = 0.01  # below which repeats differ by more than roughness, and only they are used
 LEVEL_DOUBT = 0.15  # of ln of the noise's power: packings are not Gaussian, and repeats are few
 
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """noise common to all flanks; sigma (R,) of a surface's rows; lags (n,) of each flank, by (photo, flank); even, odd: sd of each
-    of PACKING_SD, of both flanks alike and of one against the other; creep_deg: sd of what goes on between photos."""
+    """noise: common to all flanks; sigma (R,): of surface rows; lags (n,): of each (photo, flank).
+
+    even, odd: sds of PACKING_SD's parts, of both flanks alike and opposed; creep_deg: sd of creep.
+    """
 
     noise: Noise
     sigma: tuple[float, ...]
@@ -33,7 +35,7 @@ class Scatter:
 
 
 def scatter_of(photos: tuple[Photo, ...]) -> Scatter:
-    """Roughness by REML, packings by what differs between repeats (photos of equal `stated`)."""
+    """Roughness by REML, packings from repeats (photos of equal `stated`)."""
     lags, one = _lags(photos)
     noise, sigma = _roughness(photos, lags, one)
     even, odd = _packing(photos, lags, noise, sigma)
@@ -58,19 +60,20 @@ def _each(photos: tuple[Photo, ...]) -> list[tuple[tuple[int, int], Photo, Flank
 
 
 def _lags(photos: tuple[Photo, ...]) -> tuple[dict[tuple[int, int], np.ndarray], float]:
-    """Rows' distances of each flank, such that roughness is correlated alike in all: in seeds where they are known; and the
-    distance of 1 in seeds, NaN where they are not."""
+    """Distances of rows of each flank in units of equal correlation, and one unit in seeds or
+    NaN.
+    """
     seeds = {at: f.length / _grain(p) for at, p, f in _each(photos)}
     one = STEP * float(np.mean(list(seeds.values())))
     return {at: frame_lag(f.u / STEP if np.isnan(one) else f.u * seeds[at] / one) for at, _, f in _each(photos)}, one
 
 
 def _roughness(photos: tuple[Photo, ...], lags, one: float) -> tuple[Noise, tuple[float, ...]]:
-    """Its correlation, common to all and no longer than SKIN seeds, and each photo's sd, in proportion to seed over height where
-    these are known.
+    """Noise common to all flanks, and each photo's sd, in proportion to seed over height where
+    known.
 
-    Its power is asked for where missing physics lives: of waves just shorter than a flexible curve takes up, and, of longer ones,
-    what differs between repeats beside that which packings vary.
+    Its power is that of waves just shorter than a flexible curve absorbs, and of the longer ones
+    that repeats differ by beyond the packing's parts.
     """
     flanks = _each(photos)
     noise = estimate([Stretch(cosines(f.u, range(WAVES + 3)), f.v, lags[at]) for at, _, f in flanks])
@@ -89,13 +92,13 @@ def _roughness(photos: tuple[Photo, ...], lags, one: float) -> tuple[Noise, tupl
     if freedom and stats.f.sf(repeated / freedom * len(short) / float(short @ short), freedom, len(short)) < ALIKE_P:
         power, count = repeated / freedom, freedom
     noise = replace(noise, log_level_sd=float(np.sqrt(2 / count)))
-    sd = float(np.exp(noise.log_level_sd / 2)) * float(np.sqrt(power))  # one sd more: angles have doubts of their own
+    sd = float(np.exp(noise.log_level_sd / 2)) * float(np.sqrt(power))  # plus one sd of the estimate
     mean_size = [np.mean([size[r, k] for k in range(len(p.flanks))]) for r, p in enumerate(photos)]
     return noise, tuple(max(sd * float(k), SIGMA_FLOOR) for k in mean_size)
 
 
 def _waves(flank: Flank, lag: np.ndarray, noise: Noise, beside: np.ndarray, orders) -> np.ndarray:
-    """Whitened amplitudes (k,) of cosines of these orders beside the columns `beside`, of variance 1 where σ is 1."""
+    """Whitened amplitudes (k,) of cosines of these orders beside the columns `beside`."""
     rows = np.column_stack([beside, cosines(flank.u, orders), flank.v - straight(flank.u)])
     white = noise.whiten(rows, lag)
     return np.linalg.qr(white[:, :-1])[0][:, beside.shape[1] :].T @ white[:, -1]
@@ -107,7 +110,7 @@ def _packed(u: np.ndarray) -> np.ndarray:
 
 
 def _packing(photos: tuple[Photo, ...], lags, noise: Noise, sigma) -> tuple[dict[str, float], dict[str, float]]:
-    """sd of what repeats vary of both flanks alike, and of one against the other, the roughness' share taken off."""
+    """sd of what repeats vary, roughness removed: both flanks alike, and opposed."""
     seen: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = {}
     for at, _, f in _each(photos):
         rows = np.column_stack([_packed(f.u), f.v - straight(f.u)])
@@ -128,9 +131,10 @@ def _packing(photos: tuple[Photo, ...], lags, noise: Noise, sigma) -> tuple[dict
 
 
 def pooled_sd(values: np.ndarray, errors: np.ndarray, group: list, prior_sd: float) -> float:
-    """sd of `values` (n,) about their groups' means beyond their own errors (n,), `prior_sd` being worth PRIOR_REPEATS repeats.
+    """sd of `values` (n,) about group means beyond `errors` (n,); the prior is worth PRIOR_REPEATS
+    repeats.
 
-    Values count for the less the more of their scatter is error: by the square of the scatter's share.
+    Values are weighted by the square of the scatter's share in their variance.
     """
     least = 0.1 * PRIOR_REPEATS * prior_sd**2
     sums, freedom = PRIOR_REPEATS * prior_sd**2, PRIOR_REPEATS

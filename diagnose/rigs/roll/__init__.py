@@ -1,4 +1,3 @@
-"""A seed let go on an incline that rolls out on the level: from its travel to a finding.
-
-diagnose_roll(read_rolls(folder), rng) → Finding      # diagnose.py; read_rolls is in twin.roll_tracks
+"""A seed that rolls down an incline and out on the level: diagnose_roll(read_rolls(folder), rng)
+→ Finding.
 """

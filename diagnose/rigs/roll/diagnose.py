@@ -1,14 +1,14 @@
-"""Rolls, from recordings to a finding: the alternatives of their baseline, and what is asked of them."""
+"""Rolls, from recordings to a finding."""
 
 import numpy as np
 
 from diagnose.effects.effect import separating_recordings
 from diagnose.effects.roll import EFFECTS
 from diagnose.engine.conditions import Contact, conditions_of, with_conditions
-from diagnose.engine.posterior import Alternative, Explanation
+from diagnose.engine.explanation import Alternative, Explanation
 from diagnose.engine.problem import Fit, fit
-from diagnose.finding import Curve, Finding, Question, answer
-from diagnose.rigs.roll.model import moved
+from diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
+from diagnose.rigs.roll.model import run_motion
 from diagnose.rigs.roll.problem import build, roll_problem
 from diagnose.rigs.roll.readings import diagnose_readings
 from diagnose.rigs.roll.ripple import SEEN_P, arguments, find_ripple
@@ -16,7 +16,7 @@ from diagnose.rigs.roll.session import assemble
 from diagnose.rigs.roll.unlisted import law_of, windows_of
 
 BOTH_WAYS = "the same plate run the other way: one direction alone cannot tell a slope of the level from rolling friction"
-OTHER_LENGTH = "the same roll from an incline of twice the length: what depends on speed parts from what depends on place"
+OTHER_LENGTH = "the same roll from an incline of twice the length: this separates dependence on speed from dependence on place"
 
 
 def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
@@ -45,15 +45,15 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     def advice(names: tuple[str, ...]) -> str | None:
         return separating_recordings(EFFECTS, names) if names else BOTH_WAYS if one_way else OTHER_LENGTH
 
-    asked = Question(
+    asked = DiagnosisTask(
         "roll", (Alternative(with_conditions(problem, friction, follows)),), windows_of, curves_of,
         {friction.name: rolling_friction}, law_of, advice, (*notes, *said, *corner_notes(base)),
     )  # fmt: skip
-    return answer(asked, rng)
+    return finding_of(asked, rng)
 
 
 def _scales(recordings) -> dict[str, float]:
-    """sd of the scale, relative, of each session."""
+    """Relative sd of the scale of each session."""
     out: dict[str, float] = {}
     for r in recordings:
         if len(r.x_mm):
@@ -62,7 +62,7 @@ def _scales(recordings) -> dict[str, float]:
 
 
 def corner_notes(base: Fit) -> tuple[str, ...]:
-    """What the corner takes by itself, where it is seen."""
+    """What the corner takes within the usual range, where it is significant."""
     model, at, sd = base.problem.model, base.by_name["corner"], base.sd("corner")
     lost = [float(np.mean([model.usual_loss(r, rank) for r in range(len(model.runs))])) for rank in (at - sd, at, at + sd)]
     if lost[1] < 1.5 * (lost[2] - lost[0]):  # three standard deviations
@@ -74,13 +74,13 @@ def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
     """Travel of each run over the time since its release."""
     out = []
     for r, run in enumerate(base.problem.model.runs):
-        left = [1e3 * (run.x - moved(of.problem.model, r, of.starts[r], of.by_name)[0]) for of in (base, model)]
+        left = [1e3 * (run.x - run_motion(of.problem.model, r, of.starts[r], of.by_name)[0]) for of in (base, model)]
         since, way = run.time_s - base.starts[r][0], 1e3 * (run.x - base.starts[r][1])
         out.append(Curve(run.recording, "travel", "mm", "t_s", since, way, *left))
     return tuple(out)
 
 
 def rolling_friction(e: Explanation) -> tuple[float, float]:
-    """Of the pair (torque μ_r F_n R over F_n R: the standard model's)."""
+    """Of the pair, in EDEM's standard model: torque μ_r F_n R over F_n R."""
     model = e.fit.problem.model
     return model.mu * (1 + e.fit.by_name["mu"]), model.mu * e.fit.sd("mu")

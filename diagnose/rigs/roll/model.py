@@ -1,8 +1,9 @@
-"""From parameters to the travel that a camera reads of each run.
+"""From parameters to the travel of each run that a camera reads.
 
-A run's own: time and place of release [s, m], way on the incline beside the stated one [m], its incline [deg] and rolling
-friction (relative) beside the common ones, and its seed's drag (relative) beside that of the sizes stated of it. Globals by
-name, each 0 at the baseline's centre; mu is relative to where the fit began.
+Locals of a run (OWN): time and place of release [s, m], way on the incline beside the stated one
+[m], incline [deg] and rolling friction (relative) beside the common ones, drag (relative) beside
+that of the stated sizes, depth [m] and direction of the run beside the plane of the scale. Globals
+by name, 0 at the baseline's centre; mu is relative to where the fit began.
 """
 
 import math
@@ -12,7 +13,7 @@ import numpy as np
 
 from diagnose.effects.effect import Effect
 from diagnose.effects.roll.corner import most, usual
-from diagnose.effects.roll.resistance import blown
+from diagnose.effects.roll.resistance import drag_over_weight
 from diagnose.effects.roll.shape_barrier import ripple
 from diagnose.effects.roll.slope import drive
 from diagnose.rigs.roll.motion import NOTHING, Table, Way, travel
@@ -25,8 +26,12 @@ OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag", "depth_m
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """runs and seed; mu: the baseline's to begin with; incline [rad], length [m] (R,): stated, or as the motion has them;
-    turn (R,) [1/m], phase (R,): the ripple's argument; names: of the globals; top: greatest speed [m/s]."""
+    """runs, seed; mu: initial rolling friction; incline [rad], length [m] (R,): stated, or from the
+    motion.
+
+    turn (R,) [1/m], phase (R,): argument of the ripple of a seed that is not round; names: of the
+    globals; top: greatest speed [m/s]; seen: cache of predictions.
+    """
 
     runs: tuple[Run, ...]
     seed: Seed
@@ -41,11 +46,11 @@ class Model:
     seen: dict = field(default_factory=dict)
 
     def usual_loss(self, r: int, rank: float) -> float:
-        """Share of the speed that the corner takes of run r by itself; rank: the nuisance `corner`."""
+        """Share of the speed that the corner takes of run r; rank: the nuisance `corner`."""
         return usual(most(self.incline[r], self.seed.inertia, self.mu), rank)
 
     def relevant(self, r: int) -> tuple[str, ...]:
-        """Globals on which run r depends: not the scale of other sessions, nor what is another run's own."""
+        """Globals on which run r depends: no other session's scale, no other run's parameter."""
         scale = f"scale.{self.runs[r].session}"
         return tuple(
             n for n in self.names
@@ -55,8 +60,11 @@ class Model:
 
 @dataclass(frozen=True)
 class Context:
-    """What an effect's hook may ask: the run, the seed, speed [m/s] where the incline ends, resisted: share of the drive on the
-    incline that rolling friction takes, all globals by name."""
+    """What an effect's law may use: run, seed, all globals (`at`); speed [m/s] at the end of the
+    incline.
+
+    resisted: share of the drive on the incline that rolling friction takes.
+    """
 
     run: Run
     seed: Seed
@@ -66,7 +74,7 @@ class Context:
 
 
 def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
-    """Run r's way for its own numbers and the globals."""
+    """Run r's way for its locals and the globals."""
     seed, get = model.seed, at.get
     f = weight_over_inertia(seed) * (1 + get("inertia", 0.0))
     beta = model.incline[r] + math.radians(own[3] + get("incline", 0.0))
@@ -74,14 +82,14 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     length = max(model.length[r] + own[2], 1e-4)
     speed = math.sqrt(max(2 * f * (math.sin(beta) - mu * math.cos(beta)) * length, 1e-6))
     way = {"level": drive(get("level", 0.0), model.runs[r].sign), "keep": 1 - model.usual_loss(r, get("corner", 0.0))}
-    if "oval" in at:  # ln (1 + I/(m h²)) falls by 2 (1 − 1/c) δh/r; half of it, with sd the other half: seeds are no ellipses
+    if "oval" in at:  # d ln(1 + I/(m h²)) = −2 (1 − 1/c) δh/r for an ellipse; half of it, ± half: seeds are not ellipses
         way["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
     resisted = min(mu / math.tan(beta), 0.9) if beta > 0 else 0.0
     context = Context(model.runs[r], seed, speed, resisted, at)
     for name, effect in model.effects.items():
         if effect.act and get(name):
             way = effect.act(way, at[name], context)
-    if model.runs[r].stays:  # what leans is the whole apparatus
+    if model.runs[r].stays:  # the whole apparatus leans
         beta += math.asin(max(min(way["level"], 0.9), -0.9))
     return Way(
         own[0], own[1], own[1] + length, f, math.sin(beta), math.cos(beta), mu, ripple=ripple(at, r), turn=model.turn[r],
@@ -90,13 +98,13 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
 
 
 def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Table:
-    """Resistance over weight of run r that depends on speed: the stated air's, and what effects add."""
+    """Speed-dependent resistance over weight of run r: stated air, and effects."""
     air = model.seed.drag * (1 + at.get("air", 0.0)) * model.runs[r].drag * (1 + own[5])
     acting = [(e.resist, at[n]) for n, e in model.effects.items() if e.resist and at.get(n)]
     if not air and not acting:
         return NOTHING
     speed = np.linspace(0, model.top, SPEEDS)
-    values = blown(speed, air, model.seed.reynolds_per_speed)
+    values = drag_over_weight(speed, air, model.seed.reynolds_per_speed)
     for resist, value in acting:
         values = values + resist(speed, value, model.seed, at)
     return Table(0.0, float(speed[1]), values)
@@ -108,26 +116,29 @@ def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.n
     if key not in model.seen:
         if len(model.seen) >= REMEMBERED:
             model.seen.clear()
-        model.seen[key] = moved(model, r, own, at)[0]
+        model.seen[key] = run_motion(model, r, own, at)[0]
     return model.seen[key]
 
 
-def moved(model: Model, r: int, own: np.ndarray, at: dict[str, float], more: Table | None = None, place: Table = NOTHING,
+def run_motion(model: Model, r: int, own: np.ndarray, at: dict[str, float], more: Table | None = None, place: Table = NOTHING,
           time: Table = NOTHING, way: Way | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Travel as read (n,) [m] and true speed (n,) [m/s]; more: a further resistance over speed; place, time: pushes over weight
-    along travel and time since release; way: instead of `way_of`."""
+    """Travel as read (n,) [m] and true speed (n,) [m/s] of run r.
+
+    more: further resistance over speed; place, time: pushes over weight along travel and time since
+    release; way: instead of `way_of`.
+    """
     by_speed = resistance_of(model, r, own, at)
     if more is not None:
         grid = more.low + more.step * np.arange(len(more.values))
         known = np.arange(len(by_speed.values)) * by_speed.step + by_speed.low
         by_speed = Table(more.low, more.step, more.values + np.interp(grid, known, by_speed.values))
-    # Rows are means: those at one sd before and after the mean time have the same mean, up to the third power of the block.
+    # Rows are block means: the mean of two points one sd before and after agrees to third order.
     run = model.runs[r]
     times = np.column_stack([run.time_s - run.spread_s, run.time_s + run.spread_s])
     x, v = (
         both.reshape(-1, 2).mean(1) for both in travel(times.ravel(), way or way_of(model, r, own, at), by_speed, place, time)
     )
-    off = x - 0.5 * (run.x.min() + run.x.max())  # from the picture's middle: what is, or runs, further off looks smaller
+    off = x - 0.5 * (run.x.min() + run.x.max())  # perspective about the picture's middle
     x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
     x = x / (1 + at.get(f"scale.{run.session}", 0.0))
     if run.gates:

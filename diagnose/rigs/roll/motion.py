@@ -1,11 +1,13 @@
-"""A seed on its way: at rest until it is let go, down the incline, round the corner, along the level until it stops, or rocks.
+"""A rolling seed: release, incline, corner, level, until it stops or rocks.
 
-    dv/dt = F [ drive − n s (μ + R(|v|)) − n h'(x) + P(x) + Q(t) ] + o v² h'(x),    F = g / (1 + I/(m r²))
+    dv/dt = F [ drive − n s (μ + R(|v|)) − n h'(x) + P(x) + Q(t) ] + o v² h'(x),    F = g / (1 +
+    I/(m r²))
 
-o: for the same speed an oval seed turns more slowly where its centre is high (v = ω h), and what its spin loses its speed gains;
-drive = sin β on the incline and that of the slope on the level, n = cos β there and 1 on the level, s the sign of the motion, R a
-resistance over weight that depends on speed, h the height of the centre over its path, P and Q pushes over weight. Runge–Kutta of
-fourth order between events (release, corner, end of slipping, stop), each met exactly. R, P, Q are tables, linear between points.
+drive: sin β on the incline, that of the slope on the level; n: cos β and 1; s: sign of the motion;
+R: speed-dependent resistance over weight; h: height of the centre over its path; P, Q: pushes over
+weight; o: an oval seed turns more slowly where its centre is high (v = ω h), and its translation
+gains what its rotation loses. Runge–Kutta of fourth order between events, each met exactly. R, P, Q
+are tables, linear between points.
 """
 
 from dataclasses import dataclass
@@ -15,7 +17,7 @@ import numpy as np
 
 LONGEST_STEP_S = 12e-3
 MOST_STEPS = 5000  # where a fit asks for a release long ago
-MOST_STOPS = 500  # a seed that still rocks then is taken to rest
+MOST_STOPS = 500  # after which a rocking seed counts as at rest
 SHORTEST_STEP_S = 1e-4
 LONGEST_TURN = 0.35  # of the ripple's argument, a step
 BISECTIONS = 50
@@ -35,9 +37,14 @@ NOTHING = Table(0.0, 1.0, np.zeros(1))
 
 @dataclass(frozen=True)
 class Way:
-    """SI. t0, x0: release; corner: place where the incline ends; f: F above; sin, cos of the incline; mu; level: drive there;
-    gain: acceleration on the incline over that of rolling; keep: share of the speed left behind the corner; slip_loss [m/s] of
-    speed within slip_time [s] behind it; ripple (cos, sin) [m]: h = ½ (c cos φ + s sin φ), φ = turn x + phase; oval [1/m]: o."""
+    """Parameters of a run, SI.
+
+    t0, x0: release; corner: place where the incline ends; f: F above; sin, cos: of the incline; mu.
+    level: drive there; gain: acceleration on the incline over that of rolling.
+    keep: share of the speed kept at the corner; slip_loss [m/s]: lost within slip_time [s] behind
+    it.
+    ripple (c, s) [m]: h = ½ (c cos φ + s sin φ), φ = turn x + phase; oval [1/m]: o.
+    """
 
     t0: float
     x0: float
@@ -60,7 +67,9 @@ class Way:
 def travel(
     times: np.ndarray, way: Way, resistance: Table = NOTHING, place: Table = NOTHING, time: Table = NOTHING
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Place and speed (n,) [m, m/s] at `times` (n,), ascending [s]; tables: R over speed, P over x − x0, Q over t − t0."""
+    """Place and speed (n,) at `times` (n,), ascending; tables: R over speed, P over x − x0, Q
+    over t − t0.
+    """
     ripple = abs(way.turn) if any(way.ripple) or len(place.values) > 1 else 0.0
     numbers = tuple(float(n) for n in (
         way.t0, way.x0, way.corner, way.f, way.sin, way.cos, way.mu, way.level, way.gain, way.keep, way.slip_loss,
@@ -75,7 +84,7 @@ def travel(
 
 
 def _compiled(function):
-    """Compiled once and kept on disk where that is possible."""
+    """Compiled once and cached on disk where possible."""
     try:
         return numba.njit(cache=True, error_model="numpy", boundscheck=False)(function)
     except RuntimeError:  # nowhere to keep it
@@ -104,7 +113,7 @@ def _climb(x, p):
 
 @_compiled
 def _push(t, x, p, on_incline, in_place, in_time):
-    """What acts whichever way the seed rolls, over weight."""
+    """Drive over weight, whichever way the seed rolls."""
     climb = _climb(x, p)
     extra = _look(x - p[1], p[18], p[19], in_place) + _look(t - p[0], p[20], p[21], in_time)
     return (p[4] - p[5] * climb if on_incline else p[7] - climb) + extra

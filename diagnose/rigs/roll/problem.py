@@ -1,4 +1,4 @@
-"""The roll as a problem: nuisances, noise, where the fit begins."""
+"""The roll as a problem: nuisances, noise, initial values."""
 
 import math
 from dataclasses import replace
@@ -12,35 +12,37 @@ from diagnose.air import SEED_DRAG
 from diagnose.effects.effect import Effect
 from diagnose.effects.roll import EFFECTS
 from diagnose.effects.roll.shape_barrier import NAME, quadratures
-from diagnose.engine.evidence import Spread
+from diagnose.engine.evidence import UnknownScatter
 from diagnose.engine.linear import Reduced, stacked
 from diagnose.engine.problem import Problem
 from diagnose.engine.series import Locals, Series, problem_of
-from diagnose.rigs.roll.model import OWN, Model, moved, predict
-from diagnose.rigs.roll.noise_of_run import RunNoise, estimate_noise, row_weight, smooth_curves
+from diagnose.rigs.roll.model import OWN, Model, predict, run_motion
+from diagnose.rigs.roll.run_noise import RunNoise, estimate_noise, row_weight, smooth_curves
 from diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
 
-# What every bench has, about nil: sd, unit, why. What a bench states replaces the centre (incline, length, air) or the sd (scale).
+# Nuisances: sd about 0. Stated keys replace the centre (incline, length, air) or the sd (scale).
 PRIORS = {
-    "mu": 1.0,  # relative: the common rolling friction is measured here
+    "mu": 1.0,  # relative: flat, since it is measured
     "incline": 0.1,  # deg: of a stated incline, common to all runs and each run's own
     "level": 0.003,  # deg: of a level plate
-    "corner": 1.0,  # sd of the rank of what the corner takes, from nothing to what a sharp one does
+    "corner": 1.0,  # of the normal rank of the corner's loss, from 0 to that of a sharp one
 }
-STEADY_MU = 0.01  # to begin with, of seeds that stay on an incline whose angle nobody stated
-MU_SD = 0.03  # of each run about the common one, relative; larger scatter is a variance component (evidence.SCATTERS)
-STEADY_DEG = 0.01  # by how much less no incline differs from run to run: it stands there, but seeds resist unevenly on it
-GATE_SD_M = 0.5e-3  # of a light gate's place, the same in all runs: a beam is some millimetres wide, a ruler read to half of one
-LENGTH_SD_M = 1e-3  # of the centre's way on the incline: where the seed was laid, and the corner that its centre cuts
+STEADY_MU = 0.01  # initial, of seeds that stay on an incline of unknown angle
+MU_SD = 0.03  # of each run, relative; larger scatter is summed over (evidence.SCATTER_SIZES)
+STEADY_DEG = 0.01  # least sd of the incline from run to run
+GATE_SD_M = 0.5e-3  # of a light gate's place, the same in all runs
+LENGTH_SD_M = 1e-3  # of the way on the incline: placing, and the cut corner
 DEPTH_SD_M, ASTRAY_SD = 2e-3, 0.01  # of a run beside the plane in which the scale holds; tangent of the angle to that plane
-GRAVITY_SD = 5e-4  # beside 9.80665: a twin of the scale
-OWN_STEP = np.array([1e-7, 1e-8, 1e-8, 1e-5, 1e-6, 1e-5, 1e-6, 1e-6])  # for derivatives by a run's own numbers, and
-STEP = 1e-5  # of a prior's sd, by globals: so short since slope and friction are twins but for 1e-3 of what they do
-PUSH = 1e-6  # over weight, for derivatives: a 1e-4 of friction, so that the stop moves in proportion
+GRAVITY_SD = 5e-4  # of g, relative; acts as the scale does
+OWN_STEP = np.array([1e-7, 1e-8, 1e-8, 1e-5, 1e-6, 1e-5, 1e-6, 1e-6])  # of derivatives by locals
+STEP = 1e-5  # by globals, in prior sds: short, since slope and friction differ by 1e-3 of their effect only
+PUSH = 1e-6  # over weight, for derivatives: 1e-4 of friction
 
 
 def build(runs: tuple[Run, ...], seed: Seed, turn: np.ndarray, phase: np.ndarray, *, ripple: bool) -> Model:
-    """The model with all globals that this session can say something about. turn, phase (R,): argument of the ripple."""
+    """The model with all globals that this session can say something about; turn, phase: see
+    Model.
+    """
     f = weight_over_inertia(seed)
     told = [r.way.slowing / f for r in runs if not r.stays]
     told = told or [math.tan(r.incline) - r.way.acceleration / f / math.cos(r.incline) for r in runs if math.isfinite(r.incline)]
@@ -60,7 +62,7 @@ def build(runs: tuple[Run, ...], seed: Seed, turn: np.ndarray, phase: np.ndarray
 
 
 def effects_of(runs, seed: Seed, *, ripple: bool) -> dict[str, Effect]:
-    """Those that these recordings can show."""
+    """Effects that these recordings can show."""
     found = {n: e for n, e in EFFECTS.items() if e.needs is None or e.needs(runs, seed)}
     found = {n: e for n, e in found.items() if not e.group or e.group in found}
     if not ripple:
@@ -69,7 +71,7 @@ def effects_of(runs, seed: Seed, *, ripple: bool) -> dict[str, Effect]:
 
 
 def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
-    """scales: sd of each session's scale, relative."""
+    """scales: relative sd of each session's scale."""
     effects, seed = model.effects, model.seed
     noise = estimate_noise(model.runs, model.turn)
     known = {n: PRIORS[n] for n in ("mu", "incline", "level", "corner")} | {"inertia": seed.inertia_sd}
@@ -86,24 +88,24 @@ def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
         sizes["oval"] = 1.0
     own = locals_of(model)
     model = replace(model, names=(*effects, *sizes), seen={})
-    starts = np.array([_closer(model, r, own, noise) for r in range(len(model.runs))])
+    starts = np.array([_fit_alone(model, r, own, noise) for r in range(len(model.runs))])
     steady = np.where(np.array(OWN) == "incline_deg", incline_scatter_deg(model.runs, starts), np.inf)
     own = replace(own, sd=np.minimum(own.sd, steady))
     series = tuple(
         Series(run.recording, run.x, noise.sigma[r] * row_weight(run), run.lag, noise.noise, smooth_curves(run))
         for r, run in enumerate(model.runs)
     )
-    made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, turns=20, step=STEP)
-    return replace(made, starts=starts, spread=spread)
+    made = problem_of("roll", series, own, partial(predict, model), effects, sizes, known, model, max_iterations=20, step=STEP)
+    return replace(made, starts=starts, unknown_scatter=unknown_scatter)
 
 
-def spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
-    """What one MU_SD of each run's own rolling friction does."""
-    return Spread(stacked(reduced)[0][:, problem.names.index("mu")] * MU_SD)
+def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
+    """Rows' change by one MU_SD of each run's own rolling friction."""
+    return UnknownScatter(stacked(reduced)[0][:, problem.names.index("mu")] * MU_SD)
 
 
-def _closer(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
-    """Run r's own numbers fitted to it alone, so that the fit of all begins near its end: stops move by friction's share."""
+def _fit_alone(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
+    """Run r's locals fitted to it alone, to begin near the joint minimum."""
     run, nil = model.runs[r], {n: 0.0 for n in model.names}
     loose = np.array([np.inf, np.inf, own.sd[2], 5 * own.sd[3], 0.3, *own.sd[5:]])
     unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03, 0.03, DEPTH_SD_M, ASTRAY_SD])
@@ -111,18 +113,18 @@ def _closer(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray:
 
     def misfit(u: np.ndarray) -> np.ndarray:
         at = own.start[r] + unit * u
-        return np.concatenate([(run.x - moved(model, r, at, nil)[0]) / sigma, unit * u / loose])
+        return np.concatenate([(run.x - run_motion(model, r, at, nil)[0]) / sigma, unit * u / loose])
 
     return own.start[r] + unit * least_squares(misfit, np.zeros(len(OWN)), method="lm", diff_step=1e-5, max_nfev=60).x
 
 
 def locals_of(model: Model) -> Locals:
-    """Each run's own numbers to begin with, and how well they are known beforehand."""
+    """Each run's initial locals and their prior sds."""
     start, f = [], weight_over_inertia(model.seed)
     for r, run in enumerate(model.runs):
         b, s, way = model.incline[r], model.length[r], run.way
         release, place = way.release, way.place
-        if way.corner < run.time_s[0]:  # the track begins behind the corner: what is stated says how it came there
+        if way.corner < run.time_s[0]:  # the track begins behind the corner: extrapolated from stated keys
             top = math.sqrt(2 * f * max(math.sin(b) - model.mu * math.cos(b), 0.01) * s)
             release = way.stop - top / (f * model.mu) - 2 * s / top
             place = run.x[-1] - top**2 / (2 * f * model.mu) - s
@@ -135,8 +137,7 @@ def locals_of(model: Model) -> Locals:
 
 
 def incline_scatter_deg(runs: tuple[Run, ...], starts: np.ndarray) -> float:
-    """sd of a run's own incline about the common one, widened for its few runs; from what each run by itself has for it,
-    `starts` (R, 6), so with the doubt of measuring it. Infinite where too few runs are alike."""
+    """Upper bound of the sd of a run's incline about the common one; inf for too few runs alike."""
     square, freedom = _within_kinds(runs, starts[:, OWN.index("incline_deg")])
     if freedom < 2:
         return math.inf

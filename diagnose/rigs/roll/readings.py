@@ -1,7 +1,7 @@
-"""Run-outs that somebody read off: nothing of the way, but both directions tell a slope.
+"""Run-outs read by eye: only those in both directions tell a slope.
 
-With rolling friction μ and slope θ rising along +x,  L₊ (μ + θ) = L₋ (μ − θ) = E,  E = S (sin β − μ cos β): all of it from the
-mean run-outs both ways (energy, Eq. 3 of the soybean paper for θ = 0).
+With rolling friction μ and slope θ rising along +x,  L₊ (μ + θ) = L₋ (μ − θ) = E,
+E = S (sin β − μ cos β), from the mean run-outs (energy balance).
 """
 
 import math
@@ -17,7 +17,7 @@ LEAST_READINGS = 3  # in either direction
 
 
 def diagnose_readings(recordings) -> Finding:
-    """Slope from both directions; no verdict otherwise. ValueError where what Eq. 3 needs is not stated."""
+    """Slope from both directions; ValueError where incline or length are not stated."""
     names = tuple(r.recording for r in recordings)
     ways = {s: [r for r in recordings if (r.description["roll"].get("direction") or "+x") == s] for s in ("+x", "-x")}
     values = {s: np.concatenate([r.run_out_mm for r in found] or [np.zeros(0)]) for s, found in ways.items()}
@@ -26,7 +26,7 @@ def diagnose_readings(recordings) -> Finding:
         return _finding(names, 1.0, None, float("nan"), (note,), "the same plate run the other way, or a film of the roll")
     told = recordings[0].description["roll"]
     if not told.get("incline_deg") or not told.get("incline_length_mm"):
-        raise ValueError("[roll] incline_deg and incline_length_mm are missing; a slope follows from run-outs only with them")
+        raise ValueError("[roll] incline_deg and incline_length_mm are missing; without them run-outs do not give a slope")
     slope, sd, p, freedom = _slope(values, told)
     bayes = 0.5 * stats.chi2.isf(max(p, 1e-300), 1) - 0.5 * math.log1p((0.5 / sd) ** 2)
     half = sd * float(stats.t.isf(0.025, freedom))
@@ -34,7 +34,7 @@ def diagnose_readings(recordings) -> Finding:
 
 
 def _slope(values: dict[str, np.ndarray], told: dict) -> tuple[float, float, float, float]:
-    """Slope [deg], sd, p of as great a one by chance on a level plate, degrees of freedom (Welch)."""
+    """Slope [deg], sd, p on a level plate, degrees of freedom (Welch)."""
     beta, way = math.radians(told["incline_deg"]), told["incline_length_mm"]
     plus, minus = (float(values[s].mean()) for s in ("+x", "-x"))
     share = {s: float(values[s].var(ddof=1)) / len(values[s]) for s in values}

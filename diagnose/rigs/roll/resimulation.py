@@ -1,4 +1,4 @@
-"""Rolls run again in the DEM, over a level that is none, or with a resistance that grows with speed."""
+"""Rolls run again in the DEM on a sloped level, or with resistance that grows with speed."""
 
 from pathlib import Path
 
@@ -7,8 +7,8 @@ import numpy as np
 from diagnose.air import air_of, drag_shape
 from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
 from diagnose.finding import Finding
-from diagnose.path_pictures import MOST, Twin, compared, with_frame_rate
-from diagnose.rerun import Again, change_in_words, secant, values_by_recording
+from diagnose.path_comparison import MOST, TwinPair, compared, with_frame_rate
+from diagnose.rerun import Resimulation, change_in_words, secant, values_by_recording
 from diagnose.rigs.roll.session import FEW_ROWS, stays
 from twin.flights import drag_factor
 from twin.parameters import Parameters
@@ -17,8 +17,8 @@ from twin.paths import Path1D, Recording, like, run_path
 LENGTH_MM, MOST_MU = 10.0, 0.2
 
 
-def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
-    """Each roll with the rolling friction that lets all of them run out as far as recorded, on average."""
+def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Resimulation:
+    """Each roll, with the rolling friction at which all run out as far as recorded on average."""
     seen = [r for r in recordings if len(r.x_mm) >= FEW_ROWS and not stays(r.description)]
     if not seen:
         raise ValueError("no track from the release to the stop is there to run again: the twin's rolls go from end to end")
@@ -30,14 +30,14 @@ def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool,
     old = friction(chosen, paths, [{}] * len(chosen))
     new = friction(chosen, paths, whole)
     twins = [
-        Twin(r.recording, path, length_mm(r), _made(r, old, {}), _made(r, new, value))
+        TwinPair(r.recording, path, length_mm(r), _made(r, old, {}), _made(r, new, value))
         for r, path, value in zip(chosen, paths, whole, strict=True)
     ]
     how = (
         f"rolling friction {old:.4g} in the old and {new:.4g} in the new twin, so that they run out as far as recorded on average"
     )
     more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
-    again = Again("roll", finding.modelled, change_in_words("roll", finding), how + more, (), len(finding.recordings) > 1)
+    again = Resimulation("roll", finding.modelled, change_in_words("roll", finding), how + more, (), len(finding.recordings) > 1)
     return compared(again, twins, folder, pictures, say)
 
 
@@ -47,21 +47,21 @@ def length_mm(r) -> float:
 
 
 def _path(r) -> Path1D:
-    """From rest: places before the first movement are those of the release."""
+    """From rest: the first places are the release's."""
     start = float(np.median(r.x_mm[: max(3, len(r.x_mm) // 100)]))
     return Path1D(r.time_s, r.x_mm - start)
 
 
 def _made(r, mu: float, values: dict[str, float]) -> tuple[Recording, Parameters]:
     """(recording to be like, parameters) with what was named."""
-    about = {"slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))}  # the rig counts what falls towards +x
+    about = {"slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))}  # the rig's slope falls towards +x
     about["direction"] = r.description.get("roll", {}).get("direction") or r.description["roll"].get("seen_direction", "+x")
     recording = with_frame_rate(like("roll", r.description, **about), r.time_s)
     return recording, Parameters(rolling_friction=mu, laws=laws_of(r.description, values))
 
 
 def laws_of(description: dict, values: dict[str, float]) -> dict[str, dict]:
-    """What was named, as the DEM's laws: a rolling friction that grows with speed, drag beside that of the stated air."""
+    """Named effects as the DEM's laws: viscous rolling friction, drag beside the stated air's."""
     laws: dict[str, dict] = {}
     if "viscous-rolling" in values:
         laws["rolling_viscous"] = {"slope": max(values["viscous-rolling"], 0.0)}
@@ -73,7 +73,7 @@ def laws_of(description: dict, values: dict[str, float]) -> dict[str, dict]:
 
 
 def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
-    """μ_r with which the twins' last places are on average the recorded ones; beginning with the run-out's formula, a secant."""
+    """μ_r at which simulated final places equal the recorded ones on average."""
     lengths = np.array([length_mm(r) for r in chosen])
     beta = np.radians([r.description.get("roll", {}).get("incline_deg", 15.0) for r in chosen])
     ends = np.array([path.way[-1] for path in paths])
@@ -88,5 +88,5 @@ def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
 
 
 def _end(path: Path1D, own: Path1D) -> float:
-    """The twin's place when the recording ends."""
+    """The simulated place when the recording ends."""
     return float(own.at(np.array([own.time[0] + path.time[-1] - path.time[0]]))[0])

@@ -1,35 +1,42 @@
-"""Rolls of one bench, ready for fitting: metres and seconds, rows averaged to a few hundred, what is stated with how well."""
+"""Rolls of one bench for fitting: SI units, rows averaged to a few hundred, stated keys with
+their sds.
+"""
 
 import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from diagnose.air import G_M_S2, Air, air_of, drag_shape
+from diagnose.air import G_M_S2, Air, air_of, drag_shape, stated_sizes_mm
 from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S
 from diagnose.engine.noise import frame_lag
-from diagnose.rigs.roll.path import Path, fit_path, path_of_few, path_on_incline
+from diagnose.rigs.roll.initial_path import Path, fit_path, path_of_few, path_on_incline
 from twin.roll_tracks import inertia_told
 
-MOST_ROWS = 280  # a recording has a few dozen independent things to say; more rows only cost time
+MOST_ROWS = 280  # more rows add time, not information
 LEAST_ROWS = 4
-FEW_ROWS = 24  # of fewer, none can be told to be wrong, and corner and stop are as stated
-LEAST_LEVEL = 12  # behind the corner, of a track that is seen right through
-REST_SHARE = 0.25  # rows at rest, over rows on the way, that are used at either end
+FEW_ROWS = 24  # below which outliers are not removed, and corner and stop are as stated
+LEAST_LEVEL = 12  # rows behind the corner
+REST_SHARE = 0.25  # of the duration: rest used at either end
 SPIKE_SD = 8.0
 NEIGHBOURS = 9
 USUAL_RADIUS_M = 3.5e-3
 ANY_DISTANCE_M = 0.87  # of a camera of which none is stated: (mean of 1/D²)^−½ of 0.3 to 20 m, log-uniform
-OF_DRAG = ("length_mm", "width_mm", "thickness_mm", "mass_g", "density_kg_m3")  # what drag over weight is worked out from
-DRAG_DOUBT = 4.0  # over that of free flight: a plate beside it and its spin make up to 2 × the drag of a ball in free air
+OF_DRAG = ("length_mm", "width_mm", "thickness_mm", "mass_g", "density_kg_m3")  # keys that determine drag over weight
+DRAG_DOUBT = 4.0  # over the sd in free flight: plate and spin double the drag
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One recording: time_s, x (n,) [m]: means of some rows each, spread_s (n,) sd of their times; lag (n,) in averaged frames;
-    way: a path to begin with; sign +1: rolls towards +x; incline [rad], length [m]: stated, NaN where not; turning: (slope [1/m],
-    angle at x = 0 [rad]) of the seed's orientation against travel, None where it was not seen; drag: of its seed, by the sizes
-    and the mass stated of it, over that of the session's seed; away [m]: of the camera, ANY_DISTANCE_M where it is not stated."""
+    """One recording.
+
+    time_s, x (n,) [m]: means of some rows each; spread_s (n,): sd of their times; lag (n,): in
+    averaged frames; way: initial path; sign: +1 towards +x; incline [rad], length [m]: stated, or
+    NaN.
+    turning: (slope [1/m], angle at x = 0 [rad]) of the orientation over travel, None if not seen.
+    drag: of its seed over the session's; away [m]: distance of the camera; stays: on its incline;
+    gates: light gates; sd_m (n,): stated sd of rows, NaN if not.
+    """
 
     recording: str
     session: str
@@ -50,15 +57,18 @@ class Run:
     notes: tuple[str, ...] = field(default=())
 
     def gate(self, k: int) -> str:
-        """The global that row k's light gate has: how far it stands from where it is said to."""
+        """Name of the global for the misplacement of row k's light gate."""
         return f"gate.{self.session}.{1000 * self.x[k]:.6g}mm"
 
 
 @dataclass(frozen=True)
 class Seed:
-    """What is stated of the seed. radius [m] it rolls on; inertia: 1 + I/(m r²), inertia_sd relative; rise_mm of its centre
-    as it rolls across, NaN where its shape is not stated; drag: over weight at 0.5 m/s that the stated air makes (0: none is
-    stated), drag_sd; reynolds_per_speed; round: whether it is stated to be a ball."""
+    """What is stated of the seed.
+
+    radius [m] it rolls on; inertia: 1 + I/(m r²), inertia_sd relative; rise_mm of its centre, NaN
+    if the shape is not stated; drag: over weight at 0.5 m/s in stated air, drag_sd;
+    reynolds_per_speed; round: stated to be a ball.
+    """
 
     radius: float
     inertia: float
@@ -71,8 +81,8 @@ class Seed:
 
 
 def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
-    """Runs that can be used, the seed, notes. ValueError where no run can be used."""
-    told = told_of([r.description for r in rolls if len(r.x_mm)])
+    """Usable runs, the seed, notes. ValueError where no run can be used."""
+    told = first_seed_description([r.description for r in rolls if len(r.x_mm)])
     seed = seed_of(told)
     runs, notes = [], []
     past = [tuple(r.x_mm) for r in rolls if 0 < len(r.x_mm) < FEW_ROWS]
@@ -81,8 +91,8 @@ def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
             continue
         try:
             made = run_of(roll, seed)
-            gates = made.gates or past.count(tuple(roll.x_mm)) > 1  # no camera sees a seed at the same places twice
-            runs.append(replace(made, gates=gates, drag=drag_beside(roll.description, told)))
+            gates = made.gates or past.count(tuple(roll.x_mm)) > 1  # equal places in two recordings are light gates
+            runs.append(replace(made, gates=gates, drag=relative_drag(roll.description, told)))
             notes += [f"{roll.recording}: {text}" for text in runs[-1].notes]
         except ValueError as error:
             notes.append(f"{roll.recording} is left out: {error}")
@@ -92,7 +102,7 @@ def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
 
 
 def stays(description: dict) -> bool:
-    """Whether a roll never leaves its incline: as stated, or as its rows say."""
+    """Whether a seed never leaves its incline, as stated or as its rows show."""
     told = description.get("roll", {})
     return not told.get("level", not told.get("ends_on_incline"))
 
@@ -126,7 +136,7 @@ def run_of(roll, seed: Seed) -> Run:
         time, x, frame, spread = _averaged(time[used], x[used], frame[used])
         level = int((time > way.corner).sum())
         if level < LEAST_LEVEL or x[-1] - way.place < 1.2 * way.way_down:
-            raise ValueError(f"the track ends too soon behind the incline ({level} rows); a diagnosis lives on the run-out")
+            raise ValueError(f"the track ends too soon behind the incline ({level} rows); a diagnosis needs the run-out")
     direction = told.get("direction") or told.get("seen_direction", "+x")
     angle = None if roll.angle_deg is None or few else roll.angle_deg[keep]
     return Run(
@@ -140,7 +150,7 @@ def run_of(roll, seed: Seed) -> Run:
 
 
 def _no_spikes(x: np.ndarray) -> np.ndarray:
-    """Rows (indices) that lie with their neighbours."""
+    """Rows (indices) near the median of their neighbours."""
     half = NEIGHBOURS // 2
     padded = np.pad(x, half, mode="edge")
     off = np.abs(x - np.median(np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS), axis=1))
@@ -150,7 +160,7 @@ def _no_spikes(x: np.ndarray) -> np.ndarray:
 
 
 def _averaged(time, x, frame):
-    """Means over blocks of frames: time, place, block number, and the sd of the times in each."""
+    """Means over blocks of frames: time, place, block number, and the sd of times in each."""
     block = max(1, math.ceil((frame[-1] - frame[0] + 1) / MOST_ROWS))
     number = ((frame - frame[0]) // block).astype(int)
     kept, inverse, count = np.unique(number, return_inverse=True, return_counts=True)
@@ -160,7 +170,7 @@ def _averaged(time, x, frame):
 
 
 def _turning(time, x, angle_deg, way: Path) -> tuple[float, float] | None:
-    """Slope and level of the orientation against travel while the seed is on its way; None where it does not turn with it."""
+    """Slope and level of the orientation over travel; None where the seed does not roll with it."""
     if angle_deg is None:
         return None
     rows = np.flatnonzero(np.isfinite(angle_deg) & (time > way.release) & (time < way.stop))
@@ -171,21 +181,22 @@ def _turning(time, x, angle_deg, way: Path) -> tuple[float, float] | None:
     return (float(slope), float(level)) if 100 < abs(slope) < 5000 and left.std() < 0.5 else None
 
 
-def told_of(descriptions: list[dict]) -> dict:
-    """The first recording's that tells of a seed: the session's."""
+def first_seed_description(descriptions: list[dict]) -> dict:
+    """The first description that has a seed, for all of the session."""
     return next((d for d in descriptions if d.get("seed")), descriptions[0] if descriptions else {})
 
 
-def drag_beside(description: dict, told: dict) -> float:
-    """Drag over weight of a recording's own seed over that of the session's; 1 where not the same is stated of both."""
+def relative_drag(description: dict, told: dict) -> float:
+    """Drag over weight of a recording's seed over the session's; 1 where sizes are not
+    comparable.
+    """
     own, other = ({n for n in OF_DRAG if d.get("seed", {}).get(n)} for d in (description, told))
     return air_of(description).room / air_of(told).room if own == other else 1.0
 
 
 def seed_of(told: dict) -> Seed:
-    """The session's seed, of what one recording tells."""
-    said = told.get("seed", {})
-    sizes = sorted((said[k] / 1000 for k in ("length_mm", "width_mm", "thickness_mm") if said.get(k)), reverse=True)
+    """The session's seed from one description."""
+    sizes = sorted((size / 1000 for size in stated_sizes_mm(told)), reverse=True)
     air: Air = air_of(told)
     at_half = REFERENCE_SPEED_M_S * float(drag_shape(REFERENCE_SPEED_M_S, air.reynolds_per_speed))
     inertia = inertia_told(told)

@@ -1,4 +1,6 @@
-"""What nobody listed, on rolls: resistance in one window of time, travel, speed or turn; and the law that it follows."""
+"""Unlisted physics of rolls: resistance in windows of time, travel, speed or phase, and laws for
+it.
+"""
 
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
@@ -6,9 +8,9 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from diagnose.engine.linear import beside_globals, fall_of_chi2
-from diagnose.engine.locate import Bin, Windows
 from diagnose.engine.problem import Fit
-from diagnose.rigs.roll.model import moved, way_of
+from diagnose.engine.unlisted import Bin, Windows
+from diagnose.rigs.roll.model import run_motion, way_of
 from diagnose.rigs.roll.motion import Table
 from diagnose.rigs.roll.problem import PUSH
 
@@ -21,30 +23,30 @@ SECOND_TERM = 12.0  # fall of χ² that a further term must bring
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
-    """Each run at the fit: way, what is read and speed (n,) at the rows."""
+class FittedRuns:
+    """Each fitted run: way, travel as read (n,), speed (n,) at the rows."""
 
     ways: tuple
     seen: tuple[np.ndarray, ...]
     speed: tuple[np.ndarray, ...]
 
 
-def flown(fit: Fit) -> Flown:
-    """The fitted runs."""
+def fitted_runs(fit: Fit) -> FittedRuns:
+    """The runs of a fit."""
     model, at = fit.problem.model, fit.by_name
     ways = tuple(way_of(model, r, own, at) for r, own in enumerate(fit.starts))
-    found = [moved(model, r, own, at) for r, own in enumerate(fit.starts)]
-    return Flown(ways, tuple(f[0] for f in found), tuple(f[1] for f in found))
+    found = [run_motion(model, r, own, at) for r, own in enumerate(fit.starts)]
+    return FittedRuns(ways, tuple(f[0] for f in found), tuple(f[1] for f in found))
 
 
-def response(fit: Fit, at: Flown, r: int, **tables) -> np.ndarray:
-    """(n,) [m]: change of run r's travel for a push (or resistance, or way) of PUSH, over PUSH."""
-    out = moved(fit.problem.model, r, fit.starts[r], fit.by_name, **({"way": at.ways[r]} | tables))[0]
+def response(fit: Fit, at: FittedRuns, r: int, **tables) -> np.ndarray:
+    """(n,) [m]: change of run r's travel for a push, resistance or way of size PUSH, over PUSH."""
+    out = run_motion(fit.problem.model, r, fit.starts[r], fit.by_name, **({"way": at.ways[r]} | tables))[0]
     return (out - at.seen[r]) / PUSH
 
 
 def bump(low: float, high: float, reach: float) -> Table:
-    """−PUSH between low and high, nothing elsewhere, over [0, reach]."""
+    """−PUSH between low and high, 0 elsewhere, over [0, reach]."""
     grid = np.linspace(0.0, reach, POINTS)
     width = grid[1]
     inside = np.clip((grid - low) / width + 0.5, 0, 1) * np.clip((high - grid) / width + 0.5, 0, 1)
@@ -52,8 +54,8 @@ def bump(low: float, high: float, reach: float) -> Table:
 
 
 def windows_of(fit: Fit) -> Windows:
-    """A resistance over weight in every bin of every axis, on the way from the release to the stop."""
-    at, model = flown(fit), fit.problem.model
+    """A resistance over weight in every bin of every axis, from release to stop."""
+    at, model = fitted_runs(fit), fit.problem.model
     last = [float(t[s > 0.01 * s.max()].max()) for t, s in zip((run.time_s for run in model.runs), at.speed, strict=True)]
     reach_t = max(t - way.t0 for t, way in zip(last, at.ways, strict=True))
     reach_x = max(float(x[-1] - way.x0) for x, way in zip(at.seen, at.ways, strict=True))
@@ -73,14 +75,14 @@ def windows_of(fit: Fit) -> Windows:
     return Windows([np.column_stack(c) for c in zip(*columns, strict=True)], tuple(where))
 
 
-def _at_axis(fit: Fit, at: Flown, r: int, axis: str, table: Table) -> np.ndarray:
+def _at_axis(fit: Fit, at: FittedRuns, r: int, axis: str, table: Table) -> np.ndarray:
     if axis == "v_m_s":
         return response(fit, at, r, more=replace(table, values=-table.values))
     return response(fit, at, r, **{"time" if axis == "t_s" else "place": table})
 
 
-def _phase(model, at: Flown, r: int, low: float, high: float) -> Table:
-    """−PUSH where the ripple's argument, modulo 2π, lies between low and high."""
+def _phase(model, at: FittedRuns, r: int, low: float, high: float) -> Table:
+    """−PUSH where the ripple's argument modulo 2π lies between low and high."""
     reach = 1.3 * float(at.seen[r][-1] - at.ways[r].x0)
     grid = np.linspace(0.0, reach, 2000)
     phi = np.mod(model.turn[r] * (grid + at.ways[r].x0) + model.phase[r], 2 * np.pi)
@@ -89,7 +91,7 @@ def _phase(model, at: Flown, r: int, low: float, high: float) -> Table:
 
 @dataclass(frozen=True)
 class Term:
-    """family: speed | travel | time | part | corner; power, or (low, high) [mm] of the part."""
+    """family: speed | travel | time | part | corner; its power, or (low, high) [mm] of the part."""
 
     family: str
     power: float = 0.0
@@ -97,7 +99,7 @@ class Term:
 
 
 def law_of(base: Fit) -> str | None:
-    """The law in words, None where nothing stands out."""
+    """The law in words, up to two terms; None where nothing is significant."""
     terms, library = _library(base)
     columns, project, b = beside_globals(base.problem.reduce(base.starts, base.values, library)[0], base.prior_sd)
     chosen: list[int] = []
@@ -120,8 +122,8 @@ def law_of(base: Fit) -> str | None:
 
 def _library(base: Fit) -> tuple[list[Term], list[np.ndarray]]:
     """Terms, and each run's columns (n, K)."""
-    at, runs = flown(base), base.problem.model.runs
-    reach = max(float(x[-1] - begin(way, run)) for x, way, run in zip(at.seen, at.ways, runs, strict=True))
+    at, runs = fitted_runs(base), base.problem.model.runs
+    reach = max(float(x[-1] - law_begins_at(way, run)) for x, way, run in zip(at.seen, at.ways, runs, strict=True))
     edges = np.linspace(0.0, reach, PARTS + 1)
     terms = [Term(family, p) for family in ("speed", "travel", "time") for p in POWERS if family == "speed" or p > 0]
     terms += [Term("part", part=(1e3 * a, 1e3 * b)) for a, b in combinations(edges, 2) if b - a < 0.65 * reach]
@@ -130,14 +132,14 @@ def _library(base: Fit) -> tuple[list[Term], list[np.ndarray]]:
     return terms, [np.column_stack([_column(base, at, r, term, reach) for term in terms]) for r in range(len(runs))]
 
 
-def begin(way, run) -> float:
-    """Where that way begins whose law is looked for [m]: behind the corner, or, of a seed that stays on its incline, at its release."""
+def law_begins_at(way, run) -> float:
+    """Place [m] from which a law is looked for: the corner, or the release on an incline."""
     return float(way.x0 if run.stays else way.corner)
 
 
-def _column(base: Fit, at: Flown, r: int, term: Term, reach: float) -> np.ndarray:
+def _column(base: Fit, at: FittedRuns, r: int, term: Term, reach: float) -> np.ndarray:
     way = at.ways[r]
-    length = begin(way, base.problem.model.runs[r]) - way.x0
+    length = law_begins_at(way, base.problem.model.runs[r]) - way.x0
     if term.family == "corner":
         return response(base, at, r, way=replace(way, keep=way.keep * (1 - PUSH)))
     if term.family == "part":

@@ -1,4 +1,4 @@
-"""Slides, from recordings to a finding: the alternatives of their baseline, and what is asked of them."""
+"""Slides, from recordings to a finding: alternatives of the baseline."""
 
 from dataclasses import replace
 
@@ -6,21 +6,23 @@ import numpy as np
 
 from diagnose.effects.effect import separating_recordings
 from diagnose.effects.slide import EFFECTS
-from diagnose.effects.slide.plate import SHAKEN, STEPPED
-from diagnose.effects.slide.reading import RATE
+from diagnose.effects.slide.plate_motion import SHAKEN, STEPPED
+from diagnose.effects.slide.tilt_reading import RATE
 from diagnose.engine.conditions import Condition, Contact, conditions_of, with_conditions
-from diagnose.engine.posterior import LISTED_ODDS, Alternative, Explanation, of_p_value
+from diagnose.engine.explanation import Alternative, Explanation, ln_bayes_bound
+from diagnose.engine.posterior import LISTED_ODDS
 from diagnose.engine.problem import Fit
-from diagnose.finding import Curve, Finding, Question, answer
+from diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
 from diagnose.rigs.slide.model import Model, predict
-from diagnose.rigs.slide.problem import Prepared, begin, begin_with_jump, effects_of, prepare, problem_of
+from diagnose.rigs.slide.problem import Prepared, effects_of, initial_onsets, initial_onsets_with_jump, prepare, problem_of
 from diagnose.rigs.slide.session import COARSE_DEG, RESOLUTIONS_DEG, Session, assemble
 from diagnose.rigs.slide.unlisted import law_of, windows_of
 from diagnose.rigs.slide.vibration import Vibration, vibration
 
-TURNS, STANDS = 0.7, 0.3  # prior odds: the block goes with its plate; the weight turns about a plate that stands still
-ODD_GRID = 0.01  # that somebody reads to a grid that is no usual resolution
-STILL = "the block moves as on a plate that stands still under a weight that turns: so it is simulated now and then"
+# Prior odds: the plate turns with the block, or a fixed plate under a rotating gravity vector.
+ROTATING_PLATE_ODDS, FIXED_PLATE_ODDS = 0.7, 0.3
+UNUSUAL_GRID_ODDS = 0.01  # that somebody reads angles to a grid of unusual resolution
+FIXED_PLATE_NOTE = "the block moves as on a fixed plate under a rotating gravity vector, as some simulations do"
 FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset", "static friction")
 
 
@@ -34,38 +36,40 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     heard = vibration(prepared)
     notes = (*session.notes, *said)
     notes += (f"the travel ripples at {heard.hertz:.3g} Hz in all runs",) if heard else ()
-    asked = Question(
+    asked = DiagnosisTask(
         "slide", alternatives(prepared, follows, heard), windows_of, curves_of,
         {FRICTION.name: static_friction}, law_of, lambda names: separating_recordings(EFFECTS, names) if names else RATE, notes,
     )  # fmt: skip
-    return answer(asked, rng)
+    return finding_of(asked, rng)
 
 
 def alternatives(prepared: Prepared, follows: tuple[Condition, ...], heard: Vibration | None) -> tuple[Alternative, ...]:
-    """The plate goes with the block or stands still (where no hinge is stated); it climbs evenly or in stairs; it shakes audibly."""
+    """Rotating or fixed plate (where no hinge is stated), even or stepped tilt, audible
+    vibration.
+    """
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not session.runs or any(run.from_hinge for run in session.runs)
-    out = [Alternative(_problem(prepared, model, follows), 1.0 if known else TURNS)]
+    out = [Alternative(_problem(prepared, model, follows), 1.0 if known else ROTATING_PLATE_ODDS)]
     if not known:
-        out.append(Alternative(_problem(prepared, replace(model, turning=0.0), follows), STANDS, STILL))
+        out.append(Alternative(_problem(prepared, replace(model, turning=0.0), follows), FIXED_PLATE_ODDS, FIXED_PLATE_NOTE))
     for height in stairs_of(session):
         stepped = _problem(prepared, replace(model, stair_deg=height), follows)
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}
-        out.append(Alternative(stepped, LISTED_ODDS, named=(STEPPED.name,), sector=STEPPED.sector, sizes=size))
+        out.append(Alternative(stepped, LISTED_ODDS, effects=(STEPPED.name,), sector=STEPPED.sector, sizes=size))
     if heard:
         size = {SHAKEN.name: (SHAKEN.unit, heard.amplitude, heard.sd)}
         others = {n: e for n, e in model.effects.items() if SHAKEN.name not in (n, e.group)}
         shaken = _problem(prepared, replace(model, effects=others, shaking=(heard.amplitude, heard.hertz)), follows)
         out.append(Alternative(
-            shaken, LISTED_ODDS, named=(SHAKEN.name,), sector=SHAKEN.sector, sizes=size, ln_likelihood=of_p_value(heard.p), p=heard.p
+            shaken, LISTED_ODDS, effects=(SHAKEN.name,), sector=SHAKEN.sector, sizes=size, ln_likelihood=ln_bayes_bound(heard.p), p=heard.p
         ))  # fmt: skip
     odd = session.reads and max(r.grid_deg for r in session.reads) not in (*RESOLUTIONS_DEG, 0.01)
-    return tuple(replace(a, odds=a.odds * (ODD_GRID if odd and STEPPED.name not in a.named else 1.0)) for a in out)
+    return tuple(replace(a, odds=a.odds * (UNUSUAL_GRID_ODDS if odd and STEPPED.name not in a.effects else 1.0)) for a in out)
 
 
 def stairs_of(session: Session) -> tuple[float, ...]:
-    """Heights [deg] of stairs that the plate may climb in: the grids on which columns or readings lie."""
+    """Possible step heights [deg]: grids on which the tilt column or readings lie."""
     found = [r.tilt.grid_deg for r in session.runs if r.tilt.grid_deg]
     seen = [float(np.median(found))] if 2 * len(found) > len(session.runs) else []
     read = {r.grid_deg for r in session.reads if r.grid_deg >= COARSE_DEG}
@@ -73,24 +77,24 @@ def stairs_of(session: Session) -> tuple[float, ...]:
 
 
 def _problem(prepared: Prepared, model: Model, follows: tuple[Condition, ...]):
-    """With further points at which a block that loses friction at once may begin."""
-    model, starts = begin(prepared, model)
+    """With further starting points for a block that loses friction at its onset."""
+    model, starts = initial_onsets(prepared, model)
     problem = problem_of(prepared, model, starts)
     if not model.stair_deg and prepared.session.runs:
-        jumping, lost = begin_with_jump(prepared, model, starts)
-        points = tuple((jumping, _at(problem, n, lost)) for n, e in model.effects.items() if e.rest and e.bent)
-        problem = replace(problem, elsewhere=points)
+        jumping, lost = initial_onsets_with_jump(prepared, model, starts)
+        points = tuple((jumping, _at(problem, n, lost)) for n, e in model.effects.items() if e.rest and e.nonlinear)
+        problem = replace(problem, further_starts=points)
     return with_conditions(problem, FRICTION, follows)
 
 
 def _at(problem, name: str, value: float) -> np.ndarray:
-    """Globals (G,) at nil but for this one; further parameters of its shape at their low ends, as good as a jump."""
+    """Globals (G,) at 0 but for one effect, its shape parameters at their low ends."""
     values = {n: problem.effects[n].low for n in problem.columns_of(name)} | {name: value}
     return np.array([values.get(n, 0.0) for n in problem.names])
 
 
 def _rates(session: Session) -> tuple[Condition, ...]:
-    """The tilt rate, which a friction that ages with time at rest follows: seen, but not why."""
+    """The tilt rate as a condition, since friction may depend on time at rest."""
     rates = np.array([*(r.tilt.rate_deg_s for r in session.runs), *(r.rate_deg_s for r in session.reads)])
     if not np.isfinite(rates).all() or np.ptp(np.log(rates)) < 0.1:
         return ()

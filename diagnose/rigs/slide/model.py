@@ -1,10 +1,10 @@
-"""From parameters to what is seen of a slide: the travel in the picture, or the angle that is read off.
+"""From parameters to what is seen of a slide: travel in the picture, or the angle read off.
 
-Globals, by name, 0 at the baseline's centre: the effects, whose hooks act on the motion's laws, on the recorded tilt and on what is
-read; and the nuisances of problem.PRIORS. Locals of a run: its place at rest [mm], its onset [s since the tilt's origin], its
-tilt's level and rate [sd of what its column leaves], the phase at which a shaken plate lets it go or how far up a stair it would
-have slid [sd], its pixel lock's two waves [px]. Its friction follows from its onset; that it is the pair's is one more row beside
-those of the track. A reading is a recording of its own, whose locals are idle.
+Globals by name, 0 at the baseline's centre: effects, which act on the laws of motion, on the
+recorded tilt and on readings; and the nuisances of problem.PRIORS. Locals of a run: place at rest
+[mm], onset [s since the tilt's origin], level and rate of its tilt [sd], phase of a shaken plate or
+place on a step at which it lets go [sd], two waves of pixel lock [px]. Its friction follows from
+its onset; that it is near the pair's is one more row. A reading is a recording with idle locals.
 """
 
 import math
@@ -17,20 +17,21 @@ from diagnose.effects.effect import Effect
 from diagnose.rigs.slide.motion import Laws, friction_at, travel
 from diagnose.rigs.slide.session import Read, Run, Session
 
-HINGE_M = 0.15  # from the block, where it is not stated: all that depends on it is θ̇² (r₀ − x), 1e-4 of g at 5°/s
+HINGE_M = 0.15  # where not stated; it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
 LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
 PICTURE = frozenset({"friction", "scale", "lens", "perspective", "reader"})  # globals that do not change the motion
-MOTIONS = 64  # kept: of one linearisation
-LAG, LAG_SD = 0.5, 0.29  # of a stair: it lets go anywhere on it
-CLIMB_S = 0.07  # in which a plate climbs a stair, about which its logarithm counts
+MOTIONS = 64  # cached
+LAG, LAG_SD = 0.5, 0.29  # place on a step at which it lets go: uniform
+CLIMB_S = 0.07  # median time in which a plate climbs a step
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """friction: of the pair to begin with; effects: those that this session can show; stair_deg: height of the stairs in which the
-    plate climbs, 0: it climbs evenly; turning: 1 where the block goes with a plate that turns, 0 where the weight turns about a
-    plate that stands still (another motion: no Coriolis acceleration lifts the block); shaking: heard amplitude [m/s²] and
-    frequency [Hz] of the plate; seen: motions already worked out."""
+    """friction: initial, of the pair; effects: those that this session can show; stair_deg: height
+    of the steps in which the plate is raised, 0 for none; turning: 1 for a plate that turns with
+    the block, 0 for a fixed plate under rotating gravity (no Coriolis acceleration); shaking:
+    amplitude [m/s²] and frequency [Hz] heard; seen: cache of motions.
+    """
 
     session: Session
     friction: float
@@ -42,9 +43,9 @@ class Model:
 
 
 def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:
-    """All that acts on a run, its friction apart."""
+    """All that acts on a run, except its friction."""
     laws = Laws(
-        turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=blown(run, values), slow_air=run.air.slow,
+        turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=air_size(run, values), slow_air=run.air.slow,
         stair=math.radians(model.stair_deg), lag=min(max(LAG + LAG_SD * own[4], 0.01), 0.99), wave_chance=own[4],
         shake=model.shaking[0], omega=2 * math.pi * model.shaking[1],
         climb=CLIMB_S * math.exp(min(max(values.get("climb", 0.0), -4.0), 2.0)),
@@ -55,15 +56,17 @@ def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -
     return laws
 
 
-def blown(run: Run, values: dict[str, float]) -> float:
-    """Air's size [1/m]: of n seeds in a block each is blown at by n^−¼ as much, from n^−½ (a raft) to 1 (side by side)."""
+def air_size(run: Run, values: dict[str, float]) -> float:
+    """Drag coefficient [1/m] of a block of n seeds: per seed n^−¼ of a lone one's, from n^−½ to
+    1.
+    """
     amid = 0.25 * math.log(run.air.count)
     off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
     return run.air.size * math.exp(-amid) * (1 + off)
 
 
 def tilt_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> np.ndarray:
-    """True tilt's coefficients (4,) [rad] in t − origin; of stairs the line through them."""
+    """Coefficients (4,) [rad] of the true tilt in t − origin."""
     tilt = run.tilt
     c = tilt.coefficients + np.array([own[2] * tilt.level_sd, own[3] * tilt.rate_sd, 0.0, 0.0])
     if tilt.sensor:
@@ -73,8 +76,8 @@ def tilt_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -
     return c
 
 
-def moved(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, float]:
-    """True travel [m] and speed [m/s] of run r, and its friction; what the picture does is not in them."""
+def run_motion(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, float]:
+    """True travel [m], speed [m/s] and friction of run r, before the picture."""
     key = (r, *own[ACTING].tolist(), *(v for n, v in values.items() if n not in PICTURE))
     if key not in model.seen:
         if len(model.seen) >= MOTIONS:
@@ -88,12 +91,12 @@ def moved(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> tu
 
 
 def predict(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> np.ndarray:
-    """What recording r shows: travel in the picture (n,) [mm] and its friction less the pair's, or angles (m,) [deg]."""
+    """Travel in the picture (n,) [mm] and friction less the pair's, or angles (m,) [deg]."""
     count = len(model.session.runs)
     if r >= count:
         return angles(model, model.session.reads[r - count], values)
     run = model.session.runs[r]
-    way, _, friction = moved(model, r, own, values)
+    way, _, friction = run_motion(model, r, own, values)
     x = 1e3 * way
     reach = max(float(np.ptp(run.travel)) / 2, 1.0)
     off = x - reach
@@ -103,7 +106,7 @@ def predict(model: Model, r: int, own: np.ndarray, values: dict[str, float]) -> 
 
 
 def angles(model: Model, read: Read, values: dict[str, float]) -> np.ndarray:
-    """Angles read off: onset, tan θ = μ_s (1 + F/(m g cos θ)), with what the reader adds."""
+    """Angles read: onset, tan θ = μ_s (1 + F/(m g cos θ)), with the reader's errors."""
     laws, mu = Laws(), model.friction + values.get("friction", 0.0)
     for name, effect in model.effects.items():
         if values.get(name):
@@ -113,6 +116,6 @@ def angles(model: Model, read: Read, values: dict[str, float]) -> np.ndarray:
     lean = mu * laws.press / G_M_S2 / math.hypot(1.0, mu)
     out = math.degrees(math.atan(mu) + math.asin(min(max(lean, -0.99), 0.99)))
     for name, effect in model.effects.items():
-        if effect.read and values.get(name) and not (effect.tilt and model.session.runs):  # a sensor's fault is no reader's
+        if effect.read and values.get(name) and not (effect.tilt and model.session.runs):  # errors of a sensor do not affect readers
             out = effect.read(out, read, values[name])
-    return np.full(len(read.angles), out + values.get("reader", 0.0) + model.stair_deg / 2)  # on stairs: the next one up
+    return np.full(len(read.angles), out + values.get("reader", 0.0) + model.stair_deg / 2)  # of steps: the next one up

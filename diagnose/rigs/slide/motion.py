@@ -1,13 +1,14 @@
-"""A block on a tilting plate: at rest until the pull along the plate exceeds its static friction, then
+"""A block on a tilting plate: at rest until the pull exceeds static friction, then
 
-    (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d (ẋ + s √ẋ)²,   θ a cubic in t, or stairs on it
+    (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d (ẋ + s √ẋ)²,   θ a
+    cubic in t, or stairs on it
 
     μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v
 
-x down the plate, r₀ from the hinge below (nil where it is not stated), 2 θ̇ ẋ the Coriolis acceleration that lifts a block sliding
-on a plate that turns away from under it (c: its share), d and s air. The moment of onset (on a shaken plate: when the mean pull
-is up to the friction) is given and says what static friction was: the travel is then smooth, and
-nearly linear, in every other parameter. Runge–Kutta from that very moment, between the rows.
+x down the plate; r₀: distance of the hinge (0 if not stated); 2 θ̇ ẋ: Coriolis acceleration that
+lifts a block sliding on a rotating plate (c: its share); d, s: air. The onset is given, and
+determines static friction, so that travel is smooth in every other parameter. On a shaken plate it
+is when the mean pull reaches friction. Runge–Kutta from the onset.
 """
 
 import math
@@ -19,15 +20,18 @@ from numba import njit
 from diagnose.air import G_M_S2
 
 STEPS = 300  # at least, from rest to the end
-FARTHEST_M = 100.0  # a block that a fit drives on beyond this stays there: its numbers must not overflow
-SHARE, SCATTER = 0.85, 0.2  # of a/ω, the speed of a shaken block that slides on; its scatter between phases
+FARTHEST_M = 100.0  # bound on travel, against overflow in a fit
+SHARE, SCATTER = 0.85, 0.2  # initial speed of a shaken block over a/ω: mean, and sd between phases
 
 
 class Laws(NamedTuple):
-    """All that acts, SI. friction: kinetic; static_excess: friction lost at once; stribeck Δ, stribeck_speed v_s, exponent n;
-    viscous k; press F/m; inertia κ; turning c; from_hinge r₀; air d [1/m], slow_air s [√(m/s)]; stair: height [rad], 0 for a
-    plate raised without steps, climbed within `climb` [s] each; lag: how far up a stair it lets go; shake a [m/s²], omega [rad/s],
-    wave_chance [sd]: of a plate that vibrates."""
+    """All that acts, SI.
+
+    friction μ_k; static_excess: friction lost at once; stribeck Δ, stribeck_speed v_s, exponent n;
+    viscous k; press F/m; inertia κ; turning c; from_hinge r₀; air d [1/m], slow_air s [√(m/s)];
+    stair [rad]: step height (0: even), each climbed within `climb` [s]; lag: place on a step at
+    which it lets go; shake a [m/s²], omega [rad/s], wave_chance [sd]: of a vibrating plate.
+    """
 
     friction: float = 0.0
     static_excess: float = 0.0
@@ -50,7 +54,7 @@ class Laws(NamedTuple):
 
 
 def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
-    """Kinetic friction of a block that lets go at `onset`: pull over normal force there, less what friction loses in motion."""
+    """Kinetic friction of a block that lets go at `onset`."""
     angle, rate = tilt[0] + onset * (tilt[1] + onset * (tilt[2] + onset * tilt[3])), 0.0
     if not laws.stair:
         rate = tilt[1] + onset * (2 * tilt[2] + onset * 3 * tilt[3])
@@ -59,7 +63,7 @@ def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
 
 
 def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
-    """x (n,) [m] and v (n,) [m/s] at rising times. tilt (4,): coefficients of θ [rad] in t, lowest first."""
+    """x (n,) [m] and v (n,) [m/s]; tilt (4,): coefficients of θ [rad] in t, lowest first."""
     time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
     return _travel(time, float(onset), tilt, np.array(laws))
 
@@ -101,8 +105,12 @@ def _step(t: float, s: float, x: float, v: float, onset: float, tilt: np.ndarray
 
 @njit(cache=True)
 def _crept(p: np.ndarray, growth: float, until: float) -> tuple[float, float]:
-    """Way [m] and mean speed [m/s] of the slips of a shaken block `until` [s] ≤ 0 before the mean pull, growing by `growth`
-    [m/s³], is up to the friction: v = a/ω (1 − s)^2.5 with s = −growth until/a from 1 to 0 (within 0.02 a/ω of the slips' mean)."""
+    """Way [m] and mean speed [m/s] of a shaken block's slips, `until` [s] ≤ 0 before pull equals
+    friction.
+
+    growth [m/s³] of the pull: v = a/ω (1 − s)^2.5, s = −growth until/a from 1 to 0 (within 0.02
+    a/ω).
+    """
     left = 1.0 + growth * until / p[14] if p[14] > 0.0 and growth > 0.0 else 0.0
     if left <= 0.0:
         return 0.0, 0.0
@@ -112,7 +120,7 @@ def _crept(p: np.ndarray, growth: float, until: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Steps from row to row; a block in motion does not stick again, so that a fit may try too much friction."""
+    """Steps from row to row; a moving block does not stick again, so a fit may try any friction."""
     place, speed = np.zeros(len(time)), np.zeros(len(time))
     longest = (time[-1] - time[0]) / STEPS
     angle, rate = _tilt(onset, onset, tilt, p)

@@ -1,4 +1,4 @@
-"""The slide as a problem: what every bench has, with priors; its noise; the runs' onsets to begin with."""
+"""The slide as a problem: nuisances, noise, initial onsets."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,43 +9,43 @@ from numpy.polynomial import legendre
 
 from diagnose.air import G_M_S2
 from diagnose.effects.slide import EFFECTS
-from diagnose.engine.evidence import Spread
+from diagnose.engine.evidence import UnknownScatter
 from diagnose.engine.linear import Reduced, stacked
-from diagnose.engine.noise import LOCK_PX, Noise, Stretch, estimate, frame_lag, spikes, told_by
+from diagnose.engine.noise import LOCK_PX, Noise, Stretch, estimate, frame_lag, outliers, refined_level_sd
 from diagnose.engine.problem import Problem
 from diagnose.engine.series import Locals, Series
 from diagnose.engine.series import problem_of as series_problem
-from diagnose.rigs.slide.model import LOCALS, Model, moved, predict
+from diagnose.rigs.slide.model import LOCALS, Model, predict, run_motion
 from diagnose.rigs.slide.session import LEAST_REST, LEAST_SLIDING, Read, Run, Session
 
-# What every bench has, about nil: sd, unit, why. What a bench states replaces the sd (scale) or the centre (air, tilt).
+# Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
 PRIORS = {
-    "friction": 1.0,  # of the pair: it is measured here
+    "friction": 1.0,  # of the pair: flat, since it is measured
     "scale": 0.01,  # relative; a stated mm_per_px_sd replaces it
     "lens": 2e-4,  # distortion at the picture's edge, of a good lens
     "perspective": 1e-3,  # per metre: a camera that looks straight on
     "air": 1.0,  # of what a lone seed's drag beside a plate is uncertain by (session.BESIDE_PLATE_SD)
-    "air-shade": 1.0,  # among n seeds each is blown at by n^0 to n^-1/2
-    "climb": 1.0,  # of ln of the time in which a plate that is raised in stairs climbs one, over model.CLIMB_S
+    "air-shade": 1.0,  # drag of each of n seeds: n^0 to n^-1/2 of a lone one's
+    "climb": 1.0,  # of ln of the time to climb a step over model.CLIMB_S
     "reader": 0.1,  # deg: of a protractor's zero; and, read to a grid, a quarter of it (to nearest, or cut, or upward)
 }
 SENSOR_DEG = 0.05  # of a tilt sensor, common to all runs; and a quarter of a coarse column's grid
 GRID_SHARE = 0.25
-RUN_SD = 0.003  # of a run's friction about the pair's; larger scatter is a variance component (evidence.SCATTERS)
+RUN_SD = 0.003  # of a run's friction; larger scatter is summed over (evidence.SCATTER_SIZES)
 READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
-DEGREE = 8  # of the curve beside which noise is what is left of a slide
-FEW_DEGREE, FEW_SD_MM = 2, 0.5  # of runs of few rows: their curve; sd where nothing tells it
-EXACT_MM = 1e-4  # a simulated track may be exact
-ANYWHERE_MM, ANYWHEN_S = 1e3, 1e3
-TURNS = 30  # of Gauss–Newton: an onset moves much for little, and what air does beside a plate gives way slowly
-LAGS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # tried of how far up a stair a block lets go [sd]
+DEGREE = 8  # of the curve about which noise is estimated
+FEW_DEGREE, FEW_SD_MM = 2, 0.5  # of runs of few rows: degree of the curve; sd where it cannot be estimated
+EXACT_MM = 1e-4  # floor for simulated tracks
+FLAT_PRIOR_MM, FLAT_PRIOR_S = 1e3, 1e3
+MAX_ITERATIONS = 30  # onset and air beside a plate converge slowly
+LAGS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # trial places on a step at which a block lets go [sd]
 STEP = 1e-5  # of a prior's sd, for derivatives
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A session with its outliers gone, noise common to its runs, sigma (n,) [mm] of each run's rows."""
+    """A session without outliers, noise common to its runs, sigma (n,) [mm] of each run's rows."""
 
     session: Session
     noise: Noise
@@ -53,18 +53,18 @@ class Prepared:
 
 
 def prepare(session: Session) -> Prepared:
-    """Noise of all runs together: about the place of rest, and about a flexible curve from the onset on, pixel lock beside it."""
+    """Noise of all runs: about the place of rest, and about a flexible curve from the onset on."""
     if not session.runs:
         return Prepared(session, _white(session), ())
     noise = estimate([part for run in session.runs for part in _stretches(run)])
     kept, sigma = [], []
-    pooled = _pooled([run for run in session.runs if _few(run)])
+    pooled = _pooled([run for run in session.runs if has_few_rows(run)])
     for run in session.runs:
-        if _few(run):
+        if has_few_rows(run):
             kept.append(run)
             sigma.append(np.full(len(run.time), pooled))
             continue
-        good = np.concatenate([~spikes(part.residual(noise)[0]) for part in _stretches(run)])
+        good = np.concatenate([~outliers(part.residual(noise)[0]) for part in _stretches(run)])
         rest = int(good[: run.rest].sum())
         clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=rest, lock=run.lock[good])
         kept.append(clean)
@@ -73,7 +73,7 @@ def prepare(session: Session) -> Prepared:
 
 
 def _pooled(runs: list[Run]) -> float:
-    """σ [mm] of the rows of runs of few, all together: about a parabola each."""
+    """σ [mm] of rows of all short runs, about a parabola each."""
     found = [part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in _stretches(run)]
     spare = sum(n for _, n in found)
     return max(math.sqrt(sum(float(v @ v) for v, _ in found) / spare), EXACT_MM) if spare else FEW_SD_MM
@@ -86,32 +86,32 @@ def _stretches(run: Run) -> list[Stretch]:
         if not len(t):  # light gates see no rest
             continue
         t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
-        degree = min(degree, FEW_DEGREE if _few(run) else max(len(t) // 6, 0))
+        degree = min(degree, FEW_DEGREE if has_few_rows(run) else max(len(t) // 6, 0))
         design = np.column_stack([legendre.legvander(t, degree), _ripple(run, part)])
         out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out
 
 
-def _few(run: Run) -> bool:
-    """Whether it has so few rows that each stands for itself."""
+def has_few_rows(run: Run) -> bool:
+    """Whether a run has so few rows that each is independent."""
     return len(run.time) < LEAST_SLIDING + LEAST_REST
 
 
 def _ripple(run: Run, part: slice) -> np.ndarray:
-    """Pixel lock (m, 2) where a block crosses more pixels than such a curve follows; else (m, 0)."""
-    if _few(run):
+    """Pixel lock (m, 2) where a block crosses more pixels than the curve follows; else (m, 0)."""
+    if has_few_rows(run):
         return run.lock[part, :0]
     crossed = float(np.ptp(run.travel[part])) > DEGREE * float(np.hypot(*run.lock[0]))
     return run.lock[part] if crossed and run.lock.any() else run.lock[part, :0]
 
 
 def motion_of(run: Run) -> Stretch:
-    """The slide of one run beside a flexible curve."""
+    """The moving part of a run as a stretch."""
     return _stretches(run)[-1]
 
 
 def _sigma(run: Run, noise: Noise) -> np.ndarray:
-    """At rest and in motion each its own where both are long enough to tell, else one."""
+    """At rest and in motion separately where both are long, else together."""
     found = [part.residual(noise) for part in _stretches(run)]
     left, spare = [float((r**2).sum()) for r, _ in found], [n for _, n in found]
     both = math.sqrt(sum(left) / max(sum(spare), 1))
@@ -121,27 +121,28 @@ def _sigma(run: Run, noise: Noise) -> np.ndarray:
 
 
 def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
-    """starts (R, LOCALS): from `begin`."""
+    """starts (R, LOCALS): from `initial_onsets`."""
     session = prepared.session
     series = [_series(run, prepared, prepared.sigma[k]) for k, run in enumerate(session.runs)]
     series += [_reading(read, prepared, model.stair_deg) for read in session.reads]
     count = len(series)
     own = Locals(
         np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]), np.array([1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3]),
-        np.array([ANYWHERE_MM, ANYWHEN_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]),
+        np.array([FLAT_PRIOR_MM, FLAT_PRIOR_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]),
     )  # fmt: skip
     known = _known(session, model)
     sizes = {n: 0.01 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
     problem = series_problem(
-        "slide", tuple(series), own, partial(predict, model), model.effects, sizes, known, model, turns=TURNS, step=STEP, smooth=True,
+        "slide", tuple(series), own, partial(predict, model), model.effects, sizes, known, model,
+        max_iterations=MAX_ITERATIONS, step=STEP, smooth=True,
     )  # fmt: skip
-    tracks = told_by(prepared.noise.log_level_sd, DEGREE * len(session.runs))  # of readings it is in their sd
+    tracks = refined_level_sd(prepared.noise.log_level_sd, DEGREE * len(session.runs))  # that of readings is in their sd
     level_sd = tracks if session.runs else problem.level_sd
-    return replace(problem, starts=starts, spread=spread, level_sd=level_sd)
+    return replace(problem, starts=starts, unknown_scatter=unknown_scatter, level_sd=level_sd)
 
 
 def effects_of(session: Session) -> dict:
-    """Those that these recordings can show."""
+    """Effects that these recordings can show."""
     found = {n: e for n, e in EFFECTS.items() if e.needs is None or e.needs(session)}
     return {n: e for n, e in found.items() if not e.group or e.group in found}
 
@@ -165,11 +166,11 @@ def _known(session: Session, model: Model) -> dict[str, float]:
     return known
 
 
-def spread(problem: Problem, reduced: tuple[Reduced, ...]) -> Spread:
-    """What one RUN_SD of each run's own friction does; of readings, which are a run each, it stands in their own scatter."""
+def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
+    """Rows' change by one RUN_SD of each run's friction; readings have it in their own scatter."""
     runs = len(problem.model.session.runs)
     tracked = np.concatenate([np.full(len(r.b), k < runs) for k, r in enumerate(reduced)])
-    return Spread(stacked(reduced)[0][:, problem.names.index("friction")] * RUN_SD * tracked)
+    return UnknownScatter(stacked(reduced)[0][:, problem.names.index("friction")] * RUN_SD * tracked)
 
 
 def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
@@ -179,7 +180,7 @@ def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
 
 
 def _reading(read: Read, prepared: Prepared, stair_deg: float) -> Series:
-    """Readings scatter by the runs' friction, the reader and the grid; by more where they themselves say so."""
+    """Readings scatter by the runs' friction, the reader and the grid, or more if they show it."""
     reads = prepared.session.reads
     friction = math.tan(math.radians(float(np.median(read.angles))))
     grid = max(read.grid_deg, stair_deg) / math.sqrt(12)
@@ -196,8 +197,8 @@ def _white(session: Session) -> Noise:
     return Noise(0.0, 0.0, math.sqrt(2 / (spare + 10)))
 
 
-def begin(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
-    """Model with the pair's friction, and starts (R, LOCALS): each run's onset where its travel alone fits best."""
+def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
+    """Model with the pair's friction, and starts (R, LOCALS) from each run alone."""
     session = prepared.session
     model = replace(model, session=session)
     starts = np.zeros((len(session.runs) + len(session.reads), LOCALS))
@@ -208,9 +209,11 @@ def begin(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
     return replace(model, friction=float(np.median(frictions))), starts
 
 
-def begin_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tuple[np.ndarray, float]:
-    """Starts where each run may gain an acceleration of its own at its onset, and the friction that this is (median): a block
-    that lets go with a jump seems to let go earlier without one, and no step of a fit leads from the one onset to the other."""
+def initial_onsets_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tuple[np.ndarray, float]:
+    """Starts where each run may gain an acceleration at its onset, and the median friction lost.
+
+    Without one, a block that lets go with a jump seems to let go earlier: a separate minimum of χ².
+    """
     starts, lost = starts.copy(), []
     for k in range(len(prepared.session.runs)):
         starts[k, 0], starts[k, 1], _, jump, _ = _onset(model, prepared, k, jump=True)
@@ -219,17 +222,18 @@ def begin_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tup
 
 
 def _onset(model: Model, prepared: Prepared, r: int, *, jump: bool) -> tuple[float, float, float, float, float]:
-    """Place at rest [mm], onset [s], friction of one run by itself, friction lost at the onset (nil without `jump`), and how far up a
-    stair it lets go [sd]."""
+    """Of one run: place at rest [mm], onset [s], friction, friction lost at the onset, place on
+    a step [sd].
+    """
     run, sigma = prepared.session.runs[r], prepared.sigma[r]
     time = run.time - run.tilt.origin
 
     def misfit(onset: float, lag: float = 0.0) -> tuple[float, float, float, float]:
-        way, _, friction = moved(model, r, np.array([0.0, onset, 0.0, 0.0, lag, 0.0, 0.0]), {})
+        way, _, friction = run_motion(model, r, np.array([0.0, onset, 0.0, 0.0, lag, 0.0, 0.0]), {})
         columns = [np.ones(len(time))] + ([np.clip(time - onset, 0, None) ** 2] if jump else [])
         design, left = np.column_stack(columns) / sigma[:, None], (run.travel - 1e3 * way) / sigma
         solution = np.linalg.lstsq(design, left, rcond=None)[0]
-        if jump and solution[1] < 0:  # friction that is greater in motion has no jump: the other minimum
+        if jump and solution[1] < 0:  # friction does not increase at the onset
             solution = np.array([left @ design[:, 0] / (design[:, 0] @ design[:, 0]), 0.0])
         lost = 2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2 if jump else 0.0
         return float(((left - design @ solution) ** 2).sum()), float(solution[0]), friction, lost

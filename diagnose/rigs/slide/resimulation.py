@@ -1,5 +1,6 @@
-"""Slides run again in the DEM: the same block on the same plate, let go at the recorded angle, with friction that changes; or let go
-by the friction that its conditions say."""
+"""Slides run again in the DEM, let go at the recorded angle, or by the friction of their
+conditions.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from diagnose.finding import Finding
-from diagnose.path_pictures import MOST, Twin, compared, with_frame_rate
-from diagnose.rerun import Again, Compared, beside_mean, change_in_words, settings, values_by_recording
+from diagnose.path_comparison import MOST, TwinPair, compared, with_frame_rate
+from diagnose.rerun import Comparison, Resimulation, change_in_words, condition_shifts, simulation_settings, values_by_recording
 from diagnose.rigs.slide.diagnose import FRICTION
-from diagnose.words import followed
+from diagnose.words import followed_condition
 from twin.parameters import Parameters
 from twin.paths import Path1D, like, run_path
 
@@ -18,8 +19,8 @@ BEGUN_MM = 1.0  # of travel: from here clocks are compared
 BEFORE_DEG = 1.5  # the twin's plate starts as much below the angle of onset
 
 
-def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Again:
-    """The way of each slide with the friction at rest that lets it go at the recorded angle; the angle itself by its conditions."""
+def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool, say) -> Resimulation:
+    """Ways of slides let go at the recorded angle; for conditions, the angles themselves."""
     values = values_by_recording(finding)
     seen = [r for r in recordings if len(r.x_mm) and r.recording in values]
     if not seen:
@@ -28,21 +29,21 @@ def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool,
     twins = []
     for k, r in enumerate(seen[:MOST]):
         say(f"slide: finding the twin's friction for {r.recording} ({k + 1} of {min(len(seen), MOST)})")
-        nil = values[r.recording] | dict.fromkeys(names, 0.0)  # the same laws at nil: their kernels are one set
+        nil = values[r.recording] | dict.fromkeys(names, 0.0)  # the same laws at 0: one set of compiled kernels
         made = [fitted(r, onset_deg(r), v, k) for v in (nil, values[r.recording])]
-        twins.append(Twin(r.recording, travelled(r), BEGUN_MM, *made))
+        twins.append(TwinPair(r.recording, travelled(r), BEGUN_MM, *made))
     more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
-    again = Again("slide", names, change_in_words("slide", finding), "", (), len(finding.recordings) > 1)
-    if any(not followed(n) for n in names):
+    again = Resimulation("slide", names, change_in_words("slide", finding), "", (), len(finding.recordings) > 1)
+    if any(not followed_condition(n) for n in names):
         how = "friction at rest is such that the twin's block begins to move at the recorded angle, old and new alike"
         again = compared(replace(again, how=how + more), twins, folder, pictures, say)
-    if any(followed(n) for n in names):
-        again = _let_go(again, twins, beside_mean(FRICTION, finding, recordings), {r.recording: r for r in seen}, more)
+    if any(followed_condition(n) for n in names):
+        again = _let_go(again, twins, condition_shifts(FRICTION, finding, recordings), {r.recording: r for r in seen}, more)
     return again
 
 
-def _let_go(again: Again, twins: list[Twin], beside: dict[str, float], seen: dict, more: str) -> Again:
-    """`again` with the angles at which the new twin lets go, with one friction for all and with each slide's own."""
+def _let_go(again: Resimulation, twins: list[TwinPair], beside: dict[str, float], seen: dict, more: str) -> Resimulation:
+    """`again` with simulated onset angles, for one friction and for each slide's own."""
     shift = np.array([beside[t.name] for t in twins])
     mean = float(np.mean([t.new[1].static_friction for t in twins] - shift))
     told = np.array([onset_deg(seen[t.name]) for t in twins])
@@ -51,7 +52,7 @@ def _let_go(again: Again, twins: list[Twin], beside: dict[str, float], seen: dic
         for k, t in enumerate(twins)
     ])  # fmt: skip
     rows = tuple(
-        Compared(t.name, "angle of onset", "°", float(abs(old - angle)), float(abs(new - angle)), "track")
+        Comparison(t.name, "angle of onset", "°", float(abs(old - angle)), float(abs(new - angle)), "track")
         for t, (old, new), angle in zip(twins, angles, told)
     )
     how = f"the angle of onset is that of the twin with one friction at rest for all slides, and with each slide's own{more}"
@@ -61,7 +62,7 @@ def _let_go(again: Again, twins: list[Twin], beside: dict[str, float], seen: dic
 
 
 def travelled(r) -> Path1D:
-    """Travel [mm] from rest, growing."""
+    """Travel [mm] from rest."""
     start = float(np.median(r.x_mm[: max(3, len(r.x_mm) // 50)]))
     way = r.x_mm - start
     return Path1D(r.time_s, way if way[-1] >= 0 else -way)
@@ -97,8 +98,8 @@ def let_go_deg(r, parameters: Parameters, number: int):
 
 
 def fitted(r, angle_deg: float, values: dict[str, float], number: int):
-    """(recording to be like, parameters) with which the twin's block has gone BEGUN_MM at this angle: corrected twice."""
-    laws = settings("slide", values).get("laws", {})
+    """(recording to be like, parameters) that let go at this angle: corrected twice."""
+    laws = simulation_settings("slide", values).get("laws", {})
     mu = float(np.tan(np.radians(angle_deg - 0.3)))
     for _ in range(2):
         reached, recording = let_go_deg(r, Parameters(static_friction=mu, laws=laws), number)

@@ -1,4 +1,4 @@
-"""From recordings of slides to runs: what slides when, on which tilt, and what is not known of that."""
+"""Slides as runs: what slides when, at which tilt, and how well that is known."""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,24 +6,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
-from diagnose.rigs.slide.pixels import lock
+from diagnose.rigs.slide.pixel_lock import lock
 from diagnose.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 
 MASS_OF_ELLIPSOID = math.pi / 6
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
-LEAST_OF_FEW = 4  # rows of sliding past light gates, or in few pictures: place, onset and friction, and one more
+LEAST_OF_FEW = 4  # rows of sliding in a short record: place, onset, friction, and one more
 RESOLUTIONS_DEG = (5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1, 0.05, 0.02)  # that people read protractors and goniometers to
-FINEST_DEG, COARSE_DEG = 0.01, 0.15  # of a reading that is as good as exact; from which a grid shows
-ON_GRID_DEG = 0.0055  # how near its grid a reading lies that is written to a hundredth
+FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is reported
+ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
 ABRAHAM = 9.06  # of √Re in C_d
 BESIDE_PLATE_SD, UNSTATED_SD = 0.5, 1.0  # relative: of a seed's drag beside a plate; of one of which sizes or mass are not stated
 
 
 @dataclass(frozen=True)
-class Blown:
-    """Air on one seed in free flight, size (v + slow √v)² [m/s²], size [1/m], slow [√(m/s)]; sd: relative, of how much that is
-    beside a plate; count: seeds in the block."""
+class AirDrag:
+    """Air on one seed in free flight: size (v + slow √v)² [m/s²], size [1/m], slow [√(m/s)].
+
+    sd: relative, of drag beside a plate; count: seeds in the block.
+    """
 
     size: float = 0.0
     slow: float = 0.0
@@ -33,9 +35,12 @@ class Blown:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One track, cut to the slide and as long again of rest before it. time (n,) [s], travel (n,) [mm] downhill from 0, frame
-    (n,); rest: rows before the onset as first guessed; mass_g of the block, NaN where unknown; from_hinge [m], 0 where unknown;
-    air: what it does to the block; scale_sd, relative; lock (n, 2) [mm]: what pixel lock adds to the travel (pixels.py)."""
+    """One track, cut to the slide and as long a rest before it.
+
+    time (n,) [s], travel (n,) [mm] downhill from 0, frame (n,); rest: rows before the first guess
+    of the onset; mass_g of the block, NaN unknown; from_hinge [m], 0 unknown; scale_sd: relative;
+    lock (n, 2) [mm]: see pixel_lock.py.
+    """
 
     recording: str
     session: str
@@ -46,15 +51,16 @@ class Run:
     tilt: Tilt
     mass_g: float
     from_hinge: float
-    air: Blown
+    air: AirDrag
     scale_sd: float
     lock: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Read:
-    """Angles (m,) [deg] that somebody read off, a run each; rate_deg_s and mass_g NaN where unknown; grid_deg: what they are read
-    to, as stated or as far as they all lie on it."""
+    """Angles (m,) [deg] read by eye, one a slide; rate_deg_s, mass_g NaN if unknown; grid_deg:
+    reading grid.
+    """
 
     recording: str
     session: str
@@ -66,22 +72,14 @@ class Read:
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """Tracks and readings of one pair of materials, what each of them states (tracks first), what a reader must know of them."""
+    """Tracks and readings of one pair of materials; stated: their descriptions, tracks first;
+    notes.
+    """
 
     runs: tuple[Run, ...]
     reads: tuple[Read, ...]
     stated: tuple[dict, ...]
     notes: tuple[str, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return (*(r.recording for r in self.runs), *(r.recording for r in self.reads))
-
-    @property
-    def rates(self) -> np.ndarray:
-        """Tilt rates [deg/s] of all recordings that have one."""
-        all_rates = np.array([*(r.tilt.rate_deg_s for r in self.runs), *(r.rate_deg_s for r in self.reads)])
-        return all_rates[np.isfinite(all_rates)]
 
     @property
     def masses(self) -> np.ndarray:
@@ -90,7 +88,7 @@ class Session:
 
 
 def assemble(recordings) -> Session:
-    """Runs and readings of what can be used; ValueError, with each one's reason, where that is nothing."""
+    """Usable runs and readings; ValueError with each one's reason where there are none."""
     runs, reads, notes = [], [], []
     told: dict[str, dict] = {}
     for seen in recordings:
@@ -117,7 +115,8 @@ def assemble(recordings) -> Session:
 
 
 def grid_of(readings: list[np.ndarray]) -> float:
-    """The coarsest of the usual resolutions, or else of any spacing, on which all readings lie; FINEST_DEG where there is none.
+    """The coarsest usual resolution, or else any spacing, on which all readings lie; else
+    FINEST_DEG.
 
     >>> grid_of([np.array([21.5, 22.0, 22.0, 22.5, 21.5, 22.0, 21.5, 22.0])])
     0.5
@@ -178,13 +177,13 @@ def _run(seen) -> Run:
     camera = seen.description["camera"]
     return Run(
         seen.recording, seen.session, time[cut], travel[cut], frame[cut], first - begin, tilt, mass_of(seen.description),
-        1e-3 * float(told.get("start_mm", 0.0)), _blown(seen.description), float(camera["scale_sd"]),
+        1e-3 * float(told.get("start_mm", 0.0)), _air_drag(seen.description), float(camera["scale_sd"]),
         sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
     )  # fmt: skip
 
 
 def _few_sliding(travel: np.ndarray) -> tuple[int, int]:
-    """Likewise of few rows, which are all of one slide; ValueError where too few are."""
+    """First row of the slide and row after the last, of few rows."""
     size = float(np.ptp(travel))
     if size < LEAST_TRAVEL_MM:
         raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
@@ -196,7 +195,7 @@ def _few_sliding(travel: np.ndarray) -> tuple[int, int]:
 
 
 def _sliding(time: np.ndarray, travel: np.ndarray, noise: float, told: dict) -> tuple[int, int]:
-    """Rows at which it seems to let go, and after the last of the free slide; ValueError where there is no such thing."""
+    """First row of the slide and row after the last; ValueError where nothing slides."""
     edge = max(3, len(travel) // 20)
     rest = float(np.median(travel[:edge]))
     size = float(travel.max() - rest)
@@ -221,7 +220,9 @@ def _sliding(time: np.ndarray, travel: np.ndarray, noise: float, told: dict) -> 
 
 
 def mass_of(description: dict) -> float:
-    """Of the whole block [g]: mass_g of a seed, or its ellipsoid's times density, times count; NaN where not stated."""
+    """Of the whole block [g], from mass_g, or ellipsoid and density, times count; NaN if not
+    stated.
+    """
     seed = description.get("seed", {})
     one = seed.get("mass_g")
     sizes = [seed.get(f"{side}_mm") for side in ("length", "width", "thickness")]
@@ -230,10 +231,10 @@ def mass_of(description: dict) -> float:
     return float("nan") if one is None else float(one) * seed.get("count", 1)
 
 
-def _blown(description: dict) -> Blown:
+def _air_drag(description: dict) -> AirDrag:
     """What air does to one seed of it in free flight."""
     air = air_of(description)
     slow = ABRAHAM / math.sqrt(air.reynolds_per_speed) if air.reynolds_per_speed else 0.0
     at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
     known = BESIDE_PLATE_SD if air.sd < air.share else UNSTATED_SD
-    return Blown(air.share * G_M_S2 / at_2, slow, known if air.share else 0.0, int(description.get("seed", {}).get("count") or 1))
+    return AirDrag(air.share * G_M_S2 / at_2, slow, known if air.share else 0.0, int(description.get("seed", {}).get("count") or 1))

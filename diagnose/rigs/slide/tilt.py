@@ -1,4 +1,4 @@
-"""The plate's angle in time: from the recorded column, or from the stated rate; and whether the column climbs in stairs."""
+"""The plate's angle over time, from its column or the stated rate; steps in the column."""
 
 import math
 from dataclasses import dataclass
@@ -6,18 +6,20 @@ from dataclasses import dataclass
 import numpy as np
 
 STATED_RATE_SD = 0.01  # of a rate that is only stated
-STATED_START_SD_DEG, UNSTATED_START_SD_DEG = 0.5, 30.0  # of the angle at the first moment, where no column tells: any
+STATED_START_SD_DEG, UNSTATED_START_SD_DEG = 0.5, 30.0  # of the initial angle where there is no column
 SLIDES_SEEN = 3.0  # the angle is learnt from so many times the slide's duration, up to its end
-BEND_CHI2 = 16.0  # a quadratic and a cubic term must earn so much
-RESOLUTION_DEG = 0.105  # of a sensor: its grid is lost in the noise
-STAIR_SHARE, STAIR_CHI2 = 0.6, 60.0  # what stairs must leave of the variance about the ramp, and earn
+BEND_CHI2 = 16.0  # fall of χ² for quadratic and cubic terms
+RESOLUTION_DEG = 0.105  # of a sensor, below which steps are not looked for
+STAIR_SHARE, STAIR_CHI2 = 0.6, 60.0  # of steps: greatest share of the variance left, least fall of χ²
 
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """coefficients (4,) of θ [rad] in t − origin, lowest first; level_sd [rad], rate_sd [rad/s]: what the column's noise
-    leaves open of them; rate_deg_s at the onset; sensor: whether an angle was recorded at all; grid_deg: height of the stairs
-    in which the column climbs, 0: none (is the plate raised in them, or its angle read on them?)."""
+    """coefficients (4,) of θ [rad] in t − origin, lowest first; level_sd [rad], rate_sd [rad/s].
+
+    rate_deg_s: at the onset; sensor: whether an angle was recorded; grid_deg: height of steps in
+    the column, 0 for none (of the plate, or of the reading).
+    """
 
     origin: float
     coefficients: np.ndarray
@@ -29,7 +31,7 @@ class Tilt:
 
 
 def stated_tilt(told: dict, origin: float) -> Tilt:
-    """A steady rate from the first moment on; where it began is known roughly at best: a film may begin just before it slides."""
+    """A steady rate; the initial angle is known roughly at best."""
     rate = float(told["tilt_rate_deg_s"])
     start, known = float(told.get("start_deg", 0.0)), "start_deg" in told
     coefficients = np.radians([start + rate * origin, rate, 0.0, 0.0])
@@ -38,7 +40,9 @@ def stated_tilt(told: dict, origin: float) -> Tilt:
 
 
 def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
-    """A cubic at most through the column's last stretch; ValueError where the plate does not tilt."""
+    """A polynomial of degree ≤ 3 through the column's last stretch; ValueError if it does not
+    tilt.
+    """
     used = np.isfinite(column)
     near = used & (time >= end - SLIDES_SEEN * (end - origin))
     rows = near if near.sum() >= 50 else used
@@ -68,7 +72,7 @@ def _line(s: np.ndarray, y: np.ndarray, degree: int) -> tuple[np.ndarray, np.nda
 
 
 def _independent(s: np.ndarray, y: np.ndarray, coefficients: np.ndarray) -> float:
-    """Rows to an independent one: (1 + ρ)/(1 − ρ) of what is left beside a polynomial."""
+    """Rows to an independent one: (1 + ρ)/(1 − ρ) of the residuals."""
     left = y - np.polynomial.polynomial.polyval(s, coefficients)
     power = float((left**2).sum())
     rho = float((left[1:] * left[:-1]).sum()) / power if power > 0 else 0.0
@@ -77,9 +81,9 @@ def _independent(s: np.ndarray, y: np.ndarray, coefficients: np.ndarray) -> floa
 
 
 def _stairs(ramp: np.ndarray, column: np.ndarray) -> float:
-    """Height [deg] of stairs that the column climbs, the ramp half a stair above its middle; 0: none.
+    """Height [deg] of steps φ + h ⌊(ramp + h/2 − φ)/h⌋ in the column; 0 for none.
 
-    A stair φ + h ⌊(ramp + h/2 − φ)/h⌋ leaves less than STAIR_SHARE of the variance about the ramp.
+    Steps must leave less than STAIR_SHARE of the variance about the ramp.
     """
     span, step = float(np.ptp(ramp)), float(np.median(np.abs(np.diff(ramp))))
     about = float(((column - ramp) ** 2).mean())

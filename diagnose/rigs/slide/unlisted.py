@@ -1,4 +1,6 @@
-"""What nobody listed, on slides: pushes along the plate by time since the onset, by way, by speed; and the law that they follow."""
+"""Unlisted physics of slides: pushes along the plate by time, way or speed, and a power law for
+them.
+"""
 
 from itertools import pairwise
 
@@ -6,16 +8,16 @@ import numpy as np
 
 from diagnose.air import G_M_S2
 from diagnose.engine.linear import beside_globals, fall_of_chi2
-from diagnose.engine.locate import Bin, Windows
 from diagnose.engine.problem import Fit
-from diagnose.rigs.slide.model import moved
+from diagnose.engine.unlisted import Bin, Windows
+from diagnose.rigs.slide.model import run_motion
 
 BINS = 8
 POWERS = np.arange(0.25, 4.01, 0.25)
 WORDS = {"x_mm": "the way slid", "v_m_s": "speed", "t_s": "the time since the onset"}
 SIMPLE = (1.0, 2.0, 0.5, 1.5, 3.0)  # the simplest first
 FALL_95 = 3.84  # of χ², within which a power does as well as the best
-LEAST_FALL = 12.0  # of χ², for a law worth saying
+LEAST_FALL = 12.0  # of χ², for a law to be reported
 
 
 def windows_of(fit: Fit) -> Windows:
@@ -36,10 +38,10 @@ def windows_of(fit: Fit) -> Windows:
 
 
 def _axes(fit: Fit) -> tuple[dict[str, list[np.ndarray]], list[np.ndarray]]:
-    """Where each run's rows lie on each axis; time since the onset."""
+    """Where each run's rows lie on each axis, and the time since the onset."""
     model = fit.problem.model
     runs = model.session.runs
-    flown = [moved(model, r, fit.starts[r], fit.by_name) for r in range(len(runs))]
+    flown = [run_motion(model, r, fit.starts[r], fit.by_name) for r in range(len(runs))]
     since = [run.time - run.tilt.origin - fit.starts[r, 1] for r, run in enumerate(runs)]
     axes = {
         "t_s": [np.clip(s, 0, None) for s in since], "x_mm": [1e3 * x for x, _, _ in flown], "v_m_s": [np.abs(v) for _, v, _ in flown],
@@ -48,7 +50,7 @@ def _axes(fit: Fit) -> tuple[dict[str, list[np.ndarray]], list[np.ndarray]]:
 
 
 def _travelled(fit: Fit, pushes: list[list[np.ndarray]]) -> list[np.ndarray]:
-    """Travel (n_r, K) [mm] that accelerations (n,) [m/s²] of each run add; nothing to its friction's row nor to readings."""
+    """Travel (n_r, K) [mm] that accelerations (n,) add; 0 on friction rows and readings."""
     session = fit.problem.model.session
     out = []
     for run, push in zip(session.runs, pushes, strict=True):
@@ -64,7 +66,9 @@ def _twice(time: np.ndarray, push: np.ndarray) -> np.ndarray:
 
 
 def law_of(fit: Fit) -> str | None:
-    """Δμ = A s^p, s the way slid, the speed or the time since the onset: of what does as well as the best, the simplest."""
+    """Δμ = A s^p, s way, speed or time since the onset; the simplest power that does as well as
+    the best.
+    """
     if not fit.problem.model.session.runs:
         return None
     axes, since = _axes(fit)

@@ -1,4 +1,4 @@
-"""A vibration of the plate that is heard: a ripple of one frequency in all runs, looked for over all frequencies."""
+"""Audible vibration of the plate: a ripple of one frequency in all runs."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from scipy import stats
 from diagnose.rigs.slide.problem import Prepared, motion_of
 
 SEEN_P = 1e-4  # over all frequencies
-SLOWEST = 6.0  # waves to a slide; slower ones the flexible curve takes up
+SLOWEST = 6.0  # waves in a slide; the flexible curve absorbs slower ones
 SPACING, FINE = 0.4, 0.05  # of the inverse of the longest slide
 LATE = 0.4  # share of a slide by whose end a shaken block no longer sticks
-SEEN_CHI2, SAME_SHARE = 9.0, 0.8  # a run sees it; of the runs that must
+SEEN_CHI2, SAME_SHARE = 9.0, 0.8  # fall of χ² in a run that shows it; share of the runs that must
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,9 @@ class Vibration:
 
 
 def vibration(prepared: Prepared) -> Vibration | None:
-    """The frequency at which all runs together ripple most about flexible curves; None where none stands out."""
+    """The frequency at which all runs ripple most about flexible curves; None if not
+    significant.
+    """
     runs = prepared.session.runs
     if not runs:
         return None
@@ -41,7 +43,7 @@ def vibration(prepared: Prepared) -> Vibration | None:
         return None
     near = grid[best] + np.arange(-1, 1 + FINE, FINE) * SPACING / last
     hertz = float(near[np.argmax(sum(_falls(prepared, r, near)[0] for r in range(len(runs))))])
-    late = [_falls(prepared, r, np.array([hertz]), LATE) for r in range(len(runs))]  # by then it slides without a stop
+    late = [_falls(prepared, r, np.array([hertz]), LATE) for r in range(len(runs))]  # without the part in which it sticks and slips
     if np.mean([fall[0] > SEEN_CHI2 for fall, _, _ in late]) < SAME_SHARE:
         return None
     omega = 2 * np.pi * hertz
@@ -53,8 +55,9 @@ def vibration(prepared: Prepared) -> Vibration | None:
 
 
 def _falls(prepared: Prepared, r: int, hertz: np.ndarray, skip: float = 0.0):
-    """Fall of χ² (f,) that a wave of each frequency takes from run r's slide without its first share `skip`, its cosine and sine
-    (2, f) [mm] and their sd (f,)."""
+    """Fall of χ² (f,) by a wave of each frequency, its cosine and sine (2, f) [mm], their sd
+    (f,); skip: first share.
+    """
     run, curve = prepared.session.runs[r], motion_of(prepared.session.runs[r])
     kept = slice(int(skip * len(curve.data)), None)
     angle = 2 * np.pi * (run.time[run.rest :] - run.tilt.origin)[:, None] * hertz

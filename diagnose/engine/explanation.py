@@ -1,0 +1,107 @@
+"""Explanations of a bench, their baselines, and the posterior over them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from diagnose.engine.evidence import EvidenceTable, Kind
+from diagnose.engine.linear import Reduced
+from diagnose.engine.problem import Fit, Problem
+from diagnose.engine.unlisted import Windows
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """One baseline.
+
+    problem; odds: prior; note: for the reader where it holds; effects: listed effects that it
+    stands for (a plate raised in steps), with their sector and sizes (unit, value, sd);
+    ln_likelihood: of what its rows do not hold; p: that noise alone makes as much of it, where its
+    rows do not tell.
+    """
+
+    problem: Problem
+    odds: float = 1.0
+    note: str = ""
+    effects: tuple[str, ...] = ()
+    sector: str = ""
+    sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)
+    ln_likelihood: float = 0.0
+    p: float | None = None
+
+
+def ln_bayes_bound(p: float) -> float:
+    """ln of the greatest Bayes factor that a p value allows, −ln(−e p ln p) for p < 1/e.
+
+    Source: Sellke, Bayarri, Berger (2001), Am. Stat. 55, 62.
+    """
+    p = min(max(p, 1e-300), 1 / np.e)
+    return float(-1 - np.log(p) - np.log(-np.log(p)))
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """A set of components about one baseline.
+
+    names: sorted; alternative: number of the baseline; fit: of the listed effects; reduced,
+    windows, columns, table: the linearised problem there, the windows of unlisted physics, their
+    columns, and the evidence of all components; power: of the noise at low frequency over the fit's
+    assumption.
+    """
+
+    names: tuple[str, ...]
+    alternative: int
+    fit: Fit
+    reduced: tuple[Reduced, ...]
+    windows: Windows
+    columns: np.ndarray
+    table: EvidenceTable
+    power: float = 1.0
+    probability: float = 0.0
+
+    @property
+    def listed(self) -> tuple[str, ...]:
+        return tuple(n for n in self.names if self.table.components[n].kind is not Kind.UNLISTED)
+
+    @property
+    def unlisted(self) -> tuple[str, ...]:
+        return tuple(n for n in self.names if self.table.components[n].kind is Kind.UNLISTED)
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """explanations, the most probable first; alternatives; bases: each alternative with nothing
+    missing.
+    """
+
+    explanations: tuple[Explanation, ...]
+    alternatives: tuple[Alternative, ...]
+    bases: tuple[Explanation, ...]
+
+    @property
+    def base(self) -> Explanation:
+        """The most probable baseline with nothing missing."""
+        return max(self.bases, key=lambda e: e.probability)
+
+    @property
+    def best(self) -> Explanation:
+        return self.explanations[0]
+
+    def probability(self, names: tuple[str, ...]) -> float:
+        """Of exactly this set, over all alternatives."""
+        return sum(e.probability for e in self.explanations if set(e.names) == set(names))
+
+    def presence(self) -> dict[str, float]:
+        """Probability of each component."""
+        out: dict[str, float] = {}
+        for e in self.explanations:
+            for n in e.names:
+                out[n] = out.get(n, 0.0) + e.probability
+        return out
+
+    def by_set(self) -> list[tuple[tuple[str, ...], float]]:
+        """Sets with their probabilities, the greatest first."""
+        out: dict[tuple[str, ...], float] = {}
+        for e in self.explanations:
+            out[e.names] = out.get(e.names, 0.0) + e.probability
+        return sorted(out.items(), key=lambda entry: -entry[1])

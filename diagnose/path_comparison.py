@@ -1,0 +1,108 @@
+"""Slides and rolls run again: simulated and recorded way along the path, from where motion
+begins.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from diagnose.rerun import Comparison, Resimulation
+from twin.parameters import Parameters
+from twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown
+
+MOST = 6  # recordings that are run again
+POINTS = 200  # at which ways are compared
+
+
+@dataclass(frozen=True, eq=False)
+class TwinPair:
+    """One recording with its old and new simulation.
+
+    seen: as recorded; from_mm: way at which all clocks start; old, new: (recording to be like,
+    parameters), with which the simulation begins, or ends, as was recorded.
+    """
+
+    name: str
+    seen: Path1D
+    from_mm: float
+    old: tuple[Recording, Parameters]
+    new: tuple[Recording, Parameters]
+
+
+def compared(again: Resimulation, twins: list[TwinPair], folder: Path, pictures: bool, say: Callable[[str], None]) -> Resimulation:
+    """`again` with every recording beside both simulations, a picture, and optionally films."""
+    rows, ways = [], []
+    for k, twin in enumerate(twins):
+        say(f"{again.rig}: running the twin of {twin.name} again ({k + 1} of {len(twins)})")
+        ran = [run_path(*made, k) for made in (twin.old, twin.new)]
+        before, after = (rms_distance_mm(twin, path) for path in ran)
+        rows.append(Comparison(twin.name, "way along the path", "mm", before, after, "track"))
+        ways.append(ran)
+    best = max(range(len(twins)), key=lambda k: rows[k].before - rows[k].after)
+    caption = (
+        f"{twins[best].name} at the same moments: as recorded (drawn from its track), the old twin, the new twin with "
+        f"{' and '.join(again.effects)}, and what differs, brightened"
+    )
+    again = replace(again, compared=tuple(rows), figure=_figure(twins[best], *ways[best]))
+    try:
+        again = replace(again, picture=_picture(twins[best], *ways[best]), caption=caption)
+        if pictures:
+            again = replace(again, compared=(*again.compared, _followed(twins[best], best, again.rig, folder, say)))
+    except (RuntimeError, ValueError) as error:  # no renderer, or a film that cannot be followed
+        again = replace(again, notes=(*again.notes, f"no pictures of the twin: {error}"))
+    return again
+
+
+def with_frame_rate(recording: Recording, time_s: np.ndarray) -> Recording:
+    """The recording with the frame rate of these rows where none is stated."""
+    if recording.camera.fps is not None:
+        return recording
+    return replace(recording, camera=recording.camera.model_copy(update={"fps": float(1 / np.median(np.diff(time_s)))}))
+
+
+def rms_distance_mm(twin: TwinPair, path: Path1D) -> float:
+    """Root mean square [mm] between recorded and simulated way, clocks started at `from_mm`."""
+    begin, own = twin.seen.reached(twin.from_mm), path.reached(twin.from_mm)
+    if not np.isfinite(own):
+        return float(np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean()))  # it did not move that far
+    time = np.linspace(0.0, twin.seen.time[-1] - begin, POINTS)
+    return float(np.sqrt(((twin.seen.at(begin + time) - path.at(own + time)) ** 2).mean()))
+
+
+def _followed(twin: TwinPair, number: int, rig: str, folder: Path, say) -> Comparison:
+    import shutil
+
+    off: dict[str, float] = {}
+    for which, made in (("old", twin.old), ("new", twin.new)):
+        out = folder / f"{twin.name.replace('/', '-')}-{which}"
+        shutil.rmtree(out, ignore_errors=True)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        off[which] = rms_distance_mm(twin, filmed(*made, number, out, lambda text: say(f"{rig}: {text}")))
+    return Comparison(twin.name, "way along the path", "mm", off["old"], off["new"], "pictures")
+
+
+def _figure(twin: TwinPair, old: Path1D, new: Path1D) -> dict:
+    begin = twin.seen.reached(twin.from_mm)
+    time = np.linspace(0.0, twin.seen.time[-1] - begin, 60)
+    points = {"recorded": (time, twin.seen.at(begin + time))}
+    for name, path in (("old twin", old), ("new twin", new)):
+        if np.isfinite(own := path.reached(twin.from_mm)):
+            points[name] = (time, path.at(own + time))
+    return {"x": f"time since {twin.from_mm:.3g} mm (s), {twin.name}", "y": "way along the path (mm)", "points": points}
+
+
+def _picture(twin: TwinPair, old: Ran, new: Ran) -> bytes:
+    """Recording and simulations at the same moments: several of a roll, one of a slide."""
+    slide = twin.old[0].rig == "slide"
+    begin, span = twin.seen.reached(twin.from_mm), twin.seen.time[-1] - twin.seen.reached(twin.from_mm)
+    moments = [0.8 * span] if slide else [k * span / 7 for k in range(8)]
+    recorded = [int(np.argmin(np.abs(new.way - way))) for way in twin.seen.at(begin + np.array(moments))]
+    frames = [[int(np.argmin(np.abs(path.time - path.reached(twin.from_mm) - t))) for t in moments] for path in (old, new)]
+    drawn = [shown(twin.new[0], new.motion, recorded)]
+    drawn += [shown(made[0], path.motion, which) for made, path, which in zip((twin.old, twin.new), (old, new), frames)]
+    gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
+    bright = 255 / max(60, *(int(gap.max()) for gap in gaps))
+    last = [np.minimum(bright * gap, 255).astype(np.uint8) for gap in gaps]
+    return above([*drawn, *last], ["recording", "old twin", "new twin", "recording - old", "recording - new"])

@@ -1,0 +1,258 @@
+"""From parameters to what a camera sees of one session: flights, then the picture.
+
+Each flight has its own start: x, z, v_x, v_z at its middle; v_y², which only the air feels; and y,
+v_y towards the camera, which show at a known distance. Impacts are free: flights are joined by
+place only. Globals are effects and nuisances by name, 0 at the baseline's centre.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from diagnose.air import G_M_S2, drag_over_mass
+from diagnose.effects.drop import EFFECTS
+from diagnose.effects.drop.hooks import Motion, View
+from diagnose.effects.effect import Effect
+from diagnose.rigs.drop.nuisances import LOCK, NUISANCES
+from diagnose.rigs.drop.session import Session
+from diagnose.rigs.drop.trajectories import accelerations, changes, shift_basis, speed_basis, speeds_at_nodes
+
+IN_FLIGHT = {n: e for n, e in EFFECTS.items() if e.acceleration or e.picture or e.clock}
+LAWS: dict[str, Effect] = IN_FLIGHT | NUISANCES
+ROUND_JOINT_SD_M = 2e-5  # sideways motion of the centre during a contact
+LEAST_ASIDE_M_S = 0.01
+ROUND = 0.02  # elongation below which a seed counts as a ball
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Points at which the model is evaluated: flight (n,), τ (n,), and the bases that depend on
+    them.
+
+    runs: (flight, first row, row after the last) of neighbouring rows of one flight.
+    """
+
+    flight: np.ndarray
+    tau: np.ndarray
+    shift: np.ndarray
+    speed: np.ndarray
+    runs: tuple[tuple[int, int, int], ...]  # (flight, first row, row after the last) of neighbouring rows of one flight
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A session, the names of its globals, and what does not change.
+
+    aside_square (F,) [m²/s²]: expected v_y², as of v_x across; rolled (F,) [rad/m]: spin over speed
+    along the line of sight, as across.
+    """
+
+    session: Session
+    names: tuple[str, ...]
+    aside_square: np.ndarray
+    rolled: np.ndarray
+    rows: Places
+    contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
+    begins: Places  # (F): each flight at its first row
+
+
+STARTS = 7  # numbers of a start
+FELT = (2, 3, 4)  # of them, those on which forces depend: v_x, v_z, v_y²
+NEARING = (5, 6)  # of them, those along the line of sight: y, v_y
+SPIN = "own spin"
+SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [m²/s²]
+NEAREST = 0.5  # greatest share of the way to the camera
+
+
+def build(session: Session) -> Model:
+    """A model with all globals that this session can say something about."""
+    names = tuple(n for n, law in LAWS.items() if _seen(law, session))
+    contacts = Places(*_at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2)))
+    rows = Places(*_at(session, session.flight, session.tau + session.middle[session.flight]))
+    begins = Places(*_at(session, np.arange(len(session.middle)), session.middle - session.half))
+    return Model(session, names, *_aside(session), rows, contacts, begins)
+
+
+def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
+    """(F,) each: mean square of v_x [m²/s²], Σ ω v_x/Σ v_x² [rad/m]; of falls and of rebounds."""
+    rows = zip(session.first, session.stop, strict=True)
+    across = np.array([np.polyfit(session.tau[a:b], session.places[a:b, 0], 1)[0] for a, b in rows])
+    first = np.array([f == np.flatnonzero(session.recording == r)[0] for f, r in enumerate(session.recording)])
+    means = [np.mean(across[kind] ** 2) if kind.any() else 0.0 for kind in (~first, first)]
+    aside = np.maximum(np.array(means)[first.astype(int)], LEAST_ASIDE_M_S**2)
+    rolled = ~first * (session.own_spin @ (~first * across)) / max(float((~first * across**2).sum()), LEAST_ASIDE_M_S**2)
+    return aside, rolled
+
+
+def _seen(law: Effect, session: Session) -> bool:
+    if law.needs and not law.needs(session):
+        return False
+    return not law.name.startswith(LOCK) or session.view.pixel > 0
+
+
+def _at(session: Session, flight: np.ndarray, time: np.ndarray):
+    tau, half = time - session.middle[flight], session.half[flight]
+    cuts = np.concatenate([[0], np.flatnonzero(np.diff(flight)) + 1, [len(flight)]]).astype(int)
+    runs = tuple((int(flight[a]), int(a), int(b)) for a, b in pairwise(cuts) if b > a)
+    return flight, tau, shift_basis(tau, half) * half[:, None] ** 2, speed_basis(tau, half) * half[:, None], runs
+
+
+def rate_of(values: dict[str, float]) -> float:
+    """True over stated frame rate."""
+    return float(np.prod([clock(v) for n, v in values.items() if (clock := LAWS[n].clock)]))
+
+
+def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """Places (n, 2) [m] in the plane of the scale of seeds that are y + v_y τ nearer to the camera.
+
+    They grow by `growth` about the middle of the view; another centre would all but shift them.
+    """
+    return session.view.middle + (true - session.view.middle) * growth(session, starts, flight, tau)
+
+
+def growth(session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    """1/(1 − (y + v_y τ)/distance) (n, 1)."""
+    share = (starts[flight, 5] + starts[flight, 6] * tau) / session.away[session.recording[flight]]
+    return 1 / (1 - np.minimum(share, NEAREST))[:, None]
+
+
+def pictured(true: np.ndarray, view: View, values: dict[str, float]) -> np.ndarray:
+    """Places (n, 2) [m] as the camera shows them."""
+    for name, value in values.items():
+        picture = LAWS[name].picture
+        if picture and value:
+            true = picture(true, view, value)
+    return true
+
+
+def picture_slopes(true: np.ndarray, view: View, values: dict[str, float], step: dict[str, float]):
+    """Places (n, 2) in the picture, and derivatives (2, n) by x, z and each law of the picture."""
+    slopes = {"x": np.array([[1.0], [0.0]]), "z": np.array([[0.0], [1.0]])}
+    for name, value in values.items():
+        picture = LAWS[name].picture
+        if picture is None:
+            continue
+        seen = picture(true, view, value)
+        if value:
+            turned = np.array([(picture(true + small, view, value) - seen).T for small in SMALL_M * np.eye(2)]) / SMALL_M
+            slopes = {n: moved[0] * turned[0] + moved[1] * turned[1] for n, moved in slopes.items()}
+        slopes[name] = np.ascontiguousarray((picture(true, view, value + step[name]) - seen).T) / step[name]
+        true = seen
+    return true, slopes
+
+
+def pushed(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.ndarray:
+    """Accelerations (F, POINTS, 2) at the flights' nodes, per stated second squared."""
+    return accelerations(starts[:, 2:4], model.session.half, forces(model, values, starts[:, 4]))
+
+
+def push_slopes(model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray, step: dict[str, float]) -> dict:
+    """Derivatives of `push` (F, POINTS, 2) by the FELT numbers of a start and each global that acts
+    in flight.
+
+    Where spin pushes, also by SPIN, one sd of all flights' own; step: of each global.
+    """
+    s = model.session
+    velocity = speeds_at_nodes(starts[:, 2:4], s.half, push)
+
+    def force(model: Model = model, values: dict[str, float] = values, aside_square: np.ndarray = starts[:, 4]) -> np.ndarray:
+        return forces(model, values, aside_square)(velocity)
+
+    now, nil = force(), np.zeros_like(push)
+    aside = (force(aside_square=starts[:, 4] + SMALL_SQUARE) - now) / SMALL_SQUARE
+    direct: dict[int | str, np.ndarray] = dict(zip(FELT, (nil, nil, aside), strict=True))
+    direct |= {n: (force(values=values | {n: values[n] + step[n]}) - now) / step[n] for n in values if not _pictures(n)}
+    if s.spins:
+        direct[SPIN] = force(replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))) - now
+    speeds = np.zeros((len(direct), len(starts), 2))
+    speeds[0, :, 0] = speeds[1, :, 1] = 1.0
+    found = changes(velocity, s.half, forces(model, values, starts[:, 4]), speeds, np.array(list(direct.values())))
+    return dict(zip(direct, found, strict=True))
+
+
+def _pictures(name: str) -> bool:
+    return LAWS[name].picture is not None
+
+
+def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
+    """force(velocity (F, p, 2)) per stated second², gravity and stated air included."""
+    s = model.session
+    air = np.array([[s.air[r].share, s.air[r].reynolds_per_speed, s.air[r].lift, s.air[r].room] for r in s.recording])
+    rate = rate_of(values)
+    light = np.array([s.air[r].buoyancy for r in s.recording])[:, None]  # buoyancy, and added mass of half of it
+    dragged = 1 + values.get("air", 0.0)
+    room = air[:, 3:4] * max(dragged, 0.0)
+    acting = [(law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v]
+
+    def force(velocity: np.ndarray) -> np.ndarray:
+        motion = Motion(
+            velocity * rate, aside_square[:, None] * rate**2, model.rolled[:, None], s.own_spin[:, None] * rate, air[:, 1:2],
+            air[:, 2:3], room, G_M_S2, values.get("air-slope", 0.0),
+        )  # fmt: skip
+        out = np.zeros_like(velocity)
+        out[..., 1] = -G_M_S2 * (1 - light)
+        if air[:, 0].any():
+            out += drag_over_mass(motion, dragged * air[:, 0][:, None, None])
+        for law, value in acting:
+            out += law(motion, value)
+        return out / (1 + light / 2)[..., None] / rate**2
+
+    return force
+
+
+def places(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """True places (n, 2) [m] for starts (F, 7) and accelerations `push` (F, POINTS, 2)."""
+    start = starts[at.flight]
+    moved = [at.shift[a:b] @ push[f] for f, a, b in at.runs]
+    return start[:, :2] + start[:, 2:4] * at.tau[:, None] + np.concatenate(moved or [np.zeros((0, 2))])
+
+
+def velocities(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Velocities (n, 2) [m per stated second]."""
+    return starts[at.flight, 2:4] + np.einsum("np,npc->nc", at.speed, push[at.flight])
+
+
+def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """What the camera reads (n, 2) [m]; side conditions (J + R,) in sds: joined contacts, stated
+    falls.
+    """
+    push, rows = pushed(model, starts, values), model.rows
+    true = nearer(places(rows, starts, push), model.session, starts, rows.flight, rows.tau)
+    return pictured(true, model.session.view, values), sides(model, starts, push, rate_of(values))
+
+
+def sides(model: Model, starts: np.ndarray, push: np.ndarray, rate: float) -> np.ndarray:
+    """(J + R,), see `predict`."""
+    count = len(model.session.joint)
+    touch = places(model.contacts, starts, push)
+    joined = (touch[count:, 0] - touch[:count, 0]) / joint_sds(model, starts, push)
+    return np.concatenate([joined, _falls(model, starts, push, touch[:count], rate)])
+
+
+def joint_sds(model: Model, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """(J,) [m]: how well places across before and after a contact agree."""
+    s, count = model.session, len(model.session.joint)
+    speed = velocities(model.contacts, starts, push)[:, 0]
+    return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[count:] - speed[:count])
+
+
+def joint_sd(session: Session) -> float:
+    """[m]; a long seed touches with one end, some ms later with the other."""
+    return ROUND_JOINT_SD_M if session.elongation < ROUND else session.rocking_m
+
+
+def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray, rate: float) -> np.ndarray:
+    """(R,): fall from the first flight's apex to its contact, less the stated one, in sds; 0 if not
+    stated.
+
+    Before its first row a seed is too slow for air.
+    """
+    s = model.session
+    out = np.zeros(len(s.names))
+    apex = places(model.begins, starts, push)[:, 1] + (velocities(model.begins, starts, push)[:, 1] * rate) ** 2 / (2 * G_M_S2)
+    for j, (before, _) in enumerate(s.joint):
+        r = s.recording[before]
+        if np.isfinite(s.release[r]) and before == np.flatnonzero(s.recording == r)[0]:
+            out[r] = (apex[before] - touch[j, 1] - s.release[r]) / s.release_sd[r]
+    return out

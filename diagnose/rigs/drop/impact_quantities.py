@@ -1,0 +1,80 @@
+"""Quantities of each impact: restitution at the point of contact, its offset from the centre, the
+kick.
+
+A seed of radius h that is touched b beside its centre turns by  I Δω = m (b Δv_n + h Δv_x),  which
+gives b. The point of contact closes with u = v_n + b ω, and  e = −u'/u  is what a central impact
+would have. Where the spin is not seen, e = −v_n'/v_n.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnose.air import G_M_S2
+from diagnose.rigs.drop.flight_model import ROUND
+from diagnose.rigs.drop.impacts import Impacts
+
+SLOWEST_M_S = 0.15  # closing speed below which restitution is not used
+
+
+@dataclass(frozen=True, eq=False)
+class ImpactQuantities:
+    """Of n impacts, (n,) each unless stated.
+
+    speed: closing speed of the point of contact [m/s]; e, e_usable; offset b [m], NaN if unseen.
+    kick: Δv_x/Δv_n; slip: (v_x + h ω)/Δv_n before; turn: h Δω/Δv_n (0 if unseen); share: v_n/Δv_n
+    before.
+    drift (2, n): v_x/v_n before and after, plus h ω where the offset is allowed for.
+    e_error, kick_error (n, n): covariances; spin_error (n, n): of h ω'/Δv_n; offset_sd [m].
+    """
+
+    speed: np.ndarray
+    e: np.ndarray
+    e_usable: np.ndarray
+    offset: np.ndarray
+    kick: np.ndarray
+    slip: np.ndarray
+    turn: np.ndarray
+    share: np.ndarray
+    drift: np.ndarray
+    e_error: np.ndarray
+    kick_error: np.ndarray
+    spin_error: np.ndarray
+    offset_sd: np.ndarray
+
+
+def impact_quantities(impacts: Impacts, elongation: float) -> ImpactQuantities:
+    """For seeds of this elongation; balls are touched below their centre."""
+    radius, gyration = (getattr(impacts.seeds, key)[impacts.recording] for key in ("radius", "gyration"))
+    (vx, vz, w), (vx2, vz2, w2) = impacts.before.T, impacts.after.T
+    gain, spun = vz2 - vz, impacts.spin_seen & np.isfinite(radius)
+    with np.errstate(invalid="ignore"):
+        turn = np.where(spun, radius * (w2 - w) / gain, 0.0)
+        offset = np.where(spun, (gyration * (w2 - w) - radius * (vx2 - vx)) / gain, np.nan)
+        arm, reach = (np.where(spun & (elongation >= ROUND), length, 0.0) for length in (offset, radius))
+        closing = -(vz + np.where(spun, arm * w, 0.0))
+        leaving = vz2 + np.where(spun, arm * w2, 0.0)
+        slip = (vx + np.where(spun, radius * w, 0.0)) / gain
+    usable = (closing > SLOWEST_M_S) & (leaving > 0)
+    safe = np.where(usable, closing, 1.0)
+    e, kick = leaving / safe, (vx2 - vx) / gain
+    across = [v + np.where(spun, reach * np.nan_to_num(turning), 0.0) for v, turning in ((vx, w), (vx2, w2))]
+    e_error = _error(impacts, 1, -e / safe, 1 / safe) + np.diag((G_M_S2 * impacts.time_sd * (1 + e) / safe) ** 2)
+    if elongation >= ROUND:  # spins enter both speeds, directly and through the offset
+        swing = np.where(spun, gyration * (np.nan_to_num(w2) + e * np.nan_to_num(w)) / gain, 0.0)
+        e_error += _error(impacts, 2, np.nan_to_num((e * arm - swing) / safe), np.nan_to_num((arm + swing) / safe))
+    kick_error = _error(impacts, 0, -1 / gain, 1 / gain) + _error(impacts, 1, kick / gain, -kick / gain)
+    offset_error = _error(impacts, 2, -gyration / gain, gyration / gain) + _error(impacts, 0, radius / gain, -radius / gain)
+    spin_error = np.nan_to_num(_error(impacts, 2, 0 * gain, np.nan_to_num(radius / gain)))
+    offset_sd = np.sqrt(np.diag(offset_error))
+    drift = np.nan_to_num(np.array(across) / safe)
+    return ImpactQuantities(safe, e, usable, offset, kick, slip, turn, vz / gain, drift, e_error, kick_error, spin_error, offset_sd)
+
+
+def _error(impacts: Impacts, axis: int, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Covariance (n, n): a flight's speed has the same error at both its ends."""
+    slopes, row = np.zeros((len(impacts), len(impacts.flight_sd))), np.arange(len(impacts))
+    slopes[row, impacts.flights[:, 0]] = before
+    slopes[row, impacts.flights[:, 1]] += after
+    slopes = slopes * np.nan_to_num(impacts.flight_sd[:, axis])
+    return slopes @ slopes.T
