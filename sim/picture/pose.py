@@ -1,7 +1,9 @@
-"""Poses of seeds and parts a little before or after a frame's moment, for the sub-frames of an exposure."""
+"""Poses of seeds and parts a little before or after a frame's moment, for the sub-frames of an exposure.
+
+A seed that is not there has NaN for its pose. SciPy's rotations refuse NaN, so quaternions are multiplied here.
+"""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from sim.motion import Motion
 
@@ -16,8 +18,7 @@ def poses_at(motion: Motion, frame: int, later_s: float) -> tuple[Array, Array]:
     places, turns = [motion.positions_m[frame]], [motion.orientations[frame]]
     if later_s:
         places[0] = places[0] + later_s * motion.velocities_m_s[frame]
-        turned = Rotation.from_rotvec(later_s * motion.spins_rad_s[frame]) * _rotation(turns[0])
-        turns[0] = turned.as_quat()[:, [3, 0, 1, 2]]
+        turns[0] = product(from_rotation_vector(later_s * motion.spins_rad_s[frame]), turns[0])
     for part in motion.parts:
         pose = _part_pose(motion, part, frame, later_s)
         places.append(pose[None, :3])
@@ -42,13 +43,24 @@ def _part_pose(motion: Motion, part, frame: int, later_s: float) -> Array:
     return np.r_[pose[:3], pose[3:] / np.linalg.norm(pose[3:])]
 
 
+def from_rotation_vector(angles_rad: Array) -> Array:
+    """Unit quaternions (n, 4) of rotation vectors (n, 3) [rad]."""
+    half = 0.5 * np.linalg.norm(angles_rad, axis=1, keepdims=True)
+    return np.hstack([np.cos(half), 0.5 * angles_rad * np.sinc(half / np.pi)])
+
+
+def product(a: Array, b: Array) -> Array:
+    """Quaternion products a b (n, 4): first b, then a."""
+    scalar = a[:, :1] * b[:, :1] - (a[:, 1:] * b[:, 1:]).sum(axis=1, keepdims=True)
+    return np.hstack([scalar, a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])])
+
+
 def matrices(places_m: Array, turns: Array) -> Array:
     """Homogeneous matrices (n, 4, 4) of positions (n, 3) and unit quaternions (n, 4)."""
+    w, x, y, z = turns.T
     out = np.zeros((len(turns), 4, 4))
-    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = _rotation(turns).as_matrix(), places_m, 1.0
+    out[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1)
+    out[:, 1, :3] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1)
+    out[:, 2, :3] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
+    out[:, :3, 3], out[:, 3, 3] = places_m, 1.0
     return out
-
-
-def _rotation(quaternions: Array) -> Rotation:
-    """Unit quaternions (n, 4), the scalar first, as SciPy's rotations."""
-    return Rotation.from_quat(quaternions[:, [1, 2, 3, 0]])

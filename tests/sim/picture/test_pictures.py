@@ -226,3 +226,12 @@ def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     seen = project(camera, motion.positions_m[track.frame, 0])
     off = np.c_[track.x_mm / 0.25, (camera.height_px - 1) - track.y_mm / 0.25] - seen
     assert np.sqrt((off**2).mean(axis=0)).max() < 0.03
+
+
+def test_a_seed_that_is_not_there_keeps_its_nan_and_moves_no_other():
+    from sim.picture.pose import poses_at
+
+    motion = still([[0, 0, 0.01], [np.nan] * 3], [[1, 0, 0, 0], [np.nan] * 4])
+    places, turns = poses_at(motion, 0, 1e-3)
+    assert np.isnan(places[1]).all() and np.isnan(turns[1]).all()
+    assert np.array_equal(places[0], [0, 0, 0.01]) and np.array_equal(turns[0], [1, 0, 0, 0])
