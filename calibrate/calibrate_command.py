@@ -17,7 +17,7 @@ from calibrate.procedure.shape_effect import verdict
 from calibrate.result_file import write_result
 from report import write_report
 from report.draw import name
-from report.numbers import with_interval
+from report.numbers import with_interval, words
 from twin.command import Misuse, check_folders, reported
 from twin.engine import Engine
 
@@ -217,7 +217,7 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
     lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
-    for line in (*lines, f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):
+    for line in (*map(words, lines), f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):
         console.print(line, markup=False, soft_wrap=True)
 
 

@@ -44,7 +44,7 @@ def _histogram(values: np.ndarray, name: str) -> np.ndarray:
         x = MARGIN + k * step
         cv2.rectangle(image, (round(x), round(HIGH - MARGIN - count * unit)), (round(x + step) - 1, HIGH - MARGIN), BAR, -1)
     cv2.line(image, (MARGIN, HIGH - MARGIN), (WIDE - MARGIN, HIGH - MARGIN), INK, 1, cv2.LINE_AA)
-    shown = WIDE / SHOWN_PX
+    shown = 2 * WIDE / SHOWN_PX  # two stand side by side
     for at, value in ((MARGIN, edges[0]), (WIDE - MARGIN, edges[-1])):
         write(image, f"{value:.2f}", at, HIGH - MARGIN + 24, INK, shown, anchor=0.5)
     sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
