@@ -78,7 +78,8 @@ def reasons(observation: Observation) -> list[str]:
 
 
 def shorten(text: str) -> str:
-    """
+    """A message with the names of files in the place of their paths.
+
     >>> shorten("/home/me/soy/drop-01/recording.toml: [drop] height_mm is missing")
     'recording.toml: [drop] height_mm is missing'
     """

@@ -73,6 +73,7 @@ def alike(names: set[str], truth: set[str]) -> bool:
 
 
 def unlisted(key: Key) -> bool:
+    """Whether the key holds an effect that the diagnosis does not list."""
     return any(e.name not in EFFECTS[key.rig] and "-follows-" not in e.name for e in key.effects)
 
 

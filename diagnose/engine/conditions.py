@@ -106,6 +106,7 @@ def _alike(one: Condition, other: Condition) -> bool:
 
 
 def effect_name(contact: Contact, condition: Condition) -> str:
+    """Name of the effect that a contact parameter follows a condition."""
     return f"{contact.name}-follows-{condition.name}"
 
 

@@ -103,7 +103,7 @@ class Place:
         return self.to(self.values + moved)
 
     def shorter(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """What is promised, half the way there, a quarter, …"""
+        """What is promised, half the way there, a quarter and so on."""
         starts, values = self.to(self.promised)
         for _ in range(HALVINGS):
             yield starts, values

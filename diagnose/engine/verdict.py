@@ -154,8 +154,6 @@ def _combined(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
 
 def moved_of(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> Moved:
     """A contact parameter; value(explanation) → its mean and sd there."""
-
-
     def told(e: Explanation, weight: float) -> tuple[float, float, float]:
         mean, sd = value(e)
         return weight, mean, sd * float(np.sqrt(e.power))

@@ -38,6 +38,8 @@ PILE, PLATE, GROUND, GREY_SD = 200.0, 95.0, 38.0, 2.0
 
 @dataclass(frozen=True)
 class Run:
+    """One pile: its shape, and the seed numbers of its noise."""
+
     half_mm: float  # of the base
     angle_off_deg: float
     round_mm: float
@@ -48,6 +50,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
+    """The piles of one case, and the camera that saw them."""
+
     runs: tuple[Run, ...]
     angle_deg: float
     grain_mm: float
@@ -59,6 +63,7 @@ class Scene:
 
 
 def draw(wish: Wish, rng: np.random.Generator) -> Scene:
+    """Piles of one case, drawn as `wish` asks for them."""
     gates = wish.separated and "gate-speed" in wish.effects
     several = (wish.separated and not gates) or rng.random() < 0.4
     halves, grain = ((45.0, 80.0) if several else (75.0,)), float(rng.uniform(2.0, 4.0))

@@ -36,6 +36,8 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Run:
+    """One roll: its direction, and how it differs from the others."""
+
     forwards: bool
     mu_factor: float
     start_off_mm: float
@@ -71,6 +73,7 @@ class Scene:
 
 
 def draw(wish: Wish, rng: np.random.Generator) -> Scene:
+    """Rolls of one case, drawn as `wish` asks for them."""
     both = wish.separated or (wish.separated is None and rng.random() < 0.5)
     pixel, scale_sd = float(rng.uniform(0.1, 0.3)), draw_scale_sd(wish, rng)
     runs = tuple(

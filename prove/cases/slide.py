@@ -37,6 +37,8 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Run:
+    """One slide: how its plate is tilted, and how it differs from the others."""
+
     rate_deg_s: float
     start_deg: float  # the tilt at the film's first moment
     count: int
@@ -73,6 +75,7 @@ class Scene:
 
 
 def draw(wish: Wish, rng: np.random.Generator) -> Scene:
+    """Slides of one case, drawn as `wish` asks for them."""
     read = bool(set(READ) & set(wish.effects)) or (not wish.effects and rng.random() < 0.2)
     count = int(rng.integers(3, 5)) if read else int(rng.integers(5, 9))
     several = wish.separated or read or (wish.separated is None and rng.random() < 0.5)

@@ -48,6 +48,7 @@ class Reading:
 
 
 def draw_reading(rng: np.random.Generator) -> Reading:
+    """How one reader reads angles: grid and rounding, drawn by their shares."""
     return Reading(float(rng.choice(GRIDS_DEG, p=GRID_SHARES)), str(rng.choice(list(WAYS), p=[p for _, p in WAYS.values()])))
 
 
@@ -68,10 +69,12 @@ def draw_scale_sd(wish: Wish, rng: np.random.Generator) -> float:
 
 
 def draw_distance_mm(rng: np.random.Generator) -> float:
+    """Distance from camera to seeds [mm]."""
     return 1e3 * spread(*DISTANCE_M, rng)
 
 
 def told_distance_mm(distance_mm: float, rng: np.random.Generator) -> float:
+    """The distance as a tape measure gives it, with three digits [mm]."""
     return float(f"{distance_mm * (1 + TAPE * rng.standard_normal()):.3g}")
 
 
@@ -82,10 +85,12 @@ def camera_keys(mm_per_px: float, scale_sd: float, plumb_deg: float = 0.0, plumb
 
 
 def known_scale(wish: Wish, scale_sd: float) -> float:
+    """Relative standard deviation of the scale as the case states it, or the usual one where it does not."""
     return wish.known("camera.mm_per_px_sd", scale_sd, UNSTATED_SCALE)
 
 
 def known_plumb_deg(wish: Wish, plumb_sd_deg: float) -> float:
+    """Standard deviation of the plumb line [deg] as the case states it, or the usual one where it does not."""
     stated = wish.known("camera.plumb_sd_deg", plumb_sd_deg, UNSTATED_PLUMB_SD_DEG)
     return wish.known("camera.plumb_deg", stated, UNSTATED_PLUMB_DEG)
 

@@ -103,6 +103,7 @@ def touching_walls(first, last, ball, owner, material, materials, table, wall_i,
 
 @njit(**OPTIONS)
 def copy(into, row):
+    """Copy a row into another of the same length."""
     for k in range(len(row)):
         into[k] = row[k]
 

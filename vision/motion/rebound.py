@@ -109,6 +109,7 @@ def upright(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]
 
 
 def all_failed(reason: str) -> tuple[Quantity, ...]:
+    """Every quantity of a drop, failed for one reason."""
     return tuple(failed(name, unit, reason) for name, unit in QUANTITIES)
 
 
