@@ -127,16 +127,17 @@ def diagnose_commands():
 
 @pytest.mark.parametrize("arguments", diagnose_commands(), ids=" ".join)
 def test_the_diagnose_commands_of_readme_and_demo_run_and_find_what_is_concealed(arguments, tmp_path, monkeypatch):
-    """As written, but for the films of the twin; a bench of the reader's own is the concealed roll."""
+    """As written, but for the films of the twin and for rigs that conceal nothing; a bench of the reader's own is the concealed roll."""
     from concealed import reveal
 
     monkeypatch.chdir(ROOT)
     arguments = [a.replace("my-bench", "samples/concealed-roll") for a in arguments]
     arguments[arguments.index("--out") + 1] = str(tmp_path / "out")
-    quick = [] if {"--quick", "--no-twin"} & set(arguments) else ["--quick"]
-    result = CliRunner().invoke(app, [*arguments, *quick])
-    assert result.exit_code == 0, result.output
     key = reveal(ROOT / arguments[1])
+    more = [] if {"--quick", "--no-twin"} & set(arguments) else ["--quick"]
+    more += [] if "--rig" in arguments else ["--rig", key["rig"]]
+    result = CliRunner().invoke(app, [*arguments, *more])
+    assert result.exit_code == 0, result.output
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"][key["rig"]]
     assert (found["verdict"], found["names"]) == ("name", [key["effect"]]), result.output
     value = found["parameters"][key["effect"]]
