@@ -75,7 +75,7 @@ def _when(finding: Finding) -> str:
 
 
 def _moved(finding: Finding) -> list[str]:
-    """ "left out, restitution reads 0.8 % too low, 3 of its sds" """
+    """ "left out, restitution reads 0.8 % too low, 3 of its sds"."""
     out = []
     for name, moved in finding.contact.items():
         if abs(moved.shift_sds) < MATTERS_SDS:
@@ -150,11 +150,13 @@ def place(finding: Finding) -> str:
 
 
 def chance(p: float) -> str:
+    """A probability of noise alone, "p < 0.0001" where it is smaller."""
     return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
 
 
 def percent(p: float) -> str:
-    """
+    """A probability in per cent, with a digit more near 0 and 1.
+
     >>> percent(0.9971), percent(0.83), percent(0.99999), percent(0.0004)
     ('99.7 %', '83 %', '> 99.9 %', '< 0.1 %')
     """

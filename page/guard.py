@@ -19,6 +19,7 @@ HEADERS = (
 
 
 def new_token() -> str:
+    """A random token that no other page can guess."""
     return secrets.token_urlsafe(24)
 
 

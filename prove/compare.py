@@ -16,6 +16,7 @@ SOLVER_NAME = "benchtwin diagnose"
 
 
 def comparable(j: Judged) -> bool:
+    """Whether the other methods can be asked too: a drop, given as a track."""
     return j.key.rig == "drop" and not j.key.rendered
 
 

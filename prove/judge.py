@@ -68,6 +68,7 @@ def same_effects(names: set[str], truth: set[str]) -> bool:
 
 
 def unlisted(key: Key) -> bool:
+    """Whether the key holds an effect that the diagnosis does not list."""
     return any(e.name not in EFFECTS[key.rig] and "-follows-" not in e.name for e in key.effects)
 
 

@@ -33,10 +33,12 @@ def unit(key: str) -> str:
 
 
 def short(key: str) -> str:
+    """A parameter's name without the pair of materials."""
     return name(key).split(",")[0]
 
 
 def line(x: Iterable[float], y: Iterable[float], color: str, label: str, dash: str = "solid") -> dict:
+    """A line for plotly."""
     return {
         "type": "scatter",
         "mode": "lines",
@@ -49,6 +51,7 @@ def line(x: Iterable[float], y: Iterable[float], color: str, label: str, dash: s
 
 
 def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, color: str) -> dict:
+    """An area between two curves for plotly, in a shade of `color`."""
     return {
         "type": "scatter",
         "mode": "lines",
@@ -63,6 +66,7 @@ def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, color: str) -> dict:
 
 
 def layout(x: str, y: str) -> dict:
+    """A figure's layout for plotly, with the axes' titles."""
     return {
         "xaxis": {"title": {"text": x}},
         "yaxis": {"title": {"text": y}},
@@ -73,8 +77,10 @@ def layout(x: str, y: str) -> dict:
 
 
 def listed(values: Iterable[float]) -> list[float]:
+    """Six digits of each value, as JSON takes them."""
     return [float(f"{v:.6g}") for v in values]
 
 
 def rows(z: np.ndarray) -> list[list[float]]:
+    """Six digits of each value of a table (n, m), as JSON takes them."""
     return [listed(row) for row in z]

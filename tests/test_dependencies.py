@@ -4,7 +4,7 @@ import ast
 import re
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -72,9 +72,15 @@ def modules(file: Path) -> set[str]:
     return found
 
 
+@cache
+def distributions() -> Mapping[str, list[str]]:
+    """Distributions by the modules that they provide; asking takes a second."""
+    return packages_distributions()
+
+
 def imported(places: tuple[str, ...]) -> set[str]:
     """Distributions that files of ours import; a module that none provides stands for itself."""
-    owners = packages_distributions()
+    owners = distributions()
     local = {f.stem for f in files(BESIDE)} | {place.removesuffix(".py") for place in (*OURS, *BESIDE)}
     tops = {module.split(".")[0] for file in files(places) for module in modules(file)} - sys.stdlib_module_names - local
     found = {owner.lower().replace("_", "-") for top in tops for owner in owners.get(top, [top])}

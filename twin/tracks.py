@@ -130,6 +130,7 @@ def _heard_instead(entry: Recording, trouble: str) -> SeenTrack:
 
 
 def track_of(recording: Recording) -> Track:
+    """A recording's track, read from its table or measured on its frames."""
     if recording.evidence == "track.csv":
         read = read_track(recording.files[0])
         return track_from_table(read.rows, recording.camera, read.notes)

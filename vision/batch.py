@@ -340,4 +340,5 @@ def _file_name(name: str, taken: set[str]) -> str:
 
 
 def measured_anything(table: pd.DataFrame) -> bool:
+    """Whether a table of measurements holds at least one finite value that has not failed."""
     return bool(len(table)) and bool((table["quality"] != FAILED).any()) and bool(np.isfinite(table["value"]).any())

@@ -13,7 +13,7 @@ Term = tuple[int, ...]
 
 
 def full(factors: int, order: str = "quadratic") -> tuple[Term, ...]:
-    """All terms of a model: intercept, A, B …, then AB, AC …, then A², B² …
+    """All terms of a model: intercept, A, B …, then AB, AC …, then A², B² and so on.
 
     order: "linear", "interactions" or "quadratic". Raises ValueError for another.
 

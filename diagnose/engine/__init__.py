@@ -1,0 +1,1 @@
+"""Statistics of a diagnosis: explanations are fitted, weighed and judged, whatever the rig."""

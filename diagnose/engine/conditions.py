@@ -112,6 +112,7 @@ def _confounded(one: Condition, other: Condition) -> bool:
 
 
 def effect_name(contact: Contact, condition: Condition) -> str:
+    """Name of the effect that a contact parameter follows a condition."""
     return f"{contact.name}-follows-{condition.name}"
 
 

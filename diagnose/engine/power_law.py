@@ -47,7 +47,8 @@ def law_of(base: Fit, families: tuple[Family, ...]) -> str | None:
 
 
 def in_words(power: float, low: float, high: float) -> str:
-    """
+    """An exponent's estimate and 95 % interval as it stands in a law, with the whole or half number that it holds.
+
     >>> in_words(1.9, 1.7, 2.1)
     '^(1.9 ± 0.2), 2 being the simplest'
     >>> in_words(0.5, -np.inf, 3.0)

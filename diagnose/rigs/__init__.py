@@ -1,0 +1,1 @@
+"""Each rig's recordings, stated as one problem for the engine."""

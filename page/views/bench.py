@@ -22,6 +22,7 @@ PICTURED = ("photos", "frames", "video")
 
 
 def register(site: Site) -> None:
+    """Add the page of a bench, and of a folder of benches, to the site."""
     @ui.page("/", title="benchtwin")
     async def start() -> None:
         benches = site.folder.benches()

@@ -37,6 +37,7 @@ KEPT_AS = {"base": ("pile", "baseline_px"), "roi": ("pile", "roi_px"), "window":
 
 
 def register(site: Site) -> None:
+    """Add the page of a recording to the site."""
     @ui.page("/recording")
     async def recording(r: str) -> None:
         try:

@@ -32,6 +32,7 @@ def answer(alarm: bool, verdict: str, names: Sequence[str] = (), sector: str = "
 
 
 def sector_of(name: str) -> str:
+    """Where an effect acts: "impact", "flight" or "measurement"."""
     if name in IMPACT_NAMES:
         return "impact"
     return "flight" if name in ("drag", "draught", "magnus") else "measurement"

@@ -49,6 +49,7 @@ def lowest(r, axes, normal):
 
 @njit(cache=True)
 def cross(a, b):
+    """Cross product of two vectors (3,)."""
     return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
 

@@ -72,4 +72,5 @@ def law_array(**values: float | np.floating) -> np.ndarray:
 
 
 def impact_array(**values: float | np.floating) -> np.ndarray:
+    """Numbers of the impact's laws in the order of IMPACT, 0 for those that are not given."""
     return np.array([float(values.get(name, 0.0)) for name in IMPACT])

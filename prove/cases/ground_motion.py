@@ -54,6 +54,7 @@ def drive(t, x, v, steady, rate, block):
 
 @njit(cache=True)
 def pulled(t, x, v, tilt, rate, block):
+    """Acceleration along the plate [m/s²] at time t [s], travel x [m], speed v [m/s] and tilt [rad]."""
     push, normal = drive(t, x, v, tilt, rate, block)
     return (push - friction(v, x, block) * normal - blown(v, block[AIR], block[REYNOLDS])) / (1 + block[ADDED])
 

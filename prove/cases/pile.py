@@ -38,6 +38,8 @@ PILE, PLATE, GROUND, GREY_SD = 200.0, 95.0, 38.0, 2.0
 
 @dataclass(frozen=True)
 class Run:
+    """One pile: its shape, and the seed numbers of its noise."""
+
     half_mm: float  # of the base
     angle_off_deg: float
     round_mm: float
@@ -48,6 +50,8 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
+    """The piles of one case, and the camera that saw them."""
+
     runs: tuple[Run, ...]
     angle_deg: float
     grain_mm: float

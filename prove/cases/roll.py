@@ -36,6 +36,8 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Run:
+    """One roll: its direction, and how it differs from the others."""
+
     forwards: bool
     mu_factor: float
     start_off_mm: float

@@ -37,6 +37,8 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Run:
+    """One slide: how its plate is tilted, and how it differs from the others."""
+
     rate_deg_s: float
     start_deg: float  # the tilt at the film's first moment
     count: int

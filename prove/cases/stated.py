@@ -48,6 +48,7 @@ class Reading:
 
 
 def draw_reading(rng: np.random.Generator) -> Reading:
+    """How one reader reads angles: grid and rounding, drawn by their shares."""
     return Reading(float(rng.choice(GRIDS_DEG, p=GRID_SHARES)), str(rng.choice(list(WAYS), p=[p for _, p in WAYS.values()])))
 
 

@@ -123,6 +123,7 @@ def touching_walls(first, last, look, calm, ball, owner, material, materials, ta
 
 @njit(**OPTIONS)
 def copy(into, row):
+    """Copy a row into another of the same length."""
     for k in range(len(row)):
         into[k] = row[k]
 

@@ -122,11 +122,13 @@ def push_back(P, t, window, row):
 
 
 def push_wall(P, t, load):
+    """Subtract the force in lane `t` of the tile from a wall's load (3,) [N]."""
     for c in range(3):
         load[c] -= P[tiles.FX + c * STRIDE + t]
 
 
 def gather_pairs(P, s, active, share, rows):
+    """Fill a tile with the pairs of balls in `active`."""
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
@@ -140,6 +142,7 @@ def gather_pairs(P, s, active, share, rows):
 
 
 def gather_walls(P, s, active, share, meet, rows):
+    """Fill a tile with the balls and walls in `active`; `meet` says where they touch."""
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
@@ -153,6 +156,7 @@ def gather_walls(P, s, active, share, meet, rows):
 
 
 def scatter_pairs(P, s, active, base, sums):
+    """Add a tile's forces and torques to both bodies of each pair, and keep what the contacts remember."""
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
@@ -164,6 +168,7 @@ def scatter_pairs(P, s, active, base, sums):
 
 
 def scatter_walls(P, s, active, base, wall_push, sums):
+    """Add a tile's forces and torques to bodies and walls, and keep what the contacts remember."""
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]

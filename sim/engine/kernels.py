@@ -107,6 +107,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
 
 
 def walls_at(t, s):
+    """Put the moving walls where they are at time `t` [s]."""
     place_walls(t, s.moves, s.move_numbers, s.prim_rest, s.prim_ref, s.prim_kind, s.prim_wall, s.prim, s.twist, s.wall_way)
 
 
@@ -130,6 +131,7 @@ def squeeze(sums):
 
 @njit(**OPTIONS)
 def runaway(totals, most_speed):
+    """RUNAWAY where a body is faster than `most_speed` [m/s] or its speed is not a number, else DONE."""
     for b in range(len(totals)):
         if not totals[b, T_FASTEST] <= most_speed * most_speed:  # NaN too
             return RUNAWAY
@@ -150,6 +152,7 @@ def add_walls(wall_push, wall_load, dt, impulse):
 
 @njit(**OPTIONS)
 def add_ledger(sums, dt, ledger):
+    """Add the work that the laws did in one step of `dt` [s] to the energy ledger [J]."""
     for b in range(len(sums)):
         ledger[0] += dt * sums[b, gathering.S_DAMPED]
         ledger[1] += dt * sums[b, gathering.S_SLIPPED]

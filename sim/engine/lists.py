@@ -45,6 +45,7 @@ def choose_skin(radii: np.ndarray, primitives: int, reach: float = 0.0) -> float
 
 
 def ball_counts(tables: Tables, shape_of: np.ndarray) -> np.ndarray:
+    """How many balls each body has (n,)."""
     return np.diff(tables.shape_start)[shape_of]
 
 

@@ -44,6 +44,7 @@ class Every:
 
 @lru_cache(maxsize=8)
 def tables_of(world: World) -> Tables:
+    """The world's seeds, walls and materials as the tables that kernels read."""
     return tabulate_world(world)
 
 

@@ -15,6 +15,7 @@ STRIDE = 40  # from row to row: no power of two, so that the rows spread over th
 
 
 def rows(first: int, count: int) -> list[int]:
+    """Where `count` rows of a tile begin, from its row `first` on."""
     return [(first + k) * STRIDE for k in range(count)]
 
 
@@ -106,26 +107,32 @@ def approach(P, count, dt, early):
 
 # What `laws` below calls; `kernels.build` binds the chosen laws in their place. P and t lead to a law's parameters.
 def restitution(impact_speed, e, P, t):
+    """Stands for a chosen law of restitution: leaves `e` as it is."""
     return e
 
 
 def friction(slip_speed, mu, P, t):
+    """Stands for a chosen law of friction: leaves `mu` as it is."""
     return mu
 
 
 def normal_extra(overlap, closing_speed, radius, modulus, P, t):
+    """Stands for chosen laws of the normal force: adds none."""
     return 0.0
 
 
 def rolling_spin(normal_force, spin_speed, arm, mu_r, P, t):
+    """Stands for a chosen law of rolling against a body's own spin: no torque."""
     return 0.0
 
 
 def rolling_relative(normal_force, rolling_speed, radius, mu_r, P, t):
+    """Stands for a chosen law of relative rolling: no torque."""
     return 0.0
 
 
 def rolling_spring(mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, inertia, mu_r, P, t):
+    """Stands for a chosen law of an elastic–plastic rolling moment: no moment and no torque."""
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 

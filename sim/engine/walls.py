@@ -151,6 +151,7 @@ def box(name: str, material: Material, low: Vector, high: Vector, *, lid: bool =
 
 
 def unit(what: str, vector: Vector) -> np.ndarray:
+    """The vector over its length; ValueError names it as `what` where it has none."""
     v = np.asarray(vector, float)
     length = np.linalg.norm(v)
     if v.shape != (3,) or not (np.isfinite(length) and length > 0):

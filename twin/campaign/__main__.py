@@ -1,4 +1,6 @@
-"""Run one failed job alone, in this process, with its whole traceback:  python -m twin.campaign DIR/failed/KEY.json
+"""Run one failed job alone, in this process, with its whole traceback.
+
+    python -m twin.campaign DIR/failed/KEY.json
 
 A result goes into the store like any other. Exit code 0: it ran; 1: it failed again; 2: that file does not name a job.
 """
@@ -15,6 +17,7 @@ from twin.campaign.work import simulate_and_measure
 
 
 def main(arguments: list[str]) -> int:
+    """Run the job in a file of a store alone; returns the exit code."""
     try:
         file = Path(*arguments).absolute()
         told = json.loads(file.read_text(encoding="utf8"))

@@ -142,4 +142,5 @@ def rerun_command(root: Path, key: str) -> str:
 
 
 def name_of(work: Work) -> str:
+    """Module and name of what a job does, as its record states it."""
     return f"{getattr(work, '__module__', '?')}:{getattr(work, '__qualname__', repr(work))}"

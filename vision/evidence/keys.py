@@ -340,6 +340,7 @@ _OTHER_UNITS = {  # end of a key → what its number is in another unit, and its
 
 
 def validate(content: dict, path: Path) -> Keys:
+    """The keys of a recording.toml; MeasurementError names each that is wrong, with what it should hold."""
     try:
         return Keys.model_validate(content)
     except ValidationError as error:

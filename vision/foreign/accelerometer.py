@@ -27,6 +27,7 @@ _TURNING = 0.15  # of the largest angle: where the plate has begun to rise, and 
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is a table of three accelerations over time."""
     if source.packed or source.is_xml or source.is_workbook:
         return False
     head = source.top
@@ -34,6 +35,7 @@ def holds(source: Source) -> bool:
 
 
 def read(source: Source) -> Found:
+    """The plate's tilt over the file's times; MeasurementError where no column of time says its unit."""
     path, rows = source.path, source.rows
     headings = [str(h).lower() for h in rows[0]]
     axes = _axes(rows[0])

@@ -59,6 +59,7 @@ def free_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:
 
 
 def fits_gravity(acceleration_mm_s2: float) -> bool:
+    """Whether an acceleration [mm/s²] is that of gravity, up to LOOSE."""
     return abs(abs(acceleration_mm_s2) / (1000 * G_M_S2) - 1) < LOOSE
 
 

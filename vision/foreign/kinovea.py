@@ -24,6 +24,7 @@ _CENTIMETRES = {"centimeters": "cm", "meters": "m", "millimeters": "mm", "inches
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is an analysis, a text or a table that Kinovea exported."""
     if source.is_xml:
         return b"<KinoveaVideoAnalysis" in source.head
     if source.packed or source.is_workbook or not source.first_lines:
@@ -35,6 +36,7 @@ def holds(source: Source) -> bool:
 
 
 def read(source: Source) -> Found:
+    """The file's tracks, with the units that it names."""
     if source.is_xml:
         return _analysis(source)
     return _text(source) if source.first_lines[0].startswith(_TEXT) else _table(source)

@@ -16,6 +16,7 @@ _TRACK, _SLICE = re.compile(r"track\s*n"), re.compile(r"slice\s*n")
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is a table of ImageJ's plug-in Manual Tracking."""
     if source.packed or source.is_xml or source.is_workbook:
         return False
     heading = " ".join(map(str, source.top[0])).lower()
@@ -23,6 +24,7 @@ def holds(source: Source) -> bool:
 
 
 def read(source: Source) -> Found:
+    """The table's tracks; frames are numbered, and units are those that its headings name."""
     headings = [str(h).lower() for h in source.rows[0]]
     rows, path = source.rows[1:], source.path
     places = [next((k for k, h in enumerate(headings) if match(h)), -1) for match in (_TRACK.match, _SLICE.match, "x".__eq__, "y".__eq__)]

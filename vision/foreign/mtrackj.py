@@ -12,10 +12,12 @@ TOOL = "MTrackJ"
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is a data file of ImageJ's plug-in MTrackJ."""
     return source.head.lstrip(b"\xef\xbb\xbf").startswith(b"MTrackJ ") and b"Data File" in source.head[:60]
 
 
 def read(source: Source) -> Found:
+    """The file's tracks, cluster by cluster."""
     tracks: list[tuple[str, list[list[float]]]] = []
     cluster = ""
     for k, line in enumerate(source.text.splitlines(), 1):

@@ -21,6 +21,7 @@ _OTHER = "acoustic stopwatch or acceleration (with g)"
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is an export of phyphox, told by its metadata or by the units of its columns."""
     if source.is_xml:
         return False
     if source.is_workbook:
@@ -31,6 +32,7 @@ def holds(source: Source) -> bool:
 
 
 def read(source: Source) -> Found:
+    """Impact times, or a plate's angle, from the export's sheets."""
     tables = {name: rows for name, rows in source.sheets.items() if "meta" not in name.lower()}
     kinds = {name: _kind(rows) for name, rows in tables.items()}
     guesses = ["times as the phone's microphone heard them"]

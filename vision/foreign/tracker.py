@@ -37,12 +37,14 @@ class _System:
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is a project of Tracker, packed or not."""
     if source.packed:
         return any(name.lower().endswith(".trk") for name in source.members)
     return source.is_xml and _ANY in source.head
 
 
 def read(source: Source) -> Found:
+    """The project's tracks, with its clip's times, its scale and its axes."""
     panel, inside = _panel(source)
     clip, control, coords = (_object(panel, name) for name in ("videoclip", "clipcontrol", "coords"))
     step_ms = _number(source, control, "delta_t")

@@ -19,6 +19,7 @@ _PLACES = ("x", "y")
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is a table that Tracker exported: columns of times and places, named as Tracker names them."""
     if source.packed or source.is_xml or source.is_workbook:
         return False
     head = source.top
@@ -39,6 +40,7 @@ def parsed(heading: object) -> tuple[str, str]:
 
 
 def read(source: Source) -> Found:
+    """The table's tracks, with the units that its headings name."""
     rows = source.rows
     at = heading_row(rows)
     headings = [parsed(h) for h in rows[at]]

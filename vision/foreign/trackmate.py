@@ -20,6 +20,7 @@ _COLUMNS = ("TRACK_ID", "POSITION_X", "POSITION_Y", "POSITION_T", "FRAME")
 
 
 def holds(source: Source) -> bool:
+    """Whether the file is a model, a simple track file or a table of TrackMate."""
     if source.packed:
         return False
     if source.is_xml:
@@ -28,6 +29,7 @@ def holds(source: Source) -> bool:
 
 
 def read(source: Source) -> Found:
+    """The file's tracks, with the units that it names."""
     if not source.is_xml:
         return _table(source)
     if source.xml.tag == "Tracks":

@@ -112,6 +112,7 @@ def gravity_axes(track: Track, recording: Recording) -> tuple[np.ndarray, np.nda
 
 
 def all_failed(reason: str) -> tuple[Quantity, ...]:
+    """Every quantity of a drop, failed for one reason."""
     return tuple(failed(name, unit, reason) for name, unit in QUANTITIES)
 
 

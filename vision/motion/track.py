@@ -95,7 +95,7 @@ def make_track(
     t_s: ArrayLike | None, x: ArrayLike, y: ArrayLike, *, unit: str = "mm", frame: ArrayLike | None = None,
     sd: ArrayLike = np.nan, **more: Any,
 ) -> Track:  # fmt: skip
-    """A track from plain arrays; frame numbers default to 0, 1, 2, …"""
+    """A track from plain arrays; frame numbers default to 0, 1, 2 and so on."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     n = len(x)
     numbers = np.arange(n) if frame is None else np.asarray(frame)

@@ -18,6 +18,7 @@ def draw_scale(image: np.ndarray, scale: Scale) -> np.ndarray:
 
 
 def scale_words(scale: Scale) -> str:
+    """A scale in words: pixels a millimetre, and the paper's tilt."""
     return f"graph paper: {1 / scale.paper_mm_per_px:.2f} px/mm, tilt {scale.tilt_deg:+.2f}°"
 
 

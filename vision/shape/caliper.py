@@ -47,4 +47,5 @@ def ellipse_share(points: np.ndarray) -> float:
 
 
 def solidity(patch: np.ndarray) -> float:
+    """An outline's area over that of its convex hull."""
     return cv2.contourArea(patch) / max(cv2.contourArea(cv2.convexHull(patch)), 1.0)

@@ -35,6 +35,8 @@ class Spread:
 
 @dataclass(frozen=True)
 class DrawnSeed:
+    """A drawn seed: centre, length and width [px], direction, and the group of seeds that touch it."""
+
     x: float
     y: float
     length: float

@@ -38,6 +38,7 @@ class Friction:
 
 
 def friction_of(elongation: float, spun: bool) -> Friction:
+    """Friction at an impact of a seed of this elongation, whether or not its spin was seen."""
     if not spun:
         return Friction(-1 / 7, 0.1, 0.0, 0.0, 0.1)
     return Friction(0.0, 0.02, 0.4, 0.02) if elongation < NEARLY_ROUND else Friction(-0.5, 0.5, 0.0, 1.0)

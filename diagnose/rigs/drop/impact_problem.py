@@ -61,6 +61,7 @@ class ImpactModel:
 
 
 def elongation_of(impacts: Impacts) -> float:
+    """Median over the recordings of the seeds' elongation (a − c)/(a + c)."""
     return float(np.median(impacts.seeds.elongation))
 
 

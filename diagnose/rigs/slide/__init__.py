@@ -1,0 +1,1 @@
+"""Slides: when a seed begins to move, and how it goes on."""
