@@ -95,7 +95,6 @@ def _write(file: Path, text: str) -> None:
 
 def _modelled(asked: Asked, found, say):
     """Run the simulation again with what was found; failures become notes."""
-
     from diagnose.rerun import resimulate_all
 
     shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis

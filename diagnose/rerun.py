@@ -65,9 +65,7 @@ class Resimulation:
         return before, after, first.unit, first.quantity
 
     def in_words(self) -> str:
-        """"run again so that the plate rises by 0.2°, the twin is off by 0.97 mm where it was off by
-        7.7 mm (way …)"
-        """
+        """One sentence: run again so that the plate rises by 0.2°, the twin is off by 0.97 mm where it was off by 7.7 mm."""
         if not self.compared:
             return "; ".join(self.notes)
         before, after, unit, quantity = self.total()

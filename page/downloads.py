@@ -45,6 +45,7 @@ def card_files(results: Path, engine: str) -> dict[str, str]:
 
 
 def zipped(files: dict[str, str]) -> bytes:
+    """Texts by file name as one compressed ZIP archive."""
     data = io.BytesIO()
     with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as pack:
         for name, text in files.items():

@@ -78,7 +78,8 @@ def reasons(observation: Observation) -> list[str]:
 
 
 def shorten_paths(text: str) -> str:
-    """
+    """A message with the names of files in the place of their paths.
+
     >>> shorten_paths("/home/me/soy/drop-01/recording.toml: [drop] height_mm is missing")
     'recording.toml: [drop] height_mm is missing'
     """

@@ -5,10 +5,12 @@ from pathlib import Path
 
 
 def read_json(file: Path) -> dict:
+    """The object that a JSON file holds."""
     return json.loads(file.read_text(encoding="utf8"))
 
 
 def write_json(file: Path, content: dict, *, indent: int | None = 1) -> None:
+    """Write a JSON file, whole or not at all; ValueError for a number that is not finite."""
     write_whole(file, json.dumps(content, indent=indent, sort_keys=True, allow_nan=False))
 
 

@@ -112,7 +112,7 @@ class Linearisation:
         return self.step_to(self.values + moved)
 
     def halved_steps(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """The full Gauss–Newton step, half of it, a quarter, …"""
+        """The full Gauss–Newton step, half of it, a quarter, and so on."""
         starts, values = self.step_to(self.predicted)
         for _ in range(MAX_HALVINGS):
             yield starts, values

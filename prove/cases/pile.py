@@ -63,6 +63,7 @@ class Scene:
 
 
 def draw(request: Request, rng: np.random.Generator) -> Scene:
+    """A scene of the requested effects: heaps, their camera, and what is stated of them."""
     gates = request.separated and "gate-speed" in request.effects
     several = (request.separated and not gates) or rng.random() < 0.4
     halves, grain = ((45.0, 80.0) if several else (75.0,)), float(rng.uniform(2.0, 4.0))

@@ -73,6 +73,7 @@ class Scene:
 
 
 def draw(request: Request, rng: np.random.Generator) -> Scene:
+    """A scene of the requested effects: rolls, their camera, and what is stated of them."""
     both = request.separated or (request.separated is None and rng.random() < 0.5)
     pixel, scale_sd = float(rng.uniform(0.1, 0.3)), draw_scale_sd(request, rng)
     runs = tuple(

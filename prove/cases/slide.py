@@ -75,6 +75,7 @@ class Scene:
 
 
 def draw(request: Request, rng: np.random.Generator) -> Scene:
+    """A scene of the requested effects: slides, their camera, and what is stated of them."""
     read = bool(set(READ) & set(request.effects)) or (not request.effects and rng.random() < 0.2)
     count = int(rng.integers(3, 5)) if read else int(rng.integers(5, 9))
     several = request.separated or read or (request.separated is None and rng.random() < 0.5)

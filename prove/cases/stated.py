@@ -69,10 +69,12 @@ def draw_scale_sd(request: Request, rng: np.random.Generator) -> float:
 
 
 def draw_distance_mm(rng: np.random.Generator) -> float:
+    """A camera distance [mm], log-uniform over DISTANCE_M."""
     return 1e3 * log_uniform(*DISTANCE_M, rng)
 
 
 def stated_distance_mm(distance_mm: float, rng: np.random.Generator) -> float:
+    """The distance [mm] as a tape measure reads it."""
     return float(f"{distance_mm * (1 + TAPE * rng.standard_normal()):.3g}")
 
 
@@ -83,10 +85,12 @@ def camera_keys(mm_per_px: float, scale_sd: float, plumb_deg: float = 0.0, plumb
 
 
 def known_scale(request: Request, scale_sd: float) -> float:
+    """How well the scale is known, relative (sd): as stated, or as one that is not stated."""
     return request.known("camera.mm_per_px_sd", scale_sd, UNSTATED_SCALE)
 
 
 def known_plumb_deg(request: Request, plumb_sd_deg: float) -> float:
+    """How well the vertical is known [deg] (sd): as stated, or as one that is not stated."""
     stated = request.known("camera.plumb_sd_deg", plumb_sd_deg, UNSTATED_PLUMB_SD_DEG)
     return request.known("camera.plumb_deg", stated, UNSTATED_PLUMB_DEG)
 

@@ -21,7 +21,7 @@ def find_base_line(
     crop: np.ndarray, background: Background, silhouette: Silhouette, surface: np.ndarray, baseline: Segment | None, camera: Camera,
     roi: tuple[int, int, int, int],
 ) -> BaseLine:  # fmt: skip
-    """The line that the pile stands on, by the first method that finds one (BASES):
+    """The line that the pile stands on, by the first method of BASES that finds one.
 
     given: stated; plate: the surface beside the pile; edge: the plate's faint edge beside the pile; foot: the silhouette's lower
     edge; mirror: half-way between the surface and its mirror image; toe: a level line through the surface's lowest point.

@@ -35,6 +35,7 @@ def with_pictures(again: Resimulation, flown, old: np.ndarray, new: np.ndarray, 
 
 
 def caption(again: Resimulation, name: str) -> str:
+    """What the picture of the simulation run again shows."""
     return (
         f"{name} at {MOMENTS} moments: where it was recorded, where the old twin is, and the new twin with "
         f"{' and '.join(again.effects)}; right: what differs between recording and twin, brightened"

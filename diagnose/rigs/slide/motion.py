@@ -1,4 +1,4 @@
-"""A block on a tilting plate: at rest until the pull exceeds static friction, then
+"""A block on a tilting plate: at rest until the pull exceeds static friction, then sliding.
 
     (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ) − d (ẋ + s √ẋ)²,   θ a
     cubic in t, or stairs on it
