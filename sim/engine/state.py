@@ -21,7 +21,8 @@ class State:
     (n, 8): force [N], torque [N m], the most that rolling friction brakes the spin by [N m], and a spare; calm (n,): looks in a
     row at which it lay still (`bodies.CALM`: it sleeps); shape_of, material (n,); ball (m, 4): centre and radius [m];
     owner, ball_id (m,); path (m,): how far each ball has come since the lists were made, bends included [m].
-    pair_*, wall_*: listed pairs, what contacts remember, whether they touch. block_*: first body, pair, wall pair, window row of each block. wall_push_ns (walls, 3): time
+    pair_*, wall_*: listed pairs, what contacts remember, whether they touch. block_*: first body, pair, wall pair, window row
+    of each block. wall_push_ns (walls, 3): time
     integral of the seeds' push on each wall [N s]; wall_load (walls, 3): that push now [N]. ledger: see `kernels.LEDGER_NAMES`
     [J]. removed: ids gone.
     """
