@@ -15,7 +15,7 @@ from vision.overlay.plot import GRID, INK, ticks
 WIDE, LOUDNESS, STRIP = 1200, 360, 220
 SHOWN = WIDE / SHOWN_PX
 LINE, GAP = round(LINE_PX * SHOWN), round(6 * SHOWN)
-LEFT, RIGHT = 8 * GAP, 2 * GAP
+LEFT, RIGHT = 9 * GAP, 2 * GAP
 WAVE, IMPACT, ADDED, REMOVED = (120, 150, 190), (0, 150, 40), (150, 0, 170), (220, 60, 40)
 RANGE_DB = 80.0
 MOST_REASONS = 7
