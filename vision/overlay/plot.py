@@ -1,6 +1,7 @@
 """y against x as a picture, for tracks and times that come without one: points, fitted curves, marks. OpenCV only."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -20,49 +21,63 @@ def plot(
     """y against x as a picture: points, fitted curves (x, y), marked points."""
     wide, high = size
     shown = max(size) / SHOWN_PX
-    line = round(LINE_PX * shown)
+    line, gap = round(LINE_PX * shown), round(6 * shown)
     image = np.full((high, wide, 3), 255, np.uint8)
     x, y, outlier = np.asarray(x, float), np.asarray(y, float), np.asarray(outlier, bool)
     good = ~outlier if (~outlier).any() else np.ones(len(x), bool)
     ends = [np.asarray(u, float)[[0, -1]] for u, _ in curves]
-    (x0, x1), (y0, y1) = _range(np.concatenate([x[good], *ends])), _range(y[good])
-
-    across, up = ticks(x0, x1), ticks(y0, y1)
-    gap = round(6 * shown)
+    across, up = _range(np.concatenate([x[good], *ends])), _range(y[good])
     said = wrapped(caption, wide - 2 * gap, shown)
-    left = max((text_width(f"{value:.6g}", shown) for value in up), default=0) + 2 * gap
-    right, top, bottom = 4 * gap, (len(said) + 1) * line + gap, 2 * line + gap
-
-    def place(u, v):
-        column = left + (np.asarray(u, float) - x0) / (x1 - x0) * (wide - left - right)
-        row = high - bottom - (np.asarray(v, float) - y0) / (y1 - y0) * (high - top - bottom)
-        return np.column_stack([np.clip(column, -4000, 8000), np.clip(row, -4000, 8000)])
-
-    for value in across:
-        at = round(float(place(value, y0)[0, 0]))
-        cv2.line(image, (at, top), (at, high - bottom), GRID, round(shown))
-        write(image, f"{value:.6g}", at, high - bottom + line, INK, shown, anchor=0.5)
-    for value in up:
-        at = round(float(place(x0, value)[0, 1]))
-        cv2.line(image, (left, at), (wide - right, at), GRID, round(shown))
-        write(image, f"{value:.6g}", left - gap, at + 0.25 * line, INK, shown, anchor=1.0)
+    left = max((text_width(f"{value:.6g}", shown) for value in ticks(*up)), default=0) + 2 * gap
+    axes = _Axes(across, up, (left, wide - 4 * gap), ((len(said) + 1) * line + gap, high - 2 * line - gap))
+    _draw_axes(image, axes, shown)
     fine = round(16 * shown)  # a pixel as shown, in sixteenths of one of the picture
-    for i, (column, row) in enumerate(place(x, y)):
+    for i, (column, row) in enumerate(axes.place(x, y)):
         if 0 <= column <= wide and 0 <= row <= high:
             cv2.circle(image, (round(column * 16), round(row * 16)), 2 * fine, BAD if outlier[i] else POINT, -1, cv2.LINE_AA, 4)
     for u, v in curves:
-        path = place(u, v)
+        path = axes.place(u, v)
         path = path[np.isfinite(path).all(axis=1)]
         cv2.polylines(image, [np.round(path * 16).astype(np.int32)], False, CURVE, round(shown), cv2.LINE_AA, 4)
-    for column, row in (place(u, v)[0] for u, v in marks):
+    for column, row in (axes.place(u, v)[0] for u, v in marks):
         if np.isfinite([column, row]).all():
             cv2.circle(image, (round(column * 16), round(row * 16)), 5 * fine, MARK, round(1.5 * shown), cv2.LINE_AA, 4)
-    cv2.rectangle(image, (left, top), (wide - right, high - bottom), INK, 1)
-    write(image, labels[0], (left + wide - right) / 2, high - gap, INK, shown, anchor=0.5)
-    write(image, labels[1], gap, top - gap, INK, shown)
+    write(image, labels[0], sum(axes.columns) / 2, high - gap, INK, shown, anchor=0.5)
+    write(image, labels[1], gap, axes.rows[0] - gap, INK, shown)
     for k, text in enumerate(said):
-        write(image, text, gap, (k + 1) * line - 0.25 * line, INK, shown)
+        write(image, text, gap, (k + 0.75) * line, INK, shown)
     return image
+
+
+@dataclass(frozen=True)
+class _Axes:
+    """What of x (across) and y (up) is shown, between which columns and rows (top, bottom) of the picture."""
+
+    across: tuple[float, float]
+    up: tuple[float, float]
+    columns: tuple[int, int]
+    rows: tuple[int, int]
+
+    def place(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
+        """(column, row) of every point, (n, 2)."""
+        (x0, x1), (y0, y1), (left, right), (top, bottom) = self.across, self.up, self.columns, self.rows
+        column = left + (np.asarray(x, float) - x0) / (x1 - x0) * (right - left)
+        row = bottom - (np.asarray(y, float) - y0) / (y1 - y0) * (bottom - top)
+        return np.column_stack([np.clip(column, -4000, 8000), np.clip(row, -4000, 8000)])
+
+
+def _draw_axes(image: np.ndarray, axes: _Axes, shown: float) -> None:
+    """Grid, its values and a frame."""
+    (left, right), (top, bottom), line = axes.columns, axes.rows, LINE_PX * shown
+    for value in ticks(*axes.across):
+        at = round(float(axes.place(value, axes.up[0])[0, 0]))
+        cv2.line(image, (at, top), (at, bottom), GRID, round(shown))
+        write(image, f"{value:.6g}", at, bottom + line, INK, shown, anchor=0.5)
+    for value in ticks(*axes.up):
+        at = round(float(axes.place(axes.across[0], value)[0, 1]))
+        cv2.line(image, (left, at), (right, at), GRID, round(shown))
+        write(image, f"{value:.6g}", left - 6 * shown, at + 0.25 * line, INK, shown, anchor=1.0)
+    cv2.rectangle(image, (left, top), (right, bottom), INK, 1)
 
 
 def ticks(low: float, high: float) -> np.ndarray:

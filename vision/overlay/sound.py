@@ -9,13 +9,13 @@ from scipy.signal import spectrogram
 from vision.evidence.sound import Sound
 from vision.motion.impact_chain import Chain
 from vision.motion.onsets import Onsets
-from vision.overlay.canvas import LINE_PX, SHOWN_PX, text_width, wrapped, write
+from vision.overlay.canvas import LINE_PX, SHOWN_PX, Colour, text_width, wrapped, write
 from vision.overlay.plot import GRID, INK, ticks
 
 WIDE, LOUDNESS, STRIP = 1200, 360, 220
 SHOWN = WIDE / SHOWN_PX
 LINE, GAP = round(LINE_PX * SHOWN), round(6 * SHOWN)
-LEFT, RIGHT = 8 * GAP, 2 * GAP
+LEFT, RIGHT = 9 * GAP, 2 * GAP
 WAVE, IMPACT, ADDED, REMOVED = (120, 150, 190), (0, 150, 40), (150, 0, 170), (220, 60, 40)
 RANGE_DB = 80.0
 MOST_REASONS = 7
@@ -49,18 +49,10 @@ def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, added: Collection[int
     _frequencies(image, part, sound.rate_hz, room, strip)
     for row, why in chain.rejected.items():
         if begin <= onsets.time_s[row] <= end:
-            x, number = column(onsets.time_s[row]), reasons.get(_kind(why))
-            _mark(image, x, top, strip, REMOVED, dashed=True)
-            if number:
-                _text(image, str(number), x + GAP / 2, top + LINE, REMOVED)
-    free = [0.0, 0.0]  # where each of the two lines of sds ends so far
-    for k, row in enumerate(chain.impacts):
-        x, colour = column(onsets.time_s[row]), ADDED if row in added else IMPACT
-        _mark(image, x, top, strip, colour, dashed=False)
-        sd = f"{1000 * onsets.sd_s[row]:.2g}"
-        if (half := text_width(sd, SHOWN) / 2) < x - free[k % 2]:
-            _text(image, sd, x, top - GAP - LINE * (k % 2), colour, anchor=0.5)
-            free[k % 2] = x + half + GAP
+            _mark(image, column(onsets.time_s[row]), top, strip, REMOVED, str(reasons.get(_kind(why), "")), dashed=True)
+    for row in chain.impacts:
+        _mark(image, column(onsets.time_s[row]), top, strip, ADDED if row in added else IMPACT, "", dashed=False)
+    _sds(image, [(column(onsets.time_s[row]), onsets.sd_s[row], ADDED if row in added else IMPACT) for row in chain.impacts], top)
     for k, line in enumerate(said):
         _text(image, line, GAP, (k + 0.8) * LINE)
     _text(image, "loudness [dB]", GAP, (len(said) + 0.8) * LINE)
@@ -121,11 +113,23 @@ def _frequencies(image: np.ndarray, part: np.ndarray, rate: float, room: int, y:
         _text(image, f"{khz}{unit}", LEFT - GAP, y + STRIP - khz * 1000 / highest * STRIP + 0.3 * LINE, anchor=1.0)
 
 
-def _mark(image: np.ndarray, x: int, top: int, strip: int, colour: tuple[int, int, int], *, dashed: bool) -> None:
-    """A line through the loudness, and a short one where the frequencies begin."""
+def _mark(image: np.ndarray, x: int, top: int, strip: int, colour: Colour, text: str, *, dashed: bool) -> None:
+    """A line through the loudness, and a short one where the frequencies begin; text beside it."""
     for high, low in ((top, top + LOUDNESS), (strip, strip + 3 * GAP)):
         for y in range(high, low, 12):
             cv2.line(image, (x, y), (x, min(y + (5 if dashed else 12), low)), colour, round(0.8 * SHOWN), cv2.LINE_AA)
+    _text(image, text, x + GAP / 2, top + LINE, colour)
+
+
+def _sds(image: np.ndarray, impacts: list[tuple[int, float, Colour]], top: int) -> None:
+    """Above each impact (column, sd [s], colour) its sd in ms, in two lines in turn; left out where there is no room."""
+    free = [0.0, 0.0]  # where each line ends so far
+    for k, (x, sd_s, colour) in enumerate(impacts):
+        text = f"{1000 * sd_s:.2g}"
+        half = text_width(text, SHOWN) / 2
+        if free[k % 2] < x - half:
+            _text(image, text, x, top - GAP - LINE * (k % 2), colour, anchor=0.5)
+            free[k % 2] = x + half + GAP
 
 
 def _kind(why: str) -> str:
@@ -133,5 +137,5 @@ def _kind(why: str) -> str:
     return why.split(",")[0]
 
 
-def _text(image, text: str, x: float, y: float, colour: tuple[int, int, int] = INK, anchor: float = 0.0) -> None:
+def _text(image, text: str, x: float, y: float, colour: Colour = INK, anchor: float = 0.0) -> None:
     write(image, text, x, y, colour, SHOWN, anchor=anchor)
