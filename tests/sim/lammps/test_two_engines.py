@@ -31,10 +31,10 @@ GRID = 0.005 * np.array([[x, y, 0.0] for x in (-1, 0, 1) for y in (-1, 0, 1)])
 BLOCK = Seed.from_spheres(GRID, [R] * 9)
 
 
-def both(tmp_path, placed: Placed, walls, until_s: float, *, gravity=(0.0, 0.0, -9.81), share=0.005):
+def both(tmp_path, placed: Placed, walls, until_s: float, *, gravity=(0.0, 0.0, -9.81), share=0.005, on_seed=ON_SEED):
     """(ours, LAMMPS's) rows at the end: place, velocity, spin of every seed."""
     world = World(
-        (placed,), tuple(walls), (ON_WALL, ON_SEED) if walls else (ON_SEED,), (SDS,), gravity, share_damping=False,
+        (placed,), tuple(walls), (ON_WALL, on_seed) if walls else (on_seed,), (SDS,), gravity, share_damping=False,
         cap_damped=True, rayleigh_fraction=share, most_overlap=0.2,
     )  # fmt: skip
     stage = Stage("scene", world, None, until_s / 10, until_s / 10, until_s)
@@ -66,24 +66,20 @@ def test_two_balls_part_alike(tmp_path):
 
 
 @needs_lammps
-def test_two_balls_that_meet_obliquely_part_alike(tmp_path):
-    """At 45°, one of them spinning: both speeds, across and along, and both spins."""
-    places, speeds = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]), np.array([[0.4, 0.4, 0], [-0.4, 0, 0.1]])
-    spins = np.array([[0.0, 0, 60.0], [0.0, 20.0, 0]])
-    placed = Placed((ball(R, 1250.0),), SOFT, places, velocities=speeds, spins=spins)
-    ours, theirs = both(tmp_path, placed, [], 4e-3, gravity=(0.0, 0.0, 0.0))
-    assert abs(ours[0, 4] - 0.4) > 0.05 and abs(ours[0, 8] - 60.0) > 5.0  # friction did something
-    assert theirs[:, 3:6] == pytest.approx(ours[:, 3:6], rel=1e-3, abs=4e-4)
-    assert theirs[:, 6:9] == pytest.approx(ours[:, 6:9], rel=1e-3, abs=0.06)
+@pytest.mark.parametrize("friction", [0.1, 0.55])
+def test_two_balls_that_meet_obliquely_part_alike(tmp_path, friction):
+    """At 45°, both spinning, to 1e-3 of the speed at which they meet. Hard, for the lever arms differ by half the overlap.
 
-
-@needs_lammps
-def test_balls_in_one_point_are_carried(tmp_path):
-    """LAMMPS carries no body without extent; such a clump moves as its ball does."""
-    twice = Seed.from_spheres([[0.0, 0, 0], [0.0, 0, 0]], [R, R / 2])
-    placed = Placed((twice,), SOFT, np.array([[0.0, 0, 1.001 * R]]), velocities=np.array([[0.0, 0, -1.0]]))
-    ours, theirs = both(tmp_path, placed, [Plane("floor", WALL)], 4e-3, gravity=(0.0, 0.0, 0.0))
-    assert theirs[0, 5] == pytest.approx(ours[0, 5], rel=1e-3)
+    Without damping: where a dashpot and the cap act together LAMMPS leaves the spring less, and the speeds part by 1 to 4 %.
+    """
+    hard = Material("seed", 1250.0, 1e9, 0.4)
+    places, speeds = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]), np.array([[0.04, 0.04, 0], [-0.04, 0, 0.01]])
+    placed = Placed((ball(R, 1250.0),), hard, places, velocities=speeds, spins=np.array([[0.0, 0, 6.0], [0.0, 2.0, 0]]))
+    contact = Contact(("seed", "seed"), 1.0, friction, 0.08, "sds")
+    ours, theirs = both(tmp_path, placed, [], 5e-4, gravity=(0.0, 0.0, 0.0), on_seed=contact)
+    assert abs(ours[0, 4] - 0.04) > 2e-3 and abs(ours[0, 8] - 6.0) > 1.0  # friction did something
+    assert theirs[:, 3:6] == pytest.approx(ours[:, 3:6], abs=8e-5)
+    assert theirs[:, 6:9] == pytest.approx(ours[:, 6:9], abs=8e-5 / R)
 
 
 @needs_lammps
