@@ -12,12 +12,12 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import cv2
 import numpy as np
+from synthetic.paper import Paper, draw_paper, true_scale
+from synthetic.seeds import Spread, draw_seeds
 
 from vision.measurement import MeasurementError
 from vision.paper.scale import read_scale
 from vision.shape.grains import measure_seeds
-from vision.synthetic.paper import Paper, draw_paper, true_scale
-from vision.synthetic.seeds import Spread, draw_seeds
 
 cv2.setNumThreads(1)
 SHAPE = (600, 800)

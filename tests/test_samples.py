@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchtwin import app
-from vision.recording import find_recordings
+from vision.find_recordings import find_recordings
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "samples"

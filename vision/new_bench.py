@@ -1,4 +1,4 @@
-"""`benchtwin new`: an empty bench folder whose bench.toml names every key there is, with what it means."""
+"""`benchtwin new`: a bench folder with a bench.toml that lists and explains all keys."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from vision.measurement import MeasurementError
 from vision.recording import RIGS
 
 SECTIONS = ("seed", "camera", "air", "reading", *RIGS)
-SIMULATED = "simulated"  # in a key's text: measuring does without it
+SIMULATED = "simulated"  # in the text of a key that measuring does not need
 HEAD = """\
 # What holds for every recording of this bench; a recording.toml beside a recording says what differs.
 # A key that is absent is unknown: never zero, never exact. Take away the # of what you know.

@@ -12,9 +12,10 @@ from page.folder import Refused, clean_name
 from page.server import Site
 from page.views import believe, run, say
 from page.views.frame import frame, told
+from vision.find_recordings import find_recordings
 from vision.measurement import MeasurementError
 from vision.new_bench import new_bench
-from vision.recording import Recording, find_recordings
+from vision.recording import Recording
 
 TABS = ("Recordings", "What holds for all", "Run", "Results")
 PICTURED = ("photos", "frames", "video")

@@ -4,7 +4,8 @@ import pytest
 
 from page.bring import KINDS, LEAST_FRAMES, Arrived, bring, check
 from page.folder import Folder, Refused
-from vision.recording import Recording, find_recordings
+from vision.find_recordings import find_recordings
+from vision.recording import Recording
 
 
 @pytest.fixture

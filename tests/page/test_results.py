@@ -16,7 +16,7 @@ from page.beside import drawn, laid_beside, pairs_of
 from page.folder import Folder, Refused
 from page.next_list import sheet
 from page.pack import packed_bench
-from vision.recording import find_recordings
+from vision.find_recordings import find_recordings
 
 SAMPLES = Path(__file__).parents[2] / "samples"
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
-from vision.foreign.fall import free_falls, unit_doubt
+from vision.foreign.free_fall import free_falls, unit_doubt
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
 from vision.motion.camera_moved import camera_moved
 from vision.motion.drop_sound import combine_with_sound, observe_sound, sound_of

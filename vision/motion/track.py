@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from vision.evidence.tables import GATE_PLACE, read_gates
 from vision.measurement import MeasurementError
 from vision.motion.flight import G_MM_S2
+from vision.motion.least_squares import fit, frame_lag
 from vision.motion.outliers import slips
 from vision.recording import Camera, Recording
 
@@ -74,6 +75,20 @@ class Track:
     def marked(self, outlier: np.ndarray, note: str = "") -> "Track":
         """The same track with more rows marked as outliers."""
         return replace(self, outlier=self.outlier | outlier, notes=(*self.notes, note) if note else self.notes)
+
+    def spin(self, rows: np.ndarray) -> tuple[float, float]:
+        """Spin [rad per time unit, anticlockwise] over some rows and its sd; NaN with an orientation in fewer than 5 of them."""
+        if self.angle_deg is None:
+            return np.nan, np.nan
+        rows = rows[np.isfinite(self.angle_deg[rows])]
+        if len(rows) < 5:
+            return np.nan, np.nan
+        weight = None
+        if self.angle_sd_deg is not None and np.isfinite(self.angle_sd_deg[rows]).all():
+            weight = np.median(self.angle_sd_deg[rows]) / np.maximum(self.angle_sd_deg[rows], 1e-3)
+        design = np.column_stack([np.ones(len(rows)), self.time[rows] - self.time[rows].mean()])
+        found = fit(design, np.radians(self.angle_deg[rows]), frame_lag(self.frame[rows]), weight=weight)
+        return float(found.params[1]), float(np.sqrt(found.cov[1, 1]))
 
     def to_table(self) -> pd.DataFrame:
         """The columns of track.csv, plus the frame number, the sds and the outlier mark; unknown columns are left out."""

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from synthetic.paper import Paper, draw_paper, paper_mm, true_scale
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from vision.overlay.scale import LINE, draw_scale
 from vision.paper.grid_pitch import _CLASSES, Strengths, _name
 from vision.paper.scale import read_scale
-from vision.synthetic.paper import Paper, draw_paper, paper_mm, true_scale
 
 SHAPE = (420, 560)
 
