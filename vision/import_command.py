@@ -57,9 +57,9 @@ def _drafted(path: Path) -> bool:
     if path.name == "bench.toml":
         return path.read_text(encoding="utf8", errors="replace").startswith(f"# {BENCH_HEADING}")
     file = path / "recording.toml"
-    if not file.is_file() or not (said := DRAFTED.match(file.read_text(encoding="utf8", errors="replace"))):
+    if not file.is_file() or not (match := DRAFTED.match(file.read_text(encoding="utf8", errors="replace"))):
         return False
-    return {p.name for p in path.iterdir()} <= {"recording.toml", *WRITTEN, said[1]}
+    return {p.name for p in path.iterdir()} <= {"recording.toml", *WRITTEN, match[1]}
 
 
 def _read(paths: list[Path], rig: str, track: int | None) -> tuple[list[Draft], list[str]]:

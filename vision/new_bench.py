@@ -32,9 +32,9 @@ def bench_text(name: str) -> str:
         assert isinstance(model, type) and issubclass(model, BaseModel)
         lines = [f"[{section}]".ljust(38) + f"# {' '.join((model.__doc__ or '').split())}"]
         for key, field in model.model_fields.items():
-            said = " ".join((field.description or "").split())
-            if SIMULATED not in said:
-                lines.append(f"# {key} =".ljust(38) + f"# {said}")
+            message = " ".join((field.description or "").split())
+            if SIMULATED not in message:
+                lines.append(f"# {key} =".ljust(38) + f"# {message}")
         parts.append("\n".join(lines) + "\n")
     return "\n".join(parts)
 

@@ -99,8 +99,8 @@ def _recording(path: Path, name: str, evidence: str | Evidence, files: tuple[Pat
     """A recording with the keys `stated`; those that a file of another tool states are defaults."""
     if isinstance(evidence, Evidence):
         if evidence.unitless and (scale := stated.get("camera", {}).get("mm_per_px")):
-            said = f"its lengths have no unit, and [camera] mm_per_px = {scale} is of pixels"
-            raise MeasurementError(f"{files[0]}: {said}; write the unit into its heading, such as x (m)")
+            message = f"its lengths have no unit, and [camera] mm_per_px = {scale} is of pixels"
+            raise MeasurementError(f"{files[0]}: {message}; write the unit into its heading, such as x (m)")
         kind, rig, stated = evidence.kind, evidence.rig or None, merge(evidence.keys, stated)
     else:
         kind, rig = evidence, "pile" if evidence == "photos" else None

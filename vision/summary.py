@@ -53,9 +53,9 @@ def summarise(observations: Iterable[Observation]) -> list[Line]:
     observations = list(observations)
     split = _conditions_with_repeats(observations)
     for observation in observations:
-        said = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in _levels(observation, split))
+        levels = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in _levels(observation, split))
         for q in observation.quantities:
-            groups.setdefault((observation.bench, observation.rig, q.name, q.unit, said), []).append((observation, q))
+            groups.setdefault((observation.bench, observation.rig, q.name, q.unit, levels), []).append((observation, q))
     lines = [_line(key, repeats) for key, repeats in groups.items()]
     return [line for line in lines if line.n]
 

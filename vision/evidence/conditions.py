@@ -34,8 +34,8 @@ def condition_errors(conditions: dict) -> Iterator[str]:
     if len(conditions) > MOST_CONDITIONS:
         yield f"[conditions]: {len(conditions)} of them; a recording states {MOST_CONDITIONS} at most"
     for key, value in conditions.items():
-        if said := _name_error(key) or _value_error(key, value):
-            yield f"[conditions] {said}"
+        if message := _name_error(key) or _value_error(key, value):
+            yield f"[conditions] {message}"
 
 
 def _name_error(key: str) -> str:
@@ -52,7 +52,7 @@ def _value_error(key: str, value: object) -> str:
     place = f"{key} = {reprlib.repr(value)}"
     match value:
         case bool():
-            return f'{key} = {str(value).lower()}: yes or no is said in words: {key} = "{"yes" if value else "no"}"'
+            return f'{key} = {str(value).lower()}: yes or no is written as a word: {key} = "{"yes" if value else "no"}"'
         case int() | float():
             if not _usable(value):
                 return f"{place}: should be a finite number below {LARGEST:g}; leave the key out where it is unknown"
@@ -60,7 +60,7 @@ def _value_error(key: str, value: object) -> str:
         case str():
             return _word_error(key, value)
         case datetime.date() | datetime.time():
-            return f'{place}: a date or time is said in words: {key} = "{value}"'
+            return f'{place}: a date or time is written as a word: {key} = "{value}"'
         case list():
             return f"{key} is a list; a condition is one number or one word, in the recording.toml of each recording"
         case dict():

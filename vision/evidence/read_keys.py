@@ -85,5 +85,5 @@ def _explain(error: ErrorDetails, path: Path) -> str:
     if unit and isinstance(given, float | int) and not isinstance(given, bool) and abs(given) < LARGEST:
         times, other, meant = unit
         return f"{path}: {place} = {given} means {times * given:g} {other}: {error['msg'].lower()}; is it in {meant}?"
-    said = error["msg"].replace("tuple", "list").replace("dictionary", "section").split(" or instance of ")[0]
-    return f"{path}: {place} = {reprlib.repr(given)}: {said[0].lower()}{said[1:]}"
+    message = error["msg"].replace("tuple", "list").replace("dictionary", "section").split(" or instance of ")[0]
+    return f"{path}: {place} = {reprlib.repr(given)}: {message[0].lower()}{message[1:]}"

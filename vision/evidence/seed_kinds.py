@@ -66,8 +66,8 @@ def with_published_values(section: dict) -> tuple[dict, list[str]]:
     if DENSITY in first and not any(section.get(name) for name in (DENSITY, "mass_g")):
         wanted += (DENSITY,)
     found = {name: float(f"{(first[name].low + first[name].high) / 2:.4g}") for name in wanted}
-    said = [f"[seed] {name} = {value:g}: not stated, taken as published for {kind}, {first[name]}" for name, value in found.items()]
-    return {**section, **found}, said
+    notes = [f"[seed] {name} = {value:g}: not stated, taken as published for {kind}, {first[name]}" for name, value in found.items()]
+    return {**section, **found}, notes
 
 
 def published_contact_parameters(kind: str) -> list[str]:

@@ -105,8 +105,8 @@ def read_gates(path: Path, rig: str) -> Table:
         wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
     if wrong.any():
         at = int(np.argmax(wrong)) + 1
-        said = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
-        raise MeasurementError(f"{path}: {said}; a seed passes the gates one after the other")
+        message = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
+        raise MeasurementError(f"{path}: {message}; a seed passes the gates one after the other")
     _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
@@ -180,8 +180,8 @@ def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str,
         low, high = ranges[column]
         if len(wrong := rows.index[~rows[column].between(low, high)]):
             value = rows[column][wrong[0]]
-            said = f"= {value:g}" if np.isfinite(value) else "is empty or not finite"
-            raise MeasurementError(f"{path}: {column} {said} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}")
+            message = f"= {value:g}" if np.isfinite(value) else "is empty or not finite"
+            raise MeasurementError(f"{path}: {column} {message} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}")
     return rows
 
 
@@ -200,8 +200,8 @@ def _read_csv(path: Path) -> pd.DataFrame:
             warnings.simplefilter("error", pd.errors.ParserWarning)
             rows = pd.read_csv(path, sep=by.column, decimal=by.decimal, skipinitialspace=True, comment="#", index_col=False)
     except pd.errors.ParserWarning as error:
-        said = "its rows hold more fields than its heading names; commas separate columns, numbers have points"
-        raise MeasurementError(f"{path}: {said}") from error
+        message = "its rows hold more fields than its heading names; commas separate columns, numbers have points"
+        raise MeasurementError(f"{path}: {message}") from error
     except (ValueError, OverflowError) as error:  # pandas' own errors and wrong characters among them
         raise MeasurementError(f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})") from error
     rows.columns = [str(c).strip() for c in rows.columns]
@@ -218,8 +218,8 @@ def _separators_of(path: Path) -> Separators:
         lines = [line for line in file if line.strip() and not line.startswith("#")]
     by = separators(lines[0], lines[1:]) if lines else Separators(",", ".")
     if not by.decimal:
-        said = f"its columns are separated by {by.column!r}, its numbers written in two ways"
-        raise MeasurementError(f"{path}: {said}; save it with commas, and points in its numbers")
+        message = f"its columns are separated by {by.column!r}, its numbers written in two ways"
+        raise MeasurementError(f"{path}: {message}; save it with commas, and points in its numbers")
     if by.column == " ":  # a single column
         return Separators(";", by.decimal)
     return by

@@ -46,17 +46,17 @@ def foreign_track(path: Path) -> Table:
         raise MeasurementError(f"{path}: no track in it")
     if found.doubt:
         raise MeasurementError(f"{path}: {found.doubt}")
-    point_track, said = choose_track(path, found, None)
+    point_track, choice = choose_track(path, found, None)
     guesses, questions = (f"taken to be so: {g}" for g in found.guesses), (f"not known: {q}" for q in found.questions)
-    return Table(track_rows(found, point_track), (*said, *guesses, *questions))
+    return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
 
 
 def foreign_impacts(path: Path) -> Table:
     """The file converted to rows of impacts.csv."""
     runs = read_foreign(path).runs
     if len(runs) != 1:
-        said = f"{len(runs)} runs of impact times in it: `benchtwin import` makes a recording of each" if runs else "no impact times in it"
-        raise MeasurementError(f"{path}: {said}")
+        several = f"{len(runs)} runs of impact times in it: `benchtwin import` makes a recording of each"
+        raise MeasurementError(f"{path}: {several if runs else 'no impact times in it'}")
     return Table(impact_rows(path, *runs[0]))
 
 

@@ -25,8 +25,8 @@ def sheets_of(path: Path) -> dict[str, list[list[object]]]:
     except subprocess.TimeoutExpired as error:
         raise ValueError(f"the workbook was not read in {LONGEST_S:.0f} s") from error
     if done.returncode:
-        said = done.stdout.decode("utf8", "replace").strip()
-        raise ValueError(said or "the workbook is damaged, or its cells are spread too wide")
+        message = done.stdout.decode("utf8", "replace").strip()
+        raise ValueError(message or "the workbook is damaged, or its cells are spread too wide")
     return json.loads(done.stdout)
 
 

@@ -144,7 +144,7 @@ def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] 
 
 def track_from_gates(recording: Recording) -> Track:
     """gates.csv as a track: a row a gate, numbered as passed; of a drop x = 0, of the others y = 0. sd: |speed| sd_s and sd_mm together,
-    NaN where sd_s is not stated; a gate whose sd_mm is not stated stands within GATE_SD_MM of where it is said to."""
+    NaN where sd_s is not stated; a gate without sd_mm has GATE_SD_MM."""
     rig = recording.need_rig()
     if rig not in GATE_PLACE:
         raise MeasurementError(f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)}, not to a {rig}")
@@ -153,8 +153,8 @@ def track_from_gates(recording: Recording) -> Track:
     sd_s = table.rows["sd_s"].to_numpy(float) if "sd_s" in table.rows else np.full(len(time), np.nan)
     sd_mm = table.rows["sd_mm"].to_numpy(float) if "sd_mm" in table.rows else np.full(len(time), GATE_SD_MM)
     sd = np.hypot(np.abs(_falling(time, place) if rig == "drop" else np.gradient(place, time)) * sd_s, sd_mm)
-    nil = np.zeros(len(time))
-    return make_track(time, nil if rig == "drop" else place, place if rig == "drop" else nil, sd=sd, notes=table.notes)
+    zero = np.zeros(len(time))
+    return make_track(time, zero if rig == "drop" else place, place if rig == "drop" else zero, sd=sd, notes=table.notes)
 
 
 def _falling(time: np.ndarray, place: np.ndarray) -> np.ndarray:

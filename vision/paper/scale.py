@@ -69,7 +69,7 @@ def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD, seed: int = 0) 
     distortion term; which lines are 1, 5 and 10 mm is decided by their strengths. Works for 2.5 to 130 px between the
     finest lines that are visible, turned by any angle (reported within ±45°), tipped by up to 30°. `paper_sd` is the
     relative sd of the paper's own millimetres; `seed` draws the sample of pixels that the strengths are read from.
-    Raises MeasurementError when there is no graph paper, or when its lines cannot be told apart.
+    Raises MeasurementError when there is no graph paper, or when the distance of its lines is ambiguous.
     """
     grey = darkest_channel(image)
     levels = pyramid(grey)
