@@ -23,8 +23,8 @@ from calibrate.procedure import from_tables, joint
 from calibrate.procedure.bench import Bench, bench_of
 from calibrate.procedure.tables import naming
 from vision import measure
-from vision.evidence.keys import read_toml
 from vision.evidence.photo import read_photo
+from vision.evidence.read_keys import read_toml
 from vision.import_command import import_command
 from vision.measurement import FAILED
 

@@ -16,8 +16,7 @@ import cv2
 import numpy as np
 import psutil
 from PIL import Image
-
-from vision.synthetic.piles import PileScene, draw_pile
+from synthetic.piles import PileScene, draw_pile
 
 ROOT = Path(__file__).parent.parent
 FRAMES = 5000

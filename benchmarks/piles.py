@@ -14,11 +14,11 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import cv2
 import numpy as np
 from PIL import Image
+from synthetic.piles import PileScene, draw_pile
 
 from vision.measurement import GOOD, MeasurementError
 from vision.pile.repose import measure_repose
 from vision.recording import Camera
-from vision.synthetic.piles import PileScene, draw_pile
 
 cv2.setNumThreads(1)
 

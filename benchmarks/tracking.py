@@ -19,6 +19,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
+from synthetic.motion import draw_drop, film_track
 
 from vision.evidence.frames import Frame, FrameSource, open_frames
 from vision.motion.detect import find_silhouettes
@@ -27,8 +29,6 @@ from vision.motion.rebound import measure_rebound
 from vision.motion.scene import grey, learn_scene
 from vision.motion.track_seed import track_seed
 from vision.recording import Air, Camera, Drop, Recording, Seed
-from vision.synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
-from vision.synthetic.motion import draw_drop, film_track
 
 FRAMES_LONG = 5000
 warnings.filterwarnings("ignore", message="Image contains no local maxima")

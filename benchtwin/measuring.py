@@ -9,7 +9,9 @@ import pandas as pd
 from twin.campaign.results import Measurement
 from vision import batch
 from vision.measurement import MeasurementError, Observation
+from vision.observe import LEAST_WINDOW
 from vision.pile.repose import PileOptions
+from vision.results import Results
 from vision.summary import as_table, summarise
 
 Paths = str | Path | Sequence[str | Path]
@@ -76,7 +78,7 @@ def measure(
     if missing := [path for path in chosen if not path.exists()]:
         raise FileNotFoundError(f"{missing[0]}: no such file or folder")
     options = PileOptions(_fractions(window_pct), region_px, baseline_px)
-    results = None if out is None else batch.Results(Path(out), chosen, overwrite)
+    results = None if out is None else Results(Path(out), chosen, overwrite)
     unread = batch.unread_notes(chosen, batch.find_all(chosen))
     kept = []
     try:
@@ -96,7 +98,7 @@ def measure(
 
 def _fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
     low, high = (share / 100 for share in window_pct)
-    if not 0 <= low < high <= 1 or high - low < batch.LEAST_WINDOW:
+    if not 0 <= low < high <= 1 or high - low < LEAST_WINDOW:
         raise MeasurementError(f"window_pct = {window_pct}: two heights in %, at least 10 apart, such as (20, 80)")
     return low, high
 

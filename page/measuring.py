@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from page.pictures import photo
-from vision.batch import observe, observe_or_fail
 from vision.measurement import MeasurementError, Observation, Quantity
+from vision.observe import observe, observe_or_fail
 from vision.pile.heap_region import Region, find_region
 from vision.pile.repose import PileOptions, Repose, measure_repose
 from vision.recording import Recording

@@ -8,7 +8,8 @@ import numpy as np
 
 from page.folder import Folder
 from twin.pair import Pair, pair
-from vision.recording import Recording, find_recordings, read_recording
+from vision.find_recordings import find_recordings
+from vision.recording import Recording, read_recording
 
 MOST_STEPS = 800  # of the slider
 FILMED = ("frames", "video")

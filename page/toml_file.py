@@ -11,7 +11,7 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Table
 
 from page.folder import Refused, write_whole
-from vision.evidence.keys import validate
+from vision.evidence.read_keys import validate
 from vision.measurement import MeasurementError
 
 BY_HAND = "set by hand on the page"

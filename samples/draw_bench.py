@@ -13,11 +13,13 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from synthetic.film import Look, film, write_frames, write_video
+from synthetic.motion import Motion, draw_drop, draw_roll, draw_slide, film_track
+from synthetic.piles import PileScene, draw_pile
+from synthetic.rigs_film import corner_mm, film_roll
+
 from vision.recording import Camera, Drop, Recording, Roll, Seed, Slide, write_recording
-from vision.synthetic.film import Look, film, write_frames, write_video
-from vision.synthetic.motion import Motion, draw_drop, draw_roll, draw_slide, film_track
-from vision.synthetic.piles import PileScene, draw_pile
-from vision.synthetic.rigs_film import corner_mm, film_roll
 
 BENCH = """\
 # A drawn bench: nothing here was filmed. True answers: truth.csv. Made by samples/draw_bench.py.

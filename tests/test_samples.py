@@ -12,7 +12,7 @@ from readme_numbers import blocks, calibrated, differences, printed, tidy
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from vision.recording import find_recordings
+from vision.find_recordings import find_recordings
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "samples"

@@ -11,7 +11,7 @@ import tomli_w
 from sim.picture import Camera, Look, film
 from twin.flights import motion_of
 from twin.write import PNG
-from vision.batch import observe
+from vision.observe import observe
 from vision.recording import read_recording
 
 MARGIN_M = 0.02

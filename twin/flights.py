@@ -13,7 +13,7 @@ from sim.motion import Motion
 from sim.rigs.bench import Bench, Frames, about, any_turn, product, reach
 from sim.seed import Seed
 from twin.parameters import Parameters, bench
-from vision.evidence.keys import validate
+from vision.evidence.read_keys import validate
 
 EVERY_S = 1e-3  # between kept states; between them a cubic through places and speeds, good to 1e-9 m
 APART_M = 0.05  # neighbours in one world never meet

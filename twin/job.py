@@ -17,7 +17,7 @@ from twin.lot import file_digest, lot_digest
 from twin.parameters import Parameters
 from twin.run import MODEL, RECORD, simulate
 from twin.scene import rig_of
-from vision.evidence.keys import merge, read_toml, validate
+from vision.evidence.read_keys import merge, read_toml, validate
 from vision.measurement import MeasurementError
 from vision.recording import RIGS, Recording, read_recording
 

@@ -10,7 +10,7 @@ from sim.seed import SOYBEAN_DENSITY, Seed
 from sim.seed.lot import Lot
 from sim.seed.shape import Shape
 from sim.seed.sizes import RANGE_OVER_SD_OF_100, SOYBEAN
-from vision.evidence.keys import LOT_TABLE
+from vision.evidence.read_keys import LOT_TABLE
 from vision.measurement import MeasurementError
 from vision.shape.lot import MeasuredSeed, read_lot
 

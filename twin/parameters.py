@@ -12,7 +12,7 @@ from sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from twin.lot import file_digest, measured_lot, seed_of_mesh
 from vision.evidence.keys import Air, Seed
-from vision.evidence.seed_kinds import completed, told
+from vision.evidence.seed_kinds import published_contact_parameters, with_published_values
 
 SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6, "drum": 3e6}  # benchmarks/modulus.py: what these change, and what they save
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
@@ -73,7 +73,7 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
 
     What [seed] leaves open is as published for its kind (`said_of` says so), without a kind the paper's soybean.
     """
-    seed = seed.model_copy(update=completed(seed.model_dump(exclude_none=True))[0])
+    seed = seed.model_copy(update=with_published_values(seed.model_dump(exclude_none=True))[0])
     on_steel, on_seed = parameters.contacts()
     of, drawn = material(seed), shapes(seed, parameters.spheres) or sizes(seed)
     if isinstance(drawn, Lot):
@@ -99,7 +99,7 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
 
 def said_of(seed: dict) -> list[str]:
     """Sentences on what a [seed] table's kind gave to the simulation, and what is published of its contacts."""
-    return [*completed(seed)[1], *(told(seed["kind"]) if "kind" in seed else [])]
+    return [*with_published_values(seed)[1], *(published_contact_parameters(seed["kind"]) if "kind" in seed else [])]
 
 
 def round_as_stated(seed: Seed) -> bool:

@@ -13,7 +13,8 @@ from sim.picture import Camera, photo
 from twin.parameters import Parameters
 from twin.run import observe, run, simulate
 from twin.scene import camera_of, setup_of
-from vision.evidence.keys import Keys, validate
+from vision.evidence.keys import Keys
+from vision.evidence.read_keys import validate
 from vision.recording import Recording
 
 MOST_PX = 900  # of a picture's width

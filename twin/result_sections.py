@@ -7,7 +7,7 @@ import numpy as np
 from sim.material import Q235
 from sim.seed import Seed
 from twin.parameters import SOFT_PA, Parameters, bench
-from vision.evidence.keys import validate
+from vision.evidence.read_keys import validate
 
 
 def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict, dict]:

@@ -16,7 +16,7 @@ from twin.engine import OWN, Engine, kept_inputs
 from twin.parameters import Parameters
 from twin.scene import baseline, camera_of, camera_section, rig_of, section_of, setup_of
 from twin.versions import versions
-from vision.batch import observe as observe  # the same call for bench and twin
+from vision.observe import observe as observe  # the same call for bench and twin
 from vision.recording import Recording, read_recording, write_recording
 
 Watch = Callable[[str, float], None]

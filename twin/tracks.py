@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vision.batch import find_all, observe
+from vision.batch import find_all
 from vision.evidence.tables import read_impacts, read_track
 from vision.measurement import MeasurementError
 from vision.motion.drop_sound import impacts_in_sound, sound_of
@@ -14,6 +14,7 @@ from vision.motion.gravity import release_seen
 from vision.motion.impacts import estimate_time_sds
 from vision.motion.rebound import measure_rebound
 from vision.motion.track import Track, track_from_gates, track_from_table
+from vision.observe import observe
 from vision.recording import Recording
 
 SCALE_OF_GRAVITY_SD = 0.1  # of a scale that only the fall itself gives: gravity is then no judge of it any more

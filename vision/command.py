@@ -1,4 +1,4 @@
-"""`benchtwin measure`: what was typed, the run with its progress, the exit code."""
+"""`benchtwin measure`: options, progress, exit code."""
 
 import re
 import sys
@@ -9,21 +9,12 @@ import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from vision.batch import (
-    Results,
-    find_all,
-    in_order,
-    measured_anything,
-    observe,
-    observe_or_fail,
-    observe_seeds_photo,
-    of_all,
-    remember,
-    unread_notes,
-)  # fmt: skip
+from vision.batch import find_all, in_order, keep_rolls, observe_together, unread_notes
 from vision.measurement import MeasurementError, Observation
+from vision.observe import observe, observe_or_fail, observe_seeds_photo
 from vision.pile.repose import PileOptions
 from vision.recording import Recording
+from vision.results import Results, measured_anything
 from vision.terminal import show_results
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
@@ -75,9 +66,9 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
 
         for i, (entry, observation) in enumerate(zip(entries, in_order(entries, one), strict=True)):
             results.add(observation)
-            remember(rolls, entry, observation)
+            keep_rolls(rolls, entry, observation)
             progress.update(task, completed=i + 1)
-    for together in of_all(rolls):
+    for together in observe_together(rolls):
         results.add(together)
     return results.finish()
 

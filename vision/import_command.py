@@ -1,14 +1,14 @@
-"""`benchtwin import` as a person meets it: files of other tools in, a drafted bench folder out, whole or not at all."""
+"""`benchtwin import`: drafts a bench folder from files of other tools."""
 
 import shutil
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 from vision.foreign import tool_of
-from vision.foreign.draft import DRAFTED, OF_ALL, WRITTEN, Draft, drafts_of, write_bench
+from vision.foreign.draft import BENCH_HEADING, DRAFTED, WRITTEN, Draft, drafts_of, write_bench
 from vision.measurement import MeasurementError
+from vision.out_folder import check_out, part_folder, put_in_place
 from vision.recording import RIGS
 
 DONE, NOTHING, MISUSED = 0, 1, 2
@@ -20,7 +20,7 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
         if rig and rig not in RIGS:
             raise MeasurementError(f"--rig {rig}: it is one of {', '.join(RIGS)}")
         paths = _files(files)
-        _check_out(out, overwrite, paths)
+        check_out(out, "a drafted bench", _drafted, overwrite, paths)
     except (MeasurementError, OSError) as error:
         print(f"benchtwin import: {error}", file=sys.stderr)
         return MISUSED
@@ -31,7 +31,7 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
         print(f"benchtwin import: nothing could be read; {out} is not written", file=sys.stderr)
         return NOTHING
     try:
-        questions = _write(out, drafts, trouble)
+        questions = _write(out, drafts, trouble, overwrite)
     except OSError as error:
         print(f"benchtwin import: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
         return MISUSED
@@ -52,32 +52,18 @@ def _files(paths: list[Path]) -> list[Path]:
     return list(dict.fromkeys(found))
 
 
-def _check_out(out: Path, overwrite: bool, paths: list[Path]) -> None:
-    """Nothing but a bench that this command drafted may be replaced, and nothing that is to be read."""
-    if out.exists() and not out.is_dir():
-        raise MeasurementError(f"{out}: is a file; --out names a folder")
-    there = sorted(out.iterdir()) if out.is_dir() else []
-    if there and not overwrite:
-        raise MeasurementError(f"{out}: exists and is not empty; choose another --out, or say --overwrite")
-    for path in there:
-        if not _drafted(path):
-            raise MeasurementError(f"{out}: holds something else than a drafted bench ({path.name}); it is not overwritten")
-    if inside := [p for p in paths if p.resolve().is_relative_to(out.resolve())]:
-        raise MeasurementError(f"{out}: holds {inside[0]}, which is to be read; choose another --out")
-
-
 def _drafted(path: Path) -> bool:
-    """Whether a part of a bench is as this command wrote it: no file of the user's lies in it."""
+    """Whether a file or folder of a bench is as this command wrote it, without files of the user."""
     if path.name == "bench.toml":
-        return path.read_text(encoding="utf8", errors="replace").startswith(f"# {OF_ALL}")
+        return path.read_text(encoding="utf8", errors="replace").startswith(f"# {BENCH_HEADING}")
     file = path / "recording.toml"
-    if not file.is_file() or not (said := DRAFTED.match(file.read_text(encoding="utf8", errors="replace"))):
+    if not file.is_file() or not (match := DRAFTED.match(file.read_text(encoding="utf8", errors="replace"))):
         return False
-    return {p.name for p in path.iterdir()} <= {"recording.toml", *WRITTEN, said[1]}
+    return {p.name for p in path.iterdir()} <= {"recording.toml", *WRITTEN, match[1]}
 
 
 def _read(paths: list[Path], rig: str, track: int | None) -> tuple[list[Draft], list[str]]:
-    """The recordings in all files, each with a name of its own, and what could not be read."""
+    """The recordings in all files, with unique names, and what could not be read."""
     drafts: list[Draft] = []
     trouble, taken = [], {"bench.toml"}
     for path in paths:
@@ -96,22 +82,14 @@ def _read(paths: list[Path], rig: str, track: int | None) -> tuple[list[Draft], 
     return drafts, trouble
 
 
-def _write(out: Path, drafts: list[Draft], trouble: list[str]) -> list[str]:
-    """Write beside `out`, then put it in place: whole or not at all."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    part = Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
-    old = part.with_name(f"{part.name}-old")
+def _write(out: Path, drafts: list[Draft], trouble: list[str], overwrite: bool) -> list[str]:
+    """Write the bench folder, whole or not at all; returns the questions."""
+    part = part_folder(out)
     try:
         questions = write_bench(part, drafts, trouble)
-        part.chmod(0o755)
-        if out.is_dir():
-            out.replace(old)
-        part.replace(out)
+        put_in_place(part, out, _drafted, overwrite)
     finally:
-        if old.is_dir() and not out.exists():
-            old.replace(out)
-        for folder in (part, old):
-            shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(part, ignore_errors=True)
     return questions
 
 

@@ -1,4 +1,4 @@
-"""What every measurement comes down to: quantities with a standard deviation, and how far each is to be trusted."""
+"""Results of measurements: quantities with standard deviation and quality."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -11,9 +11,9 @@ _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
 
 
 class MeasurementError(ValueError):
-    """A recording cannot be measured; the message says why, in words for the person who made it."""
+    """A recording cannot be measured; the message says why and what to do."""
 
-    recording: str = "?"  # its name, where the error stands for a whole recording
+    recording: str = "?"  # name of the recording that cannot be read
 
 
 @dataclass(frozen=True)
@@ -36,14 +36,14 @@ class Quantity:
     sd_common: float = 0.0
 
     def doubt(self, reason: str) -> "Quantity":
-        """The same quantity, trusted no further than doubtful, with one more reason."""
+        """The quantity, at best doubtful, with one more reason."""
         worse = self.quality if self.quality == FAILED else DOUBTFUL
         return replace(self, quality=worse, reason="; ".join(r for r in (self.reason, reason) if r))
 
 
 @dataclass(frozen=True)
 class Observation:
-    """All that was measured on one recording.
+    """The results for one recording.
 
     `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
     `track`, `bounces`, `readings` and `seeds` are tables with unit-suffixed columns, or None; `notes` say what was skipped
@@ -67,7 +67,7 @@ class Observation:
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:
-    """A quantity that was asked for and could not be had."""
+    """A quantity that could not be measured."""
     return Quantity(name, float("nan"), float("nan"), unit, FAILED, reason)
 
 

@@ -1,4 +1,4 @@
-"""`benchtwin new`: an empty bench folder whose bench.toml names every key there is, with what it means."""
+"""`benchtwin new`: a bench folder with a bench.toml that lists and explains all keys."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from vision.measurement import MeasurementError
 from vision.recording import RIGS
 
 SECTIONS = ("seed", "camera", "air", "reading", *RIGS)
-SIMULATED = "simulated"  # in a key's text: measuring does without it
+SIMULATED = "simulated"  # in the text of a key that measuring does not need
 HEAD = """\
 # What holds for every recording of this bench; a recording.toml beside a recording says what differs.
 # A key that is absent is unknown: never zero, never exact. Take away the # of what you know.
@@ -32,9 +32,9 @@ def bench_text(name: str) -> str:
         assert isinstance(model, type) and issubclass(model, BaseModel)
         lines = [f"[{section}]".ljust(38) + f"# {' '.join((model.__doc__ or '').split())}"]
         for key, field in model.model_fields.items():
-            said = " ".join((field.description or "").split())
-            if SIMULATED not in said:
-                lines.append(f"# {key} =".ljust(38) + f"# {said}")
+            message = " ".join((field.description or "").split())
+            if SIMULATED not in message:
+                lines.append(f"# {key} =".ljust(38) + f"# {message}")
         parts.append("\n".join(lines) + "\n")
     return "\n".join(parts)
 

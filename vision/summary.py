@@ -1,6 +1,6 @@
-"""Repeats → the number that a paper prints: mean ± 95 % interval of the mean, and what the repeats say of one another.
+"""Means over repeats with 95 % intervals, scatter and outliers.
 
-One line for each bench, rig and quantity, and for each level of a condition that has repeats at its levels.
+One line for each bench, rig, quantity, and level of a condition that has repeats at its levels.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,7 +12,7 @@ from scipy import stats
 
 from vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
 
-OUTLIER_P = 0.01  # chance that one recording of a whole group without outliers is named
+OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
 LEAST_FOR_OUTLIERS = 4  # with three values, any two make an outlier of the third
 COLUMNS = (
     "bench", "rig", "quantity", "conditions", "n", "mean", "low", "high", "unit", "scatter", "measuring", "common",
@@ -26,9 +26,8 @@ class Line:
 
     `mean` is unweighted; `low`, `high` are the 95 % interval of the mean: Student's t on the scatter between the repeats,
     the errors that all recordings of a session share (`common`) added in quadrature. `scatter` is the sd between repeats
-    (NaN for one), `measuring` the rms of what measuring alone explains of it. `doubtful` counts repeats of doubtful
-    quality, which are in the mean, `not_measured` those that failed, `outliers` names repeats that hardly belong to the
-    others (in the mean too).
+    (NaN for one), `measuring` the rms sd of the single measurements. `doubtful` counts repeats of doubtful quality, `outliers` names
+    repeats far from the others; both are in the mean. `not_measured` counts those that failed.
     """
 
     bench: str
@@ -52,11 +51,11 @@ def summarise(observations: Iterable[Observation]) -> list[Line]:
     """One Line for each group of repeats, in the order in which they were measured; groups with nothing measured left out."""
     groups: dict[tuple, list[tuple[Observation, Quantity]]] = {}
     observations = list(observations)
-    split = _splitting(observations)
+    split = _conditions_with_repeats(observations)
     for observation in observations:
-        said = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in _levels(observation, split))
+        levels = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in _levels(observation, split))
         for q in observation.quantities:
-            groups.setdefault((observation.bench, observation.rig, q.name, q.unit, said), []).append((observation, q))
+            groups.setdefault((observation.bench, observation.rig, q.name, q.unit, levels), []).append((observation, q))
     lines = [_line(key, repeats) for key, repeats in groups.items()]
     return [line for line in lines if line.n]
 
@@ -67,7 +66,7 @@ def as_table(lines: Sequence[Line]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _splitting(observations: list[Observation]) -> dict[tuple[str, str], list[str]]:
+def _conditions_with_repeats(observations: list[Observation]) -> dict[tuple[str, str], list[str]]:
     """For each bench and rig the conditions at whose levels there are repeats: two recordings a level on average."""
     kept: dict[tuple[str, str], list[str]] = {}
     for place in dict.fromkeys((o.bench, o.rig) for o in observations):
@@ -93,7 +92,7 @@ def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
         scatter = float(values.std(ddof=1))
         own_half = stats.t.ppf(0.975, n - 1) * scatter / np.sqrt(n)
     else:
-        scatter, own_half = _within(measured, name), 1.96 * float(own[0]) if n else np.nan
+        scatter, own_half = _reading_scatter(measured, name), 1.96 * float(own[0]) if n else np.nan
     half = float(np.hypot(own_half, 1.96 * common))
     measuring = float(np.sqrt(np.nanmean(own**2))) if np.isfinite(own).any() else np.nan
     return Line(
@@ -110,8 +109,8 @@ def _common(errors: list[tuple[str, float]]) -> float:
     return float(np.sqrt(sum(share**2 for share in by_session.values())))
 
 
-def _read(measured: list[tuple[Observation, Quantity]], name: str) -> pd.DataFrame | None:
-    """The row of readings that a single recording's quantity is the mean of, None where it was not read off."""
+def _reading_row(measured: list[tuple[Observation, Quantity]], name: str) -> pd.DataFrame | None:
+    """The row of readings whose mean is a single recording's quantity; None where it was not read off."""
     if len(measured) != 1 or (readings := measured[0][0].readings) is None:
         return None
     rows = readings[readings["quantity"] == name]
@@ -119,17 +118,17 @@ def _read(measured: list[tuple[Observation, Quantity]], name: str) -> pd.DataFra
 
 
 def _count(measured: list[tuple[Observation, Quantity]], name: str) -> int:
-    rows = _read(measured, name)
+    rows = _reading_row(measured, name)
     return len(measured) if rows is None else int(rows["n"].iloc[0])
 
 
-def _within(measured: list[tuple[Observation, Quantity]], name: str) -> float:
-    rows = _read(measured, name)
+def _reading_scatter(measured: list[tuple[Observation, Quantity]], name: str) -> float:
+    rows = _reading_row(measured, name)
     return np.nan if rows is None else float(rows["sd"].iloc[0])
 
 
 def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, own: np.ndarray) -> Iterable[str]:
-    """Repeats that lie too far from the mean of the others for the scatter of the others (deleted residuals, Bonferroni)."""
+    """Repeats too far from the mean of the others (deleted residuals with Bonferroni correction)."""
     n = values.size
     if n < LEAST_FOR_OUTLIERS:
         return

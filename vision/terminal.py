@@ -1,4 +1,4 @@
-"""What `benchtwin measure` prints: the means over repeats, then what is doubtful or failed, then where everything stands."""
+"""What `benchtwin measure` prints: means over repeats, doubtful and failed results, and where the files are."""
 
 import math
 import sys
@@ -12,9 +12,9 @@ from rich.table import Table
 from vision.measurement import DOUBTFUL, FAILED, GOOD
 from vision.summary import Line
 
-MOST_ROWS = 30  # single results in the terminal; with more, only those that somebody must look at
+MOST_ROWS = 30  # single results; of more, only doubtful and failed ones are printed
 MOST_NOTES = 10
-ANSWERS = {  # of each rig the quantities that recordings are made for, in groups: of a group the first that was measured
+MAIN_QUANTITIES = {  # of each rig, in groups of which the first measured one is printed
     "drop": (("restitution", "restitution_normal", "rebound_height", "fall_acceleration"),),
     "slide": (("static_friction", "slide_angle"),),
     "roll": (("rolling_resistance", "rolling_friction", "run_out", "acceleration"), ("slope",)),
@@ -26,7 +26,7 @@ Notes = Sequence[tuple[str, str]]
 
 
 def show_results(table: pd.DataFrame, means: Sequence[Line], notes: Notes, not_read: Notes, out: Path) -> None:
-    """Print a batch's results; a long batch in a dozen lines and what needs a look, a short one whole.
+    """Print the results of a batch; of a long one only the main quantities and what is doubtful or failed.
 
     table: the rows of measurements.csv; not_read: those of the notes that name files which were left out; out: the folder.
     """
@@ -35,27 +35,26 @@ def show_results(table: pd.DataFrame, means: Sequence[Line], notes: Notes, not_r
     look = table["quality"] != GOOD
     if short:
         _show_rows(console, table[~look])
-    _show_means(console, [line for line in means if line.n > 1] if short else _answers(means))
+    _show_means(console, [line for line in means if line.n > 1] if short else _main_results(means))
     if look.any():
         console.print("\nlook at these:" if (~look).any() else "")
-        _show_rows(console, table[look]) if short else _show_reasons(console, table[look])
-    told = notes if len(notes) <= MOST_NOTES else not_read
-    for recording, note in told:
-        console.print(f"[dim]{_plain(recording)}: {_plain(note)}[/]")
+        _show_rows(console, table[look])
+    shown_notes = notes if len(notes) <= MOST_NOTES else not_read
+    for recording, note in shown_notes:
+        console.print(f"[dim]{_escape(recording)}: {_escape(note)}[/]")
     counts = ", ".join(f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED))
-    console.print(f"\n{len(table)} quantities: {counts}", highlight=False)
-    files = {"overlays/index.html": "what was found on each, in pictures", "measurements.csv": "", "summary.csv": ""}
-    files |= {} if len(told) == len(notes) else {"notes.csv": f"{len(notes)} notes on what was assumed"}
-    there = [f"{name} ({what})" if what else name for name, what in files.items() if (out / name).exists()]
-    console.print(_plain(f"in {out}: {', '.join(there)}"), highlight=False, soft_wrap=True)
+    files = {"Numbers": "measurements.csv", "means": "summary.csv", "pictures": "overlays/index.html"}
+    files |= {} if len(shown_notes) == len(notes) else {f"{len(notes)} notes on what was assumed": "notes.csv"}
+    places = "; ".join(f"{what}: {_escape(str(out / name))}" for what, name in files.items() if (out / name).exists())
+    console.print(f"\n{counts}. {places}", highlight=False)
 
 
-def _answers(means: Sequence[Line]) -> list[Line]:
-    """Of each bench, rig and level of a condition the lines of the quantities that it was recorded for."""
+def _main_results(means: Sequence[Line]) -> list[Line]:
+    """The lines of the main quantities of each bench, rig and level of a condition."""
     kept = []
     for place in dict.fromkeys((line.bench, line.rig, line.conditions) for line in means):
         inside = {line.quantity: line for line in means if (line.bench, line.rig, line.conditions) == place}
-        groups = ANSWERS.get(place[1], tuple((name,) for name in inside))
+        groups = MAIN_QUANTITIES.get(place[1], tuple((name,) for name in inside))
         found = [next((inside[name] for name in group if name in inside), None) for group in groups]
         kept += [line for line in found if line is not None]
     return kept
@@ -70,8 +69,8 @@ def _show_rows(console: Console, table: pd.DataFrame) -> None:
         value, sd = _rounded(row.value, row.sd)
         reason = f": {row.reason}" if row.reason else ""
         shown.add_row(
-            _plain(row.recording), row.quantity, value, sd, "" if row.unit == "1" else row.unit,
-            f"[{COLOURS[row.quality]}]{row.quality}[/]{_plain(reason)}",
+            _escape(row.recording), row.quantity, value, sd, "" if row.unit == "1" else row.unit,
+            f"[{COLOURS[row.quality]}]{row.quality}[/]{_escape(reason)}",
         )  # fmt: skip
     if len(table):
         console.print(shown)
@@ -81,11 +80,11 @@ def _show_reasons(console: Console, table: pd.DataFrame) -> None:
     """One line for each recording and reason: what is doubtful or failed there, and why."""
     for (recording, quality, reason), rows in table.groupby(["recording", "quality", "reason"], sort=False):
         what = ", ".join(rows["quantity"])
-        console.print(f"{_plain(recording)}: {what} [{COLOURS[quality]}]{quality}[/]: {_plain(reason)}", highlight=False)
+        console.print(f"{_escape(recording)}: {what} [{COLOURS[quality]}]{quality}[/]: {_escape(reason)}", highlight=False)
 
 
 def _show_means(console: Console, lines: Sequence[Line]) -> None:
-    """What a paper prints: the mean over the repeats."""
+    """Print the means over repeats."""
     if not lines:
         return
     several = len({line.bench for line in lines}) > 1
@@ -101,9 +100,9 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
             *([f"far from the others: {', '.join(line.outliers)}"] if line.outliers else []),
         )
         shown.add_row(
-            _plain(f"{name}, {line.conditions}" if line.conditions else name),
+            _escape(f"{name}, {line.conditions}" if line.conditions else name),
             f"{mean} ± {half}" if half else mean, "" if line.unit == "1" else line.unit, str(line.n),
-            _figure(line.scatter), _figure(line.measuring), _plain("; ".join(doubts)),
+            _figure(line.scatter), _figure(line.measuring), _escape("; ".join(doubts)),
         )  # fmt: skip
     console.print()
     console.print(shown)
@@ -113,8 +112,8 @@ def _figure(value: float) -> str:
     return "–" if math.isnan(value) else f"{value:.2g}"
 
 
-def _plain(text: str) -> str:
-    """Square brackets are colour marks to rich; a file may be named with them."""
+def _escape(text: str) -> str:
+    """The text with square brackets escaped, which rich takes for markup."""
     return text.replace("[", r"\[")
 
 

@@ -13,9 +13,10 @@ from page.server import Site
 from page.views import keys_form, results
 from page.views import runs as runs_panel
 from page.views.frame import errors_shown, frame
+from vision.find_recordings import find_recordings
 from vision.measurement import MeasurementError
 from vision.new_bench import new_bench
-from vision.recording import Recording, find_recordings
+from vision.recording import Recording
 
 TABS = ("Recordings", "What holds for all", "Run", "Results")
 PICTURED = ("photos", "frames", "video")

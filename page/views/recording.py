@@ -18,10 +18,11 @@ from page.views import keys_form
 from page.views.elements import Picture, Wave
 from page.views.frame import errors_shown, frame, neighbours
 from page.views.numbers import quantities_table
-from vision.evidence.keys import read_toml
+from vision.evidence.read_keys import read_toml
+from vision.find_recordings import find_recordings
 from vision.measurement import MeasurementError
 from vision.motion.drop_sound import sound_of
-from vision.recording import Recording, find_recordings
+from vision.recording import Recording
 
 TOOL_NAMES = {
     "": "Look", "base": "Base line", "roi": "Region", "window": "Window", "ruler": "Ruler", "plumb": "Plumb line",

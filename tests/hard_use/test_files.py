@@ -7,17 +7,18 @@ import zlib
 import numpy as np
 import pytest
 from PIL import Image
+from synthetic.film import Look, film, write_video
+from synthetic.motion import draw_drop
 
 from vision import measure
-from vision.evidence import keys, photo, tables
+from vision.evidence import photo, read_keys, tables
 from vision.evidence.frames import Video
-from vision.evidence.keys import read_toml
 from vision.evidence.photo import read_photo
+from vision.evidence.read_keys import read_toml
 from vision.evidence.tables import read_impacts, read_readings, read_track
+from vision.find_recordings import find_recordings
 from vision.measurement import MeasurementError
-from vision.recording import Recording, find_recordings
-from vision.synthetic.film import Look, film, write_video
-from vision.synthetic.motion import draw_drop
+from vision.recording import Recording
 
 
 def chunk(kind: bytes, data: bytes) -> bytes:
@@ -78,7 +79,7 @@ def test_hostile_keys_are_refused_in_a_short_line(tmp_path, name):
         read_toml(file)
     assert str(file) in str(refused.value) and len(str(refused.value)) < len(str(file)) + 300
     assert time.process_time() - start < 2
-    assert keys.MOST_BYTES < 1e5
+    assert read_keys.MOST_BYTES < 1e5
 
 
 def test_one_of_several_kinds_is_named_by_its_key(tmp_path):
@@ -97,7 +98,7 @@ CSV = {
     "an sd of next to nothing": (read_track, "t_s,x_mm,y_mm,sd_mm\n0,0,0,.1\n1,0,0,2e-313\n2,0,0,.1\n", "sd_mm = 2e-313 in row 3"),
     "an sd of nil": (read_track, "frame,x_px,y_px,sd_px\n0,0,0,.1\n1,0,0,0\n2,0,0,.1\n", "sd_px = 0 in row 3; it should be above 0"),
     "an angle's sd below nil": (read_track, "t_s,x_mm,y_mm,angle_sd_deg\n0,0,0,-2\n1,0,0,1\n2,0,0,1\n", "angle_sd_deg = -2 in row 2"),
-    "decimals in two ways": (read_track, "t_s;x_mm;y_mm\n0;0,1;0\n1;0.2;0\n2;0;0\n", "parted by ';', its numbers written in two ways"),
+    "decimals in two ways": (read_track, "t_s;x_mm;y_mm\n0;0,1;0\n1;0.2;0\n2;0;0\n", "separated by ';', its numbers written in two ways"),
     "readings of digits": (read_readings, "rebound_height_mm\n" + "9" * 400 + "\n100\n", "rebound_height_mm = .* in row 2"),
     "impacts at no time": (read_impacts, "t_s\nnan\ninf\n", "no row has numbers"),
     "zeros": (read_impacts, "\0\0\0\n\0\n", "a.csv"),

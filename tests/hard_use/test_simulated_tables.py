@@ -30,7 +30,7 @@ WRONG = [  # file, what stands there, what somebody wrote, what is said
     ("drop.csv", "sd_mm", "rebound_height_mm", "column rebound_height_mm comes twice"),
     ("drop.csv", "rebound_height_mm", "rebound_height", "column rebound_height_mm is missing; expected restitution"),
     ("drop.csv", "restitution,rebound_height_mm,sd_mm\n0.45,70,3", "restitution;rebound_height_mm;sd_mm\n0.45;70;3\n0,47;75;3",
-     "its columns are parted by .;., its numbers written in two ways; save it with commas"),
+     "its columns are separated by .;., its numbers written in two ways; save it with commas"),
     ("slide.csv", "0.25,15", "0.25,95", "slide_angle_deg = 95 in row 2; it should lie between 0 and 90"),
     ("levels.csv", "0,0.6,", "0,0.56,", "seed_restitution at 0 should be midway, 0.6; here is 0.56"),
     ("levels.csv", "0,0.6,", "1,0.6,", "column coded should hold −1, 0 and 1, a row each; here are -1, 1, 1"),

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from benchtwin import command_line
-from vision.batch import Results, _file_name
 from vision.measurement import GOOD, Observation, Quantity
+from vision.results import Results, _file_name
 
 ROOT = Path(__file__).parent.parent.parent
 TRACK = "t_s\n0.2\n0.45\n0.6\n"

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
-
-from vision.synthetic.piles import PileScene, draw_pile
+from synthetic.piles import PileScene, draw_pile
 
 BROWSER = next(filter(None, map(shutil.which, ("firefox", "firefox-esr"))), None)
 pytestmark = pytest.mark.skipif(not BROWSER, reason="no Firefox on this machine")

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
+from synthetic.piles import PileScene, draw_pile
 
 from page import measuring
 from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import read_recording
-from vision.synthetic.piles import PileScene, draw_pile
 
 
 def test_a_dragged_base_line_and_window_do_not_look_for_the_seeds_again(tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ from page import downloads, results
 from page.downloads import packed_bench, sheet
 from page.folder import Folder, Refused
 from page.side_by_side import browser_data, pairs_of, read_pair
-from vision.recording import find_recordings
+from vision.find_recordings import find_recordings
 
 SAMPLES = Path(__file__).parents[2] / "samples"
 

@@ -13,7 +13,7 @@ import pytest
 from page import runs
 from page.folder import Folder, Refused
 from twin.bench_folder import hashes
-from vision.recording import find_recordings
+from vision.find_recordings import find_recordings
 
 SLEEPER = """
 import sys, time, pathlib

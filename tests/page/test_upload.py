@@ -4,7 +4,8 @@ import pytest
 
 from page.folder import Folder, Refused
 from page.upload import KINDS, LEAST_FRAMES, ReceivedFile, check, place_files
-from vision.recording import Recording, find_recordings
+from vision.find_recordings import find_recordings
+from vision.recording import Recording
 
 
 @pytest.fixture

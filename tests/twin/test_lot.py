@@ -7,7 +7,8 @@ import pytest
 from twin.job import Job
 from twin.lot import measured_lot, other_seeds, representative
 from twin.parameters import Parameters, bench
-from vision.evidence.keys import Air, Seed, read_toml
+from vision.evidence.keys import Air, Seed
+from vision.evidence.read_keys import read_toml
 from vision.measurement import MeasurementError
 from vision.shape.lot import OUTLINES, SEEDS, WHOLE
 

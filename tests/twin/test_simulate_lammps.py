@@ -6,7 +6,7 @@ import subprocess
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from sim.lammps import program
 from twin import Parameters
 from twin.campaign.__main__ import job_of

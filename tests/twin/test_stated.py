@@ -8,10 +8,10 @@ from twin.piles import read_piles
 from twin.roll_tracks import FEW_ROWS, LEAST_ROWS, read_rolls
 from twin.slides import read_slides
 from twin.tracks import read_drops
-from vision.batch import observe
 from vision.measurement import FAILED, MeasurementError
 from vision.motion.run_out import ends_on_incline
 from vision.motion.track import GATE_SD_MM
+from vision.observe import observe
 from vision.recording import read_recording
 
 READERS = {"drop": read_drops, "slide": read_slides, "roll": read_rolls, "pile": read_piles}

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
+from synthetic.piles import PileScene, draw_pile
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from vision.synthetic.piles import PileScene, draw_pile
 
 COLUMNS = "recording,rig,quantity,value,sd,sd_common,unit,quality,reason,overlay"
 
@@ -146,10 +146,10 @@ def test_overwrite_never_takes_what_is_not_its_own(run, photos, tmp_path):
 
 
 def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch):
-    import vision.batch
+    import vision.observe
 
-    whole = vision.batch.observe_pile
-    monkeypatch.setattr(vision.batch, "observe_pile", lambda r, o=None: 1 / 0 if r.id == "a" else whole(r, o))
+    whole = vision.observe.observe_pile
+    monkeypatch.setattr(vision.observe, "observe_pile", lambda r, o=None: 1 / 0 if r.id == "a" else whole(r, o))
     assert run(photos, "--out", tmp_path / "out").exit_code == 0
     table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index("recording")
     assert "please report" in table.loc["a"].reason

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from vision.find_recordings import find_recordings
 from vision.measurement import MeasurementError
-from vision.recording import Recording, find_recordings, read_recording, write_recording
+from vision.recording import Recording, read_recording, write_recording
 
 TRACK = "t_s,x_mm,y_mm\n0,0,0\n0.1,0,1\n0.2,0,2\n"
 

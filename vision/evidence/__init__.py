@@ -1,1 +1,1 @@
-"""What a recording brings: photos, frames, videos, tables. Read strictly, streamed, told clearly."""
+"""Reads the evidence of a recording: photos, frames, videos, sound, tables, keys."""

@@ -1,4 +1,4 @@
-"""[conditions] of recording.toml and bench.toml: what was varied or differs: numbers with the unit in the name, or words."""
+"""[conditions] of recording.toml and bench.toml: what differs between recordings, numbers with the unit in the name, or words."""
 
 import datetime
 import math
@@ -12,7 +12,7 @@ MOST_CONDITIONS = 20
 LONGEST_NAME, LONGEST_WORD = 40, 100  # characters
 LARGEST = 1e10  # of any number
 NAME = re.compile(r"[A-Za-z0-9_]+")
-UNITS = {  # as people write them → as a key names them
+UNITS = {  # as written in a value → as written at the end of a key
     "%": "pct", "percent": "pct", "pct": "pct", "‰": "permille", "ppm": "ppm", "°": "deg", "deg": "deg", "°c": "c", "degc": "c",
     "c": "c", "k": "k", "nm": "nm", "µm": "um", "μm": "um", "um": "um", "mm": "mm", "cm": "cm", "m": "m", "mg": "mg", "g": "g",
     "kg": "kg", "ms": "ms", "s": "s", "sec": "s", "min": "min", "h": "h", "hours": "h", "days": "days", "pa": "pa", "hpa": "hpa",
@@ -20,8 +20,8 @@ UNITS = {  # as people write them → as a key names them
     "hz": "hz", "rpm": "rpm", "n": "n", "mn": "mn", "v": "v", "ml": "ml", "kg/m3": "kg_m3", "kg/m³": "kg_m3", "g/cm3": "g_cm3",
     "g/cm³": "g_cm3",
 }  # fmt: skip
-NOTHING = ("", "?", "-", "n/a", "nan", "inf", "+inf", "-inf", "unknown")  # words for what is not known
-TAKEN = {
+UNKNOWN = ("", "?", "-", "n/a", "nan", "inf", "+inf", "-inf", "unknown")
+RESERVED = {
     "session": 'it has a key of its own above all sections: session = "…"',
     "order": "the order of the recordings is called that; choose another name, such as run_number",
 }
@@ -29,38 +29,38 @@ _NUMBER = r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?"
 _IN_WORDS = re.compile(rf"(?:about|approx\.?|ca\.?|[~≈<>])?\s*({_NUMBER})(?:\s*(?:±|\+/?-)\s*{_NUMBER})?(\s*)(\D.*?)?")
 
 
-def complaints(conditions: dict) -> Iterator[str]:
-    """What is wrong with a table of conditions, each in a bench worker's words with what should stand there."""
+def condition_errors(conditions: dict) -> Iterator[str]:
+    """What is wrong with a table of conditions, each with what should be written instead."""
     if len(conditions) > MOST_CONDITIONS:
         yield f"[conditions]: {len(conditions)} of them; a recording states {MOST_CONDITIONS} at most"
     for key, value in conditions.items():
-        if said := _of_name(key) or _of_value(key, value):
-            yield f"[conditions] {said}"
+        if message := _name_error(key) or _value_error(key, value):
+            yield f"[conditions] {message}"
 
 
-def _of_name(key: str) -> str:
+def _name_error(key: str) -> str:
     if len(key) > LONGEST_NAME:
         return f"{reprlib.repr(key)}: a name of {len(key)} characters; it should have {LONGEST_NAME} at most"
     if not NAME.fullmatch(key):
         better = re.sub(r"[^A-Za-z0-9]+", "_", key).strip("_")
         hint = f", such as {better}" if better else ""
         return f"{key!r}: a name is made of letters, digits and underscores{hint}"
-    return f"{key}: {TAKEN[key]}" if key in TAKEN else ""
+    return f"{key}: {RESERVED[key]}" if key in RESERVED else ""
 
 
-def _of_value(key: str, value: object) -> str:
+def _value_error(key: str, value: object) -> str:
     place = f"{key} = {reprlib.repr(value)}"
     match value:
         case bool():
-            return f'{key} = {str(value).lower()}: yes or no is said in words: {key} = "{"yes" if value else "no"}"'
+            return f'{key} = {str(value).lower()}: yes or no is written as a word: {key} = "{"yes" if value else "no"}"'
         case int() | float():
             if not _usable(value):
                 return f"{place}: should be a finite number below {LARGEST:g}; leave the key out where it is unknown"
             return ""
         case str():
-            return _of_word(key, value)
+            return _word_error(key, value)
         case datetime.date() | datetime.time():
-            return f'{place}: a date or time is said in words: {key} = "{value}"'
+            return f'{place}: a date or time is written as a word: {key} = "{value}"'
         case list():
             return f"{key} is a list; a condition is one number or one word, in the recording.toml of each recording"
         case dict():
@@ -68,9 +68,9 @@ def _of_value(key: str, value: object) -> str:
     return f"{place}: should be a number or a word"
 
 
-def _of_word(key: str, word: str) -> str:
+def _word_error(key: str, word: str) -> str:
     bare = word.strip()
-    if bare.lower() in NOTHING:
+    if bare.lower() in UNKNOWN:
         return f"{key} = {word!r}: leave the key out where it is unknown"
     if len(word) > LONGEST_WORD:
         return f"{key} = {reprlib.repr(word)}: {len(word)} characters; a word for a condition has {LONGEST_WORD} at most"

@@ -1,4 +1,4 @@
-"""Frames of a recording, one at a time: from a folder of pictures or from a video, never all in memory."""
+"""Streams the frames of a recording from a folder of pictures or from a video."""
 
 import itertools
 import re
@@ -10,15 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from vision.evidence.photo import MAX_PIXELS, read_photo
+from vision.evidence.sound import open_media
 from vision.measurement import MeasurementError
 from vision.recording import Recording
 
-SAMPLE_BYTES = 90_000_000  # of pictures held at once
+SAMPLE_BYTES = 90_000_000  # of pictures in memory at once
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture: `index` is its number at the bench, `t_s` its time (NaN without a frame rate), pixels grey or RGB."""
+    """One picture: `index` is its number as recorded, `t_s` its time (NaN without a frame rate), pixels grey or RGB."""
 
     index: int
     t_s: float
@@ -27,9 +28,9 @@ class Frame:
 
 @dataclass
 class FrameSource(ABC):
-    """The frames of one recording: `iterate()` streams them, `sample(n)` gives n spread over the whole for the background.
+    """The frames of one recording.
 
-    `notes` gathers what was skipped, with frame numbers. `count` is the number of frames expected.
+    count: number of frames expected; notes: what was skipped, with frame numbers.
     """
 
     path: Path
@@ -42,18 +43,15 @@ class FrameSource(ABC):
         """The frames in order, one at a time."""
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
-        """About n frames spread over the whole, or over those numbered from `between`[0] to `between`[1].
-
-        Sources that can skip do better than read them all.
-        """
+        """About n evenly spaced frames of all, or of those numbered from `between`[0] to `between`[1]."""
         inside = (frame for frame in self.iterate() if between is None or between[0] <= frame.index <= between[1])
         expected = self.count if between is None else between[1] - between[0] + 1
         return list(itertools.islice(inside, 0, None, max(1, -(-expected // n))))
 
     def sample(self, n: int) -> list[np.ndarray]:
-        """About n pictures spread over the whole recording, all of one size, fewer where they are large."""
+        """About n evenly spaced pictures of one size, for the background; fewer where they are large."""
         first = next(self.iterate(), None)
-        n = n if first is None else affordable(n, first.pixels)
+        n = n if first is None else limit_to_memory(n, first.pixels)
         frames = [frame.pixels for frame in self.picked(n)]
         shapes = [p.shape for p in frames]
         return [p for p in frames if p.shape == max(set(shapes), key=shapes.count)]
@@ -63,8 +61,8 @@ class FrameSource(ABC):
             self.notes.append(message)
 
 
-def affordable(n: int, pixels: np.ndarray) -> int:
-    """How many of n pictures like this one may be held at once."""
+def limit_to_memory(n: int, pixels: np.ndarray) -> int:
+    """How many of n pictures like this one fit into SAMPLE_BYTES, at least 7."""
     return max(7, min(n, SAMPLE_BYTES // pixels.nbytes))
 
 
@@ -113,7 +111,7 @@ class FrameFolder(FrameSource):
             try:
                 frames.append(Frame(number, self._time(number), read_photo(file)))
             except MeasurementError:
-                continue  # noted when the frame is met in iterate()
+                continue  # iterate() notes it
         if not frames:
             raise MeasurementError(f"{self.path}: none of the frames can be read")
         return frames
@@ -123,8 +121,7 @@ class FrameFolder(FrameSource):
 
 
 class Video(FrameSource):
-    """A video file. With a stated frame rate (a high-speed camera's, played back slowly) times are number / fps;
-    without it the file's own time stamps are taken, which a phone spaces unevenly."""
+    """A video file. Times are number / fps with a stated frame rate (of a high-speed camera), else the file's time stamps."""
 
     def __init__(self, file: Path, fps: float | None):
         if file.stat().st_size == 0:
@@ -139,25 +136,25 @@ class Video(FrameSource):
             expected = stream.frames or round(duration * (self._own_fps or 0))
         super().__init__(path=file, count=expected, fps=fps or self._own_fps)
         self._stated_fps = fps
-        self._plain: bool | None = None  # grey or colour, the same in every pass: told from the first frame that is decoded
+        self._grey: bool | None = None  # whether it is grey, by the first decoded frame
 
     def iterate(self) -> Iterator[Frame]:
         yield from self._decode(every=1)
 
     def sample(self, n: int) -> list[np.ndarray]:
-        """As `picked`, but of key frames alone where there are enough, else without frames that no other depends on."""
+        """About n evenly spaced pictures, of key frames only where there are enough, else of reference frames."""
         enough = self._key_frames() >= 20
         every = 1 if enough else max(1, self.count // (2 * n))
         frames, stride = [], 1
         for i, frame in enumerate(self._decode(every, skip="NONKEY" if enough else "NONREF")):
             if i % stride == 0:
                 frames.append(frame.pixels)
-            if len(frames) > affordable(n, frame.pixels):  # thin out what there is, and go on half as densely
+            if len(frames) > limit_to_memory(n, frame.pixels):  # drop every second one, and go on half as densely
                 frames, stride = frames[::2], 2 * stride
         return frames
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
-        """Decodes the whole film (a video has no random access worth the name) but converts only every so-manieth frame."""
+        """As for any source; decodes all frames up to the last, since videos have no exact random access."""
         first, last = between or (0, self.count - 1)
         every = max(1, -(-(last - first + 1) // n))
         stop = None if between is None else last + 1  # the count in a file's header may be wrong
@@ -193,8 +190,8 @@ class Video(FrameSource):
                 elif (frame.width, frame.height) != (size := size or (frame.width, frame.height)):
                     self.note(f"frame {index} skipped: its size {frame.width} × {frame.height} is not that of the others")
                 elif index >= first and (index - first) % every == 0:
-                    self._plain = _colourless(frame) if self._plain is None else self._plain
-                    yield Frame(index, time, _upright(_pixels(frame, self._plain), frame.rotation))
+                    self._grey = _is_grey(frame) if self._grey is None else self._grey
+                    yield Frame(index, time, _upright(_pixels(frame, self._grey), frame.rotation))
                 last = max(last, time)
                 index += 1
                 if index == stop:
@@ -206,7 +203,7 @@ class Video(FrameSource):
 
 
 def _upright(pixels: np.ndarray, rotation: int) -> np.ndarray:
-    """Turned by what the phone noted (degrees anticlockwise, multiples of 90)."""
+    """The picture rotated by the angle in the file (degrees anticlockwise, multiples of 90)."""
     turns = round(rotation / 90) % 4
     return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
 
@@ -220,31 +217,25 @@ def _numbered(files: tuple[Path, ...]) -> Iterator[tuple[int, Path]]:
 
 
 def _opened(file: Path):
-    import av
-
-    av.logging.set_level(None)
-    try:
-        container = av.open(str(file), metadata_errors="replace")
-    except (av.error.FFmpegError, OSError) as error:
-        raise MeasurementError(f"{file}: not a video that can be read ({error.strerror})") from error
+    container = open_media(file, "a video")
     if not container.streams.video:
         container.close()
         raise MeasurementError(f"{file}: holds no picture stream")
     return container
 
 
-def _pixels(frame, plain: bool) -> np.ndarray:
-    """Grey stays grey (8 or 16 bits), also where the file stores it as colour (`plain`); the rest becomes RGB."""
+def _pixels(frame, grey: bool) -> np.ndarray:
+    """Grey pictures (8 or 16 bits), also where the file stores them as colour (`grey`); else RGB."""
     name = frame.format.name
-    if name == "gray" or plain:
+    if name == "gray" or grey:
         return frame.to_ndarray(format="gray")
     if name.startswith("gray"):
         return frame.to_ndarray(format="gray16le")
     return frame.to_ndarray(format="rgb24")
 
 
-def _colourless(frame) -> bool:
-    """Whether an 8-bit colour video holds grey pictures: a third of the work is enough then."""
+def _is_grey(frame) -> bool:
+    """Whether an 8-bit colour video contains grey pictures, which are read as one channel."""
     if not frame.format.name.startswith("yuv") or frame.format.components[0].bits != 8:
         return False
     rgb = frame.to_ndarray(format="rgb24")[::4, ::4].astype(int)

@@ -1,22 +1,14 @@
-"""What recording.toml and bench.toml may hold: every key with its unit and range, and errors in a bench worker's words."""
+"""All keys of recording.toml and bench.toml, with units and ranges; read_keys.py reads them."""
 
-import difflib
-import reprlib
-import tomllib
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
-from pydantic_core import ErrorDetails, PydanticCustomError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
-from vision.evidence.conditions import complaints
+from vision.evidence.conditions import condition_errors
 from vision.evidence.seed_kinds import kinds
-from vision.measurement import MeasurementError
 
-MOST_BYTES = 30_000  # all keys there are, with comments, fill 5,000
-LOT_TABLE = "seeds.csv"  # by which a folder of a lot is known
-MOST_SAID = 1e15  # a number beyond is no value in another unit
-SAID = "said"  # type of an error whose message says all but the file
+COMPLETE = "complete"  # type of an error whose message lacks only the name of the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
 _SeedSize = Annotated[float, Field(gt=0.05, le=2000, allow_inf_nan=False)]  # a grain of sand: 0.5, a basketball: 240
@@ -42,13 +34,13 @@ else:
     _Kind = Literal[tuple(kinds())]
 
 
-class _Section(BaseModel):
-    """A table of keys; the text under each says what it means, and what stating it is good for."""
+class Section(BaseModel):
+    """A table of keys; the text under each says what it means and what it is for."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True)
 
 
-class Seed(_Section):
+class Seed(Section):
     """The seed: measure and weigh some of the lot."""
 
     kind: _Kind | None = None
@@ -83,7 +75,7 @@ class Seed(_Section):
     """Unit of that mesh's coordinates."""
 
 
-class Camera(_Section):
+class Camera(Section):
     """The camera: still, level, as far away as its lens allows."""
 
     fps: Annotated[float, Field(gt=0, le=5e6, allow_inf_nan=False)] | None = None
@@ -124,14 +116,14 @@ class Camera(_Section):
         return 0.5 if self.plumb_sd_deg is None else self.plumb_sd_deg
 
 
-class Reading(_Section):
+class Reading(Section):
     """How somebody reads an instrument."""
 
     resolution_deg: Annotated[float, Field(ge=1e-3, le=5, allow_inf_nan=False)] | None = None
     """Step to which angles were read. Absent: unknown, 0.01° to 1°."""
 
 
-class Air(_Section):
+class Air(Section):
     """The air around; zero density leaves air out of the simulation."""
 
     density_kg_m3: Annotated[float, Field(ge=0, lt=2000, allow_inf_nan=False)] = 1.20
@@ -140,7 +132,7 @@ class Air(_Section):
     """1.81e-5 at 20 °C."""
 
 
-class Drop(_Section):
+class Drop(Section):
     """A seed falls on a plate and rebounds."""
 
     height_mm: _Length | None = None
@@ -167,7 +159,7 @@ class Drop(_Section):
     """Moments in the sound at which something was taken for an impact that is none."""
 
 
-class Slide(_Section):
+class Slide(Section):
     """A plate is raised about a hinge until the seeds on it slide."""
 
     tilt_rate_deg_s: Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None = None
@@ -182,7 +174,7 @@ class Slide(_Section):
     """Angle of the plate when the recording begins."""
 
 
-class Roll(_Section):
+class Roll(Section):
     """A seed rolls down an incline and runs out on a level plate."""
 
     incline_deg: Annotated[float, Field(gt=0, lt=90, allow_inf_nan=False)] | None = None
@@ -205,7 +197,7 @@ class Roll(_Section):
     """Slope of the level plate, rising along +x."""
 
 
-class Pile(_Section):
+class Pile(Section):
     """A box, or a cylinder, of seeds is let go and leaves a pile."""
 
     box_mm: _ThreeLengths | None = None
@@ -238,7 +230,7 @@ class Pile(_Section):
     """What is left when the photo is taken."""
 
 
-class Drum(_Section):
+class Drum(Section):
     """Seeds flow in a drum that turns about a level axis; the camera looks along it."""
 
     drum_mm: _TwoLengths | None = None
@@ -255,7 +247,7 @@ class Drum(_Section):
     """How long a simulated film is."""
 
 
-class Tracking(_Section):
+class Tracking(Section):
     """Corrections of what is followed in a film."""
 
     left_out_frames: Annotated[tuple[Annotated[int, Field(ge=0)], ...], _List] | None = None
@@ -267,12 +259,12 @@ class Tracking(_Section):
 def _checked(conditions: Any) -> Any:
     if not isinstance(conditions, dict):
         return conditions
-    if said := "\n".join(complaints(conditions)):
-        raise PydanticCustomError(SAID, "{said}", {"said": said})
+    if message := "\n".join(condition_errors(conditions)):
+        raise PydanticCustomError(COMPLETE, "{message}", {"message": message})
     return {key: value if isinstance(value, str) else float(value) for key, value in conditions.items()}
 
 
-class Keys(_Section):
+class Keys(Section):
     """All keys of recording.toml; in bench.toml the same."""
 
     rig: Literal["drop", "slide", "roll", "pile", "drum"] | None = None
@@ -294,76 +286,3 @@ class Keys(_Section):
     roll: Roll = Roll()
     pile: Pile = Pile()
     drum: Drum = Drum()
-
-
-def read_toml(path: Path) -> dict:
-    """The keys in a recording.toml or bench.toml. MeasurementError, naming the file and the field, for anything else."""
-    if (size := path.stat().st_size) > MOST_BYTES:
-        raise MeasurementError(f"{path}: {size:,} bytes; a file of keys has {MOST_BYTES:,} at most")
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except RecursionError as error:
-        raise MeasurementError(f"{path}: not valid TOML: brackets within brackets, too deep") from error
-    except tomllib.TOMLDecodeError as error:
-        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
-    except UnicodeDecodeError as error:
-        raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
-    validate(content, path)  # so that the error names this file, not the one it is merged into
-    return _shapes_found(content, path)
-
-
-def _shapes_found(content: dict, path: Path) -> dict:
-    """The same with the paths of a lot and of a mesh, which count from the file's own folder, made absolute."""
-    found = {name: (path.parent / file).resolve() for name, file in content.get("seed", {}).items() if name in ("lot", "shape")}
-    if "lot" in found and not (found["lot"] / LOT_TABLE).is_file():
-        raise MeasurementError(f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape wrote")
-    if "shape" in found and not found["shape"].is_file():
-        raise MeasurementError(f"{path}: [seed] shape: there is no file {found['shape']}")
-    if len(found) == 2:
-        raise MeasurementError(f"{path}: [seed] lot and shape: give one of them")
-    return content | {"seed": content["seed"] | {name: str(file) for name, file in found.items()}} if found else content
-
-
-def merge(base: dict, over: dict) -> dict:
-    """`over` wins, section by section and key by key."""
-    merged = dict(base)
-    for key, value in over.items():
-        merged[key] = {**base[key], **value} if isinstance(value, dict) and isinstance(base.get(key), dict) else value
-    return merged
-
-
-_OTHER_UNITS = {  # end of a key → what its number is in another unit, and its own
-    "_mm": (1e-3, "m", "millimetres"),
-    "_g": (1e-3, "kg", "grams"),
-    "readout_s": (1e3, "ms", "seconds"),
-}
-
-
-def validate(content: dict, path: Path) -> Keys:
-    """The keys of a recording.toml; MeasurementError names each that is wrong, with what it should hold."""
-    try:
-        return Keys.model_validate(content)
-    except ValidationError as error:
-        raise MeasurementError("\n".join(_explain(e, path) for e in error.errors()[:10])) from error
-
-
-def _explain(error: ErrorDetails, path: Path) -> str:
-    """One pydantic complaint in a bench worker's words: file, field, what it should hold."""
-    if error["type"] == SAID:
-        return "\n".join(f"{path}: {line}" for line in error["msg"].splitlines())
-    *section, key = [part for part in error["loc"] if isinstance(part, str)][:2] or [""]  # then which of several kinds it is not
-    place = f"[{section[0]}] {key}" if section else key
-    if error["type"] == "extra_forbidden":
-        owner = Keys.model_fields[section[0]].annotation if section else Keys
-        if isinstance(owner, type) and issubclass(owner, _Section):
-            known = list(owner.model_fields)
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-            return f"{path}: unknown key {place}; {hint}"
-    given = error.get("input")
-    unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)
-    if unit and isinstance(given, float | int) and not isinstance(given, bool) and abs(given) < MOST_SAID:
-        times, other, meant = unit
-        return f"{path}: {place} = {given} means {times * given:g} {other}: {error['msg'].lower()}; is it in {meant}?"
-    said = error["msg"].replace("tuple", "list").replace("dictionary", "section").split(" or instance of ")[0]
-    return f"{path}: {place} = {reprlib.repr(given)}: {said[0].lower()}{said[1:]}"

@@ -1,4 +1,4 @@
-"""Read one picture from a file: complete, upright, 8 or 16 bits, grey or RGB. Anything less is a clear error."""
+"""Reads one picture from a file: complete, upright, 8 or 16 bits, grey or RGB; or raises a clear error."""
 
 import os
 import warnings
@@ -24,8 +24,7 @@ pillow_heif.register_heif_opener()
 def read_photo(path: Path) -> np.ndarray:
     """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB, upright by its EXIF tag.
 
-    Transparency is laid on white. 16-bit colour is read with 16 bits (HEIC, whatever it holds, with 8),
-    floating-point TIFF is refused.
+    Transparent pictures get a white background. 16-bit colour is read with 16 bits (HEIC with 8); floating-point TIFF is refused.
     Raises MeasurementError, naming the file, when it is missing, empty, not a picture, truncated or above MAX_PIXELS.
     """
     path = Path(path)
@@ -44,7 +43,7 @@ def read_photo(path: Path) -> np.ndarray:
         raise MeasurementError(f"{path}: the picture is larger than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down") from error
     except (MeasurementError, MemoryError, PermissionError):
         raise
-    except Exception as error:  # decoders raise whatever a damaged file leads them to
+    except Exception as error:  # decoders raise many kinds of errors for damaged files
         why = " ".join(str(error).split()).replace(" )", ")")  # some say it over several lines
         raise MeasurementError(f"{path}: the picture is damaged or cut short ({why})") from error
 
@@ -73,7 +72,7 @@ def _decode(path: Path) -> np.ndarray:
 
 
 def _bits_per_channel(image: ImageFile) -> int:
-    """Pillow hands 16-bit colour out as 8 bits; the file's own header tells the truth."""
+    """Bits of each channel by the file's header; Pillow converts 16-bit colour to 8 bits."""
     if isinstance(image, TiffImageFile):
         bits = image.tag_v2.get(258, (8,))
         return int(bits[0] if isinstance(bits, tuple) else bits)
@@ -88,7 +87,7 @@ def _on_white(image: Image.Image) -> Image.Image:
 
 
 def _decode_deep(path: Path) -> np.ndarray:
-    """What Pillow cannot give with all its bits, through OpenCV (which is silent about truncated files, hence second)."""
+    """Decode with OpenCV what Pillow cannot give with all bits (OpenCV does not report truncated files, hence second)."""
     import cv2
 
     data = np.fromfile(path, dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""readings.csv → mean, sd of the mean, n and range; with the paper's trimming (one highest, one lowest left out) on request."""
+"""readings.csv → means with sds, n and range, and the quantities that follow from them."""
 
 from dataclasses import dataclass
 
@@ -6,23 +6,23 @@ import numpy as np
 import pandas as pd
 from scipy.stats import t as student
 
-from vision.evidence.grid import grid_of
+from vision.evidence.resolution import reading_step
 from vision.evidence.tables import READING_COLUMNS, Table, read_readings
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
 from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, rolling_friction_eq3
 from vision.recording import Recording
 
-# What an instrument itself is off by, the same in every reading of a session: a protractor's zero, a ruler's, a release height,
-# a mark on an incline.
+# Systematic errors of instruments, shared by all readings of a session: zero of a protractor or ruler, release height.
 INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2}
 HEIGHT_SD_MM = 1.0
 
+
 @dataclass(frozen=True)
 class Summary:
-    """What n repeated readings come to.
+    """Statistics of n repeated readings.
 
-    sd_mean = sd / √n, widened by Student's t so that mean ± 1.96 sd_mean is a 95 % interval. sd_rounding: what reading to a
-    grid leaves open, which repeats do not lessen where they scatter by less than the grid.
+    sd_mean = sd / √n, widened by Student's t so that mean ± 1.96 sd_mean is a 95 % interval. sd_rounding: error due to the step of the
+    readings, which repeats reduce only where they scatter by more than a step.
     """
 
     mean: float
@@ -37,23 +37,22 @@ class Summary:
 def summarise(values: np.ndarray, trim: bool = False) -> Summary:
     """Mean, sample sd, sd of the mean, n and range of `values` (n ≥ 1).
 
-    trim leaves out one highest and one lowest reading, as the paper does with its 12 drops (needs n ≥ 4). It narrows the spread:
-    the sd of the remaining ones understates the scatter of single readings.
+    trim: leave out the highest and the lowest reading (needs n ≥ 4). The sd of the remaining ones understates the scatter.
     """
     values = np.sort(np.asarray(values, dtype=float))
     if trim and values.size >= 4:
         values = values[1:-1]
-    grid, n = grid_of(values), values.size
+    step, n = reading_step(values), values.size
     sd = float(values.std(ddof=1)) if n > 1 else float("nan")
     sd_mean = float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96) if n > 1 else float("nan")
-    # A mean of rounded readings is off by at most grid/π exp(−2π² σ²/grid²), σ the scatter before rounding; all of it when σ = 0.
-    before = max(sd**2 - grid**2 / 12, 0.0) if n > 1 else 0.0
-    rounding = grid / np.sqrt(12) * np.exp(-2 * np.pi**2 * before / grid**2) if grid else 0.0
+    # A mean of rounded readings is off by at most step/π exp(−2π² σ²/step²), σ the scatter before rounding; all of it when σ = 0.
+    unrounded = max(sd**2 - step**2 / 12, 0.0) if n > 1 else 0.0
+    rounding = step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2) if step else 0.0
     return Summary(float(values.mean()), sd, sd_mean, n, float(values[0]), float(values[-1]), float(rounding))
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
-    """The means of what somebody read off, and what follows from each by the paper's Eqs. (1)–(3)."""
+    """Means of readings, and what follows from them by Eqs. (1)–(3)."""
     table: Table = read_readings(recording.files[0])
     columns = [c for c in table.rows if c in READING_COLUMNS]
     rig = recording.rig or READING_COLUMNS[columns[0]][0]
@@ -80,7 +79,7 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
 
 
 def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
-    """Readings that cannot be, or hardly: a rebound above the release or of next to nothing, one far from all others."""
+    """Doubts about readings: a rebound above the release or close to 0, one reading far from the others."""
     if rig == "drop" and recording.drop.height_mm:
         share = s.mean / recording.drop.height_mm
         if s.high > recording.drop.height_mm:
@@ -94,7 +93,7 @@ def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
 
 
 def _quantity(name: str, value: float, sd: float, common: float, unit: str, n: int) -> Quantity:
-    """sd: of the mean, by the readings' scatter; common: what no repeat lessens."""
+    """sd: of the mean, from the scatter; common: sd that repeats do not reduce."""
     reason = "a single reading: no standard deviation" if n == 1 else ""
     return Quantity(name, value, float(np.hypot(sd, common)), unit, DOUBTFUL if reason else GOOD, reason, sd_common=common)
 

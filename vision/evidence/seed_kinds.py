@@ -1,4 +1,4 @@
-"""Published properties of seeds and grains by kind (`[seed] kind`), each with its source; nothing without one."""
+"""Published properties of seeds and grains by kind (`[seed] kind`), each with its source."""
 
 import tomllib
 from dataclasses import dataclass
@@ -11,8 +11,11 @@ SIZES, DENSITY = ("length_mm", "width_mm", "thickness_mm"), "density_kg_m3"
 
 @dataclass(frozen=True)
 class Published:
-    """One published range. quantity: key of [seed], or restitution, static_friction, rolling_friction; on: the other surface,
-    "itself" for seed on seed, empty for the seed's own properties; moisture: as the source states it, or how it was found."""
+    """One published range.
+
+    quantity: key of [seed], or restitution, static_friction, rolling_friction; on: the other surface, "itself" for seed on seed, "" for
+    properties of the seed; moisture: as the source states it, or how the value was determined.
+    """
 
     quantity: str
     low: float
@@ -29,7 +32,7 @@ class Published:
 
 @cache
 def kinds() -> dict[str, tuple[Published, ...]]:
-    """Every kind with its published ranges, as the package's table holds them."""
+    """All kinds with their published ranges, from seed_kinds.toml."""
     table = tomllib.loads(FILE.read_text(encoding="utf8"))
     return {
         kind: tuple(Published(**{**row, "source": table["sources"][row["source"]]}) for row in rows)
@@ -38,17 +41,17 @@ def kinds() -> dict[str, tuple[Published, ...]]:
 
 
 def known(kind: str) -> str:
-    """The kind as it was given; ValueError with the list for one that is not in the table."""
+    """The kind itself; ValueError with the list of kinds where it is not in the table."""
     if kind not in kinds():
         raise ValueError(f"kind = {kind!r}: must be one of {', '.join(kinds())} (benchtwin seeds shows them)")
     return kind
 
 
-def completed(section: dict) -> tuple[dict, list[str]]:
-    """A [seed] table with what its kind tells of absent sizes and density, and a sentence for each value that was taken.
+def with_published_values(section: dict) -> tuple[dict, list[str]]:
+    """A [seed] table with absent sizes and density as published for its kind, and a note for each such value.
 
     Sizes are taken together, and only where no size, lot or shape is stated; the density only where neither it nor the mass is.
-    A value is the middle of the first published range: of means over varieties and moisture, not of single seeds.
+    A value is the middle of the first published range, which is of means over varieties and moisture, not of single seeds.
     """
     kind = section.get("kind")
     if kind is None:
@@ -63,10 +66,10 @@ def completed(section: dict) -> tuple[dict, list[str]]:
     if DENSITY in first and not any(section.get(name) for name in (DENSITY, "mass_g")):
         wanted += (DENSITY,)
     found = {name: float(f"{(first[name].low + first[name].high) / 2:.4g}") for name in wanted}
-    said = [f"[seed] {name} = {value:g}: not stated, taken as published for {kind}, {first[name]}" for name, value in found.items()]
-    return {**section, **found}, said
+    notes = [f"[seed] {name} = {value:g}: not stated, taken as published for {kind}, {first[name]}" for name, value in found.items()]
+    return {**section, **found}, notes
 
 
-def told(kind: str) -> list[str]:
-    """A line a published contact parameter of the kind: to compare a calibration with."""
+def published_contact_parameters(kind: str) -> list[str]:
+    """A line for each published contact parameter of the kind, to compare a calibration with."""
     return [f"published for {kind}: {entry}" for entry in kinds()[known(kind)] if entry.on]

@@ -1,4 +1,4 @@
-"""What parts the columns of a text table, and what marks decimals: told from its lines, or said to be ambiguous."""
+"""Detects the column separator and the decimal mark of a text table."""
 
 import re
 from collections.abc import Sequence
@@ -11,14 +11,14 @@ _WITH_BOTH = re.compile(r"\s*[+-]?(?:\d+[.']\d+,\d+|\d+[,']\d+\.\d+)\s*")  # 1.2
 
 @dataclass(frozen=True)
 class Separators:
-    """`column`: tab, semicolon or comma, " " for any white space. `decimal`: point or comma; "" where both or thousands are seen."""
+    """column: tab, semicolon or comma, " " for white space; decimal: point or comma, "" where it is ambiguous."""
 
     column: str
     decimal: str
 
 
 def separators(heading: str, lines: Sequence[str]) -> Separators:
-    """What parts the columns of `heading`, and how the numbers in the `lines` below it are written."""
+    """The separator in `heading`, and the decimal mark in the `lines` below it."""
     column = next((c for c in ("\t", ";", ",") if c in heading), " ")
     if column == ",":
         return Separators(",", ".")

@@ -1,4 +1,4 @@
-"""Sound of a recording: a video's own track or a sound file, as mono samples on the clock of the pictures."""
+"""Reads the sound of a recording, a video's track or a sound file, as mono samples on the clock of the pictures."""
 
 import itertools
 import math
@@ -15,15 +15,16 @@ LOSSLESS = ("flac", "alac", "wavpack", "ape", "tta")
 LONGEST_S = 600.0  # 115 MB at 48 kHz
 LEAST_S = 0.1
 RATES_HZ = (8_000, 400_000)
-GAP_S = 5e-3  # time stamps that leave more than this between two blocks of samples tell of lost sound
+GAP_S = 5e-3  # between the time stamps of two blocks: more means lost sound
 SILENT = 1e-7  # of full scale: below the last bit of 16
 
 
 @dataclass(frozen=True, eq=False)
 class Sound:
-    """Mono samples (n,) of full scale 1, taken `rate_hz` times a second; the first one at `start_s` on the clock of the pictures,
-    whose zero is the first picture (of a file without pictures, the first sample). `lossy`: whether an encoder has changed it
-    (AAC, MP3, Opus, Vorbis)."""
+    """Mono samples (n,) of full scale 1 at `rate_hz`; the first one at `start_s`, 0 being the time of the first picture, if any.
+
+    lossy: encoded as AAC, MP3, Opus or Vorbis.
+    """
 
     path: Path
     samples: np.ndarray
@@ -38,29 +39,29 @@ class Sound:
 
 
 def has_sound(file: Path) -> bool:
-    """Whether a film or sound file has a track of sound at all; False too where it cannot be opened."""
+    """Whether a film or sound file has a sound track; False where it cannot be opened."""
     try:
-        with _opened(file) as container:
+        with open_media(file) as container:
             return bool(container.streams.audio)
     except MeasurementError:
         return False
 
 
 def film_fps(file: Path) -> float | None:
-    """Pictures a second by the file's own clock, which its sound runs by; None where it has none or cannot be opened."""
+    """Frame rate by the file's clock, which is also that of its sound; None where it has no pictures or cannot be opened."""
     try:
-        with _opened(file) as container:
-            film = _film(container)
+        with open_media(file) as container:
+            film = _picture_stream(container)
             return float(film.average_rate) if film is not None and film.average_rate else None
     except MeasurementError:
         return None
 
 
 def only_sound(file: Path) -> bool:
-    """Whether a file holds sound and no moving pictures; False where it cannot be opened. The cover of a piece of music is no film."""
+    """Whether a file contains sound and no moving pictures (a cover is none); False where it cannot be opened."""
     try:
-        with _opened(file) as container:
-            return _film(container) is None and bool(container.streams.audio)
+        with open_media(file) as container:
+            return _picture_stream(container) is None and bool(container.streams.audio)
     except MeasurementError:
         return False
 
@@ -74,18 +75,18 @@ def read_sound(file: Path) -> Sound:
     if file.stat().st_size == 0:
         raise MeasurementError(f"{file}: the file is empty (0 bytes)")
     notes: list[str] = []
-    with _opened(file) as container:
+    with open_media(file) as container:
         if not container.streams.audio:
             raise MeasurementError(f"{file}: holds no sound track")
         if container.streams.audio[0].codec_context is None:
-            raise MeasurementError(f"{file}: its sound is coded in a way that no decoder here knows; save it as .wav")
-        film = _film(container)
+            raise MeasurementError(f"{file}: its sound has a codec that cannot be decoded (no decoder); save it as .wav")
+        film = _picture_stream(container)
         rate = float(container.streams.audio[0].rate or 0)
         if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
             low, high = RATES_HZ
             raise MeasurementError(f"{file}: {rate:g} samples a second; sound should have {low:,} to {high:,}")
         codec = container.streams.audio[0].codec_context.name
-        blocks = _placed(_blocks(file, container, rate, notes), rate, notes)
+        blocks = _fill_gaps(_blocks(file, container, rate, notes), rate, notes)
         first = next(blocks, None)
         if first is None:
             raise MeasurementError(f"{file}: its sound track holds nothing that can be read")
@@ -119,11 +120,11 @@ def _blocks(file: Path, container, rate: float, notes: list[str]) -> Iterator[tu
         block = _mono(frame)
         count += len(block)
         yield frame.time, block
-    notes.append(f"{file.name}: only the first {LONGEST_S:g} s of its sound are listened to")
+    notes.append(f"{file.name}: only the first {LONGEST_S:g} s of its sound are used")
 
 
-def _placed(blocks: Iterator[tuple[float | None, np.ndarray]], rate: float, notes: list[str]) -> Iterator[tuple[float, np.ndarray]]:
-    """The blocks with their times, gaps between time stamps filled with silence."""
+def _fill_gaps(blocks: Iterator[tuple[float | None, np.ndarray]], rate: float, notes: list[str]) -> Iterator[tuple[float, np.ndarray]]:
+    """The blocks with their times; gaps between time stamps are filled with silence."""
     due = None
     for stamp, block in blocks:
         at = stamp if stamp is not None and math.isfinite(stamp) else (0.0 if due is None else due)
@@ -151,29 +152,30 @@ def _mono(frame) -> np.ndarray:
     return np.clip(np.nan_to_num(found.astype(np.float32).mean(axis=0)), -8, 8)
 
 
-def _film(container):
+def _picture_stream(container):
     """The stream of moving pictures, None where there is none."""
-    films = (s for s in container.streams.video if not int(s.disposition) & 0x400)  # a picture that is attached, such as a cover
+    films = (s for s in container.streams.video if not int(s.disposition) & 0x400)  # an attached picture, such as a cover
     return next(films, None)
 
 
 def _first_picture(file: Path) -> float:
-    """The time stamp [s] of the first picture, nil where none can be read."""
+    """Time stamp [s] of the first picture, 0 where none can be read."""
     import av
 
-    with _opened(file) as container:
+    with open_media(file) as container:
         try:
-            frame = next(itertools.islice(container.decode(_film(container)), 1), None)
+            frame = next(itertools.islice(container.decode(_picture_stream(container)), 1), None)
         except av.error.FFmpegError:
             frame = None
     return float(frame.time) if frame is not None and frame.time is not None else 0.0
 
 
-def _opened(file: Path):
+def open_media(file: Path, kind: str = "a sound or film"):
+    """Open a sound or film with PyAV; MeasurementError naming the file where it is not `kind` that can be read."""
     import av
 
     av.logging.set_level(None)
     try:
         return av.open(str(file), metadata_errors="replace")
     except (av.error.FFmpegError, OSError, ValueError) as error:
-        raise MeasurementError(f"{file}: not a sound or film that can be read ({getattr(error, 'strerror', error)})") from error
+        raise MeasurementError(f"{file}: not {kind} that can be read ({getattr(error, 'strerror', error)})") from error

@@ -1,4 +1,4 @@
-"""The CSV evidence that people, light gates and microphones leave: tracks, passages, impacts, readings. Read strictly."""
+"""Reads CSV evidence strictly: tracks, light gates, impact times, readings."""
 
 import difflib
 import reprlib
@@ -24,23 +24,23 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
 _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
-GATE_PLACE = {"drop": "y_mm", "slide": "x_mm", "roll": "x_mm"}  # of a gate: up from where the seed lands, or along the path
+GATE_PLACE = {"drop": "y_mm", "slide": "x_mm", "roll": "x_mm"}  # column of a gate's place: height above the plate, or along the path
 GATE_EXTRA = ("sd_s", "sd_mm", "gate", "note")
-LEAST_GATES = 4  # place, speed and acceleration, and one more by which they are checked
+LEAST_GATES = 4  # place, speed, acceleration, and one degree of freedom
 SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
-LEAST_SD, GREATEST_SD = 1e-9, 1e6  # of any: outside, weights overflow and fits do not converge
+LEAST_SD, GREATEST_SD = 1e-9, 1e6  # outside, weights overflow and fits do not converge
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
 
 
 MOST_BYTES = 500_000_000  # ten million rows
 LONGEST_LINE = 10_000
-SAME_TIME = 1e-6  # of the usual step: rows nearer to one another are of one time
+SAME_TIME = 1e-6  # of the median step: closer rows have the same time
 LARGEST = 1e10  # of any number: seconds since 1970 are fewer
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows read from one CSV file, and what was left out of it (`notes`, in words)."""
+    """Rows of one CSV file, and notes on what was left out."""
 
     rows: pd.DataFrame
     notes: tuple[str, ...] = ()
@@ -49,12 +49,11 @@ class Table:
 def read_track(path: Path) -> Table:
     """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA.
 
-    Rows with a missing position or time are left out and noted; rows out of order are sorted and noted; two rows of one
-    time are an error, as are a missing or unknown column and text where a number should be. A file of another tool is read as its
-    tool writes it (vision/foreign).
+    Rows with a missing position or time are left out and noted; rows out of order are sorted and noted. Two rows of one time, a missing
+    or unknown column and text in place of a number are errors. Files of other tools are converted (vision/foreign).
     """
     if _of_another_tool(path):
-        from vision.foreign.evidence import foreign_track
+        from vision.foreign.as_evidence import foreign_track
 
         return foreign_track(path)
     rows = _read_csv(path)
@@ -84,11 +83,11 @@ def read_track(path: Path) -> Table:
 
 
 def read_gates(path: Path, rig: str) -> Table:
-    """Read gates.csv: each light gate's place (x_mm along the path; y_mm, up, of a drop), t_s, when the seed's centre passed it, and
-    sd_s, and sd_mm of the gates' places, if known.
+    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s at which the seed's centre passed it, and,
+    if known, sd_s and sd_mm.
 
-    Rows come out in the order of time; gates that did not fire (empty cells) are left out and noted. An error: fewer than
-    LEAST_GATES, two passages at one time or of one gate, a seed that turns back on its path, an sd that is not above nil.
+    Rows are sorted by time; gates that did not fire (empty cells) are left out and noted. Errors: fewer than LEAST_GATES, two passages at
+    one time or of one gate, a seed that turns back, an sd that is not positive.
     """
     where, rows = GATE_PLACE[rig], _read_csv(path)
     columns = (where, "t_s")
@@ -102,12 +101,12 @@ def read_gates(path: Path, rig: str) -> Table:
     if len(rows) < LEAST_GATES:
         raise MeasurementError(f"{path}: {len(rows)} passages; a {rig} past light gates needs at least {LEAST_GATES}")
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
-    if rig == "drop":  # it falls past them, and rises past some of them again
+    if rig == "drop":  # it passes some gates twice
         wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
     if wrong.any():
         at = int(np.argmax(wrong)) + 1
-        said = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
-        raise MeasurementError(f"{path}: {said}; a seed passes the gates one after the other")
+        message = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
+        raise MeasurementError(f"{path}: {message}; a seed passes the gates one after the other")
     _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
@@ -116,7 +115,7 @@ def read_impacts(path: Path) -> Table:
     """Read impacts.csv: rows of t_s, strictly increasing, at least two, and sd_s if known; or another tool's file of them
     (vision/foreign)."""
     if _of_another_tool(path):
-        from vision.foreign.evidence import foreign_impacts
+        from vision.foreign.as_evidence import foreign_impacts
 
         return foreign_impacts(path)
     rows = _read_csv(path)
@@ -133,7 +132,7 @@ def read_impacts(path: Path) -> Table:
 
 
 def read_readings(path: Path) -> Table:
-    """Read readings.csv: one or more of READING_COLUMNS, a row a repeat; values outside the possible are an error."""
+    """Read readings.csv: columns of READING_COLUMNS, a row for each repeat; impossible values are an error."""
     rows = _read_csv(path)
     columns = [c for c in rows.columns if c in READING_COLUMNS]
     if not columns:
@@ -173,7 +172,7 @@ def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str,
     missing or comes twice, and where a cell is empty, no number or outside its range.
     """
     rows = _read_csv(path)
-    _check_there(path, rows, needed)
+    _check_present(path, rows, needed)
     ranges = {**(optional or {}), **needed}
     rows = rows[[c for c in rows if c in ranges]].copy()
     _to_numbers(path, rows, rows.columns)
@@ -181,8 +180,8 @@ def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str,
         low, high = ranges[column]
         if len(wrong := rows.index[~rows[column].between(low, high)]):
             value = rows[column][wrong[0]]
-            said = f"= {value:g}" if np.isfinite(value) else "is empty or not finite"
-            raise MeasurementError(f"{path}: {column} {said} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}")
+            message = f"= {value:g}" if np.isfinite(value) else "is empty or not finite"
+            raise MeasurementError(f"{path}: {column} {message} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}")
     return rows
 
 
@@ -195,14 +194,14 @@ def _read_csv(path: Path) -> pd.DataFrame:
     with path.open("rb") as file:
         if any(len(line) > LONGEST_LINE for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")):
             raise MeasurementError(f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,} characters)")
-    by = _parting(path)
+    by = _separators_of(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             rows = pd.read_csv(path, sep=by.column, decimal=by.decimal, skipinitialspace=True, comment="#", index_col=False)
     except pd.errors.ParserWarning as error:
-        said = "its rows hold more fields than its heading names; commas part columns, numbers have points"
-        raise MeasurementError(f"{path}: {said}") from error
+        message = "its rows hold more fields than its heading names; commas separate columns, numbers have points"
+        raise MeasurementError(f"{path}: {message}") from error
     except (ValueError, OverflowError) as error:  # pandas' own errors and wrong characters among them
         raise MeasurementError(f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})") from error
     rows.columns = [str(c).strip() for c in rows.columns]
@@ -213,20 +212,20 @@ def _read_csv(path: Path) -> pd.DataFrame:
     return rows
 
 
-def _parting(path: Path) -> Separators:
-    """Commas between columns and points in numbers, or semicolons or tabs with either, where the file leaves no doubt."""
+def _separators_of(path: Path) -> Separators:
+    """Separator and decimal mark of a file; MeasurementError where they are ambiguous."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         lines = [line for line in file if line.strip() and not line.startswith("#")]
     by = separators(lines[0], lines[1:]) if lines else Separators(",", ".")
     if not by.decimal:
-        said = f"its columns are parted by {by.column!r}, its numbers written in two ways"
-        raise MeasurementError(f"{path}: {said}; save it with commas, and points in its numbers")
+        message = f"its columns are separated by {by.column!r}, its numbers written in two ways"
+        raise MeasurementError(f"{path}: {message}; save it with commas, and points in its numbers")
     if by.column == " ":  # a single column
         return Separators(";", by.decimal)
     return by
 
 
-def _check_there(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
+def _check_present(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
     if absent := [c for c in needed if c not in rows]:
         raise MeasurementError(
             f"{path}: column {', '.join(absent)} is missing; expected {', '.join(needed)}, found {', '.join(rows.columns)}"
@@ -234,7 +233,7 @@ def _check_there(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
 
 
 def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) -> None:
-    _check_there(path, rows, needed)
+    _check_present(path, rows, needed)
     if unknown := [c for c in rows if c not in needed and c not in extra and c not in READING_COLUMNS]:
         known = (*needed, *extra)
         near = difflib.get_close_matches(unknown[0], known, n=1, cutoff=0.6)
@@ -244,7 +243,7 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
 
 
 def _check_sds(path: Path, rows: pd.DataFrame) -> None:
-    """Standard deviations where they are stated are above nil, and numbers that can be; an empty cell is unknown."""
+    """MeasurementError for a stated sd outside LEAST_SD to GREATEST_SD; an empty cell is unknown."""
     for column in (c for c in SDS if c in rows):
         if len(wrong := rows.index[rows[column].notna() & ~rows[column].between(LEAST_SD, GREATEST_SD)]):
             value = f"{column} = {rows[column][wrong[0]]:g} in row {wrong[0] + 2}"
@@ -252,7 +251,7 @@ def _check_sds(path: Path, rows: pd.DataFrame) -> None:
 
 
 def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
-    """Make the columns floats, empty where they are not finite."""
+    """Convert the columns to floats, NaN where they are not finite."""
     for column in columns:
         try:
             rows[column] = pd.to_numeric(rows[column]).astype(float)

@@ -1,6 +1,6 @@
-"""A phone's accelerometer on a tilting plate → the plate's angle. SensorLog-like CSV: a column of time, three of acceleration.
+"""Angle of a plate from the accelerometer of a phone that lies on it; CSV with a column of time and three of acceleration.
 
-Gravity is what an accelerometer at rest feels: the angle between it and the phone's z axis is the plate's, for a phone lying on it.
+At rest an accelerometer measures gravity, whose angle to the phone's z axis is that of the plate.
 """
 
 import re
@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vision.foreign.fall import G_M_S2
-from vision.foreign.found import Found
+from vision.foreign.columns import column
+from vision.foreign.contents import Contents
+from vision.foreign.free_fall import G_M_S2
 from vision.foreign.source import Source
-from vision.foreign.table import column
 from vision.foreign.units import TIME, name_and_unit
 from vision.measurement import MeasurementError
 
@@ -23,18 +23,18 @@ _AXIS = re.compile(r"(.*?)[ _]?([xyz])")
 _TIME = re.compile(r"\bt\b|time|elapsed|timestamp|since")
 _KNOWN = {"seconds_elapsed": "s", "seconds": "s"}  # times whose name is their unit
 _UNITS = ("g", "m/s^2", "m/s²", "m/s2")
-_TURNING = 0.15  # of the largest angle: where the plate has begun to rise, and where it is nearly up
+_TURNING = 0.15  # of the rise: from the start and from the end, between which the rate is fitted
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is a table of three accelerations over time."""
-    if source.packed or source.is_xml or source.is_workbook:
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
+    if source.is_zip or source.is_xml or source.is_workbook:
         return False
-    head = source.top
+    head = source.first_rows
     return len(head) > 2 and len(_axes(head[0])) == AXES and any(_TIME.search(str(h).lower()) for h in head[0])
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """The plate's tilt over the file's times; MeasurementError where no column of time says its unit."""
     path, rows = source.path, source.rows
     headings = [str(h).lower() for h in rows[0]]
@@ -45,28 +45,28 @@ def read(source: Source) -> Found:
         raise MeasurementError(f"{path}: no column of time says its unit; write it behind the name, such as time (s) or timestamp (ms)")
     best = max(clocks, key=lambda k: (_alike(headings[k], headings[axes[0]]), "since" in headings[k] or "elapsed" in headings[k], -k))
     time = column(path, rows[1:], best, headings[best], 2) * TIME[_unit_of_time(headings[best])]
-    felt = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
+    measured = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
     if units <= {"g"}:
-        felt *= G_M_S2
-    return tilting(path, TOOL, time, felt)
+        measured *= G_M_S2
+    return plate_tilt(path, TOOL, time, measured)
 
 
-def tilting(path: Path, tool: str, time: np.ndarray, felt: np.ndarray) -> Found:
-    """The tilt of a plate from what a phone on it feels: time [s] (n,), felt [m/s²] or [g] (n, 3)."""
-    there = np.isfinite(time) & np.isfinite(felt).all(axis=1)
-    time, felt = time[there], felt[there]
+def plate_tilt(path: Path, tool: str, time: np.ndarray, measured: np.ndarray) -> Contents:
+    """Tilt of a plate from the acceleration of a phone on it: time [s] (n,), measured [m/s²] or [g] (n, 3)."""
+    there = np.isfinite(time) & np.isfinite(measured).all(axis=1)
+    time, measured = time[there], measured[there]
     if len(time) < 10 or np.ptp(time) <= 0:
         raise MeasurementError(f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10")
     order = np.argsort(time, kind="stable")
-    time, felt = time[order] - time.min(), felt[order]
-    size = float(np.median(np.linalg.norm(felt, axis=1)))
+    time, measured = time[order] - time.min(), measured[order]
+    size = float(np.median(np.linalg.norm(measured, axis=1)))
     if 0.8 < size < 1.2:
-        felt, size = felt * G_M_S2, size * G_M_S2
+        measured, size = measured * G_M_S2, size * G_M_S2
     if not 0.8 * G_M_S2 < size < 1.2 * G_M_S2:
         raise MeasurementError(
             f"{path}: an acceleration of {size:.3g} m/s² at rest, so gravity is not in it; record the acceleration with g for a tilt"
         )
-    angle = np.degrees(np.arctan2(np.hypot(felt[:, 0], felt[:, 1]), np.abs(felt[:, 2])))
+    angle = np.degrees(np.arctan2(np.hypot(measured[:, 0], measured[:, 1]), np.abs(measured[:, 2])))
     table = pd.DataFrame({"t_s": time, "tilt_deg": angle}).drop_duplicates("t_s")
     keys, up = _rise(table["t_s"].to_numpy(), table["tilt_deg"].to_numpy())
     guesses = ("the phone lies flat on the plate: its angle is the one between its z axis and gravity",)
@@ -74,22 +74,22 @@ def tilting(path: Path, tool: str, time: np.ndarray, felt: np.ndarray) -> Found:
         "it holds the plate's angle, no motion of the seeds: put their video or track.csv into the folder, its tilt_deg on its own clock",
         f"was the plate stopped when the seeds slid? Then {up:.4g}° is the angle of sliding: write it to readings.csv as slide_angle_deg",
     )
-    return Found(tool, tilt=table, keys={"slide": keys} if keys else {}, guesses=guesses, questions=questions)
+    return Contents(tool, tilt=table, keys={"slide": keys} if keys else {}, guesses=guesses, questions=questions)
 
 
 def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]:
-    """start_deg and tilt_rate_deg_s of a plate that is raised steadily, where it is, and the angle at which it stops."""
+    """Keys start_deg and tilt_rate_deg_s of a plate that is raised steadily (else none), and the angle at which it stops."""
     wide = max(1, len(angle) // 100)
     smooth = np.convolve(angle, np.ones(wide) / wide, "valid")
     middle = time[wide // 2 : wide // 2 + len(smooth)]
     start, up = float(np.median(smooth[: max(3, len(smooth) // 20)])), float(smooth.max())
-    top = int(np.argmax(smooth >= up - _TURNING * (up - start)))
-    rising = np.flatnonzero(smooth[: top + 1] < start + _TURNING * (up - start))
+    first_rows = int(np.argmax(smooth >= up - _TURNING * (up - start)))
+    rising = np.flatnonzero(smooth[: first_rows + 1] < start + _TURNING * (up - start))
     first = int(rising[-1]) if rising.size else 0
-    if up - start < 3 or top - first < 5:
+    if up - start < 3 or first_rows - first < 5:
         return {}, up
-    fit = np.polyfit(middle[first:top], smooth[first:top], 1)
-    straight = np.std(smooth[first:top] - np.polyval(fit, middle[first:top])) < 0.05 * (up - start)
+    fit = np.polyfit(middle[first:first_rows], smooth[first:first_rows], 1)
+    straight = np.std(smooth[first:first_rows] - np.polyval(fit, middle[first:first_rows])) < 0.05 * (up - start)
     if not (straight and 0 < fit[0] < 1000):
         return {}, up
     return {"tilt_rate_deg_s": float(f"{fit[0]:.4g}")} | ({"start_deg": round(start, 2)} if 0 <= start < 80 else {}), up
@@ -109,7 +109,7 @@ def _axes(headings: list) -> list[int]:
 
 
 def _alike(clock: str, axis: str) -> int:
-    """Letters with which both begin: of several clocks the sensor's own bears its name; others tick at their own rate."""
+    """Length of the common beginning: of several clocks the one named like the sensor is its own."""
     return len(list(takewhile(lambda pair: pair[0] == pair[1], zip(clock, axis))))
 
 

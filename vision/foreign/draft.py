@@ -1,4 +1,4 @@
-"""A bench folder drafted from files of other tools: one recording folder each, with every guess and every question as a comment."""
+"""Drafts a bench folder from files of other tools, with guesses and questions as comments."""
 
 import re
 import shutil
@@ -13,23 +13,23 @@ import tomlkit
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.evidence.sound import SOUND_SUFFIXES
 from vision.foreign import read_foreign
-from vision.foreign.evidence import chosen, falls, impact_rows, track_rows
-from vision.foreign.found import Found
+from vision.foreign.as_evidence import choose_track, falls_freely, impact_rows, track_rows
+from vision.foreign.contents import Contents
 from vision.measurement import MeasurementError
 from vision.recording import RIGS, VIDEO_SUFFIXES
 
-_ALWAYS_ASKED = {  # rig → what no file of a tool says, by key
+RIG_QUESTIONS = {  # rig → (key, question) that no file of a tool answers
     "drop": (("[drop] height_mm", "from which height was it released (lowest point of the seed to plate, in mm)?"),),
     "slide": (("[slide] tilt_rate_deg_s", "how fast was the plate raised, and at what angle did it start ([slide] start_deg)?"),),
     "roll": (("[roll] incline_deg, incline_length_mm", "how steep and how long was the incline?"),),
     "pile": (),
     "": (("rig", "which rig is it: drop, slide, roll or pile?"),),
 }
-OF_ALL = "What holds for every recording here; a recording.toml wins over it."
+BENCH_HEADING = "What holds for every recording here; a recording.toml wins over it."
 _COPIED = ((VIDEO_SUFFIXES, "video", ""), (SOUND_SUFFIXES, "recording of sound", "drop"), (PHOTO_SUFFIXES, "photo", "pile"))
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")  # how a drafted recording.toml begins, with the name of its file
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
-OF_A_BENCH = (  # what holds for all recordings, by section
+BENCH_QUESTIONS = (  # (section, key, question)
     ("seed", "[seed] length_mm, width_mm, thickness_mm, mass_g", "what was dropped, slid or rolled: its sizes and mass?"),
     ("camera", "[camera] distance_mm", "how far was the camera from the plane of the motion?"),
 )
@@ -37,9 +37,9 @@ OF_A_BENCH = (  # what holds for all recordings, by section
 
 @dataclass(frozen=True)
 class Draft:
-    """One recording to be written: `name`, the file that it comes from, its evidence, keys, guesses and questions (in words).
+    """One recording to be written: its name, source file, evidence (a file name), keys, guesses and questions.
 
-    table: of `evidence` (a file name); None where the file itself is the evidence and is copied.
+    table: of the evidence; None where the file itself is the evidence and is copied.
     """
 
     name: str
@@ -53,15 +53,15 @@ class Draft:
     questions: tuple[str, ...] = ()
 
     @property
-    def asked(self) -> tuple[str, ...]:
-        """All that is to be asked of its owner."""
+    def all_questions(self) -> tuple[str, ...]:
+        """The questions of the file, and those of the rig whose keys are not stated."""
         stated = {f"[{section}] {key}" for section, held in self.keys.items() for key in held}
-        rest = [f"{key}: {words}" for key, words in _ALWAYS_ASKED[self.rig] if key not in stated]
+        rest = [f"{key}: {words}" for key, words in RIG_QUESTIONS[self.rig] if key not in stated]
         return (*self.questions, *rest)
 
 
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
-    """The recordings in one file. rig: "" where it is not stated; track: the number of the one to take, else the likeliest."""
+    """The recordings in one file; rig: "" where it is not stated; track: number of the one to use, None for the likeliest."""
     guess: tuple[str, ...] = ()
     for suffixes, kind, likely in _COPIED:
         if path.suffix.lower() in suffixes:
@@ -86,14 +86,15 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 which = (f"run {number} of {len(found.runs)}: {name}",) if name else ()
                 yield _draft(path, stem, found, "drop", "impacts.csv", impact_rows(path, name, times), (*which, *guess))
     else:
-        trail, said = chosen(path, found, track)
-        guess = ('rig = "drop": it falls freely',) if not rig and falls(found, trail) else ()
-        yield _draft(path, path.stem, found, rig or ("drop" if guess else ""), "track.csv", track_rows(found, trail), (*said, *guess))
+        point_track, reasons = choose_track(path, found, track)
+        guess = ('rig = "drop": it falls freely',) if not rig and falls_freely(found, point_track) else ()
+        rig = rig or ("drop" if guess else "")
+        yield _draft(path, path.stem, found, rig, "track.csv", track_rows(found, point_track), (*reasons, *guess))
 
 
-def _draft(path: Path, name: str, found: Found, rig: str, evidence: str, table: pd.DataFrame, said: tuple[str, ...]) -> Draft:
+def _draft(path: Path, name: str, found: Contents, rig: str, evidence: str, table: pd.DataFrame, reasons: tuple[str, ...]) -> Draft:
     doubt = (found.doubt,) if found.doubt else ()
-    guesses = (*said, *found.guesses)
+    guesses = (*reasons, *found.guesses)
     return Draft(name, path, found.tool, rig, evidence, table, found.keys, guesses, (*doubt, *found.questions))
 
 
@@ -111,10 +112,10 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
             shutil.copyfile(draft.file, inside / draft.evidence)
         else:
             draft.table.to_csv(inside / draft.evidence, index=False, float_format="%.9g")
-        questions += [f"{draft.name}: {q}" for q in draft.asked]
-    asked = [f"{key}: {words}" for _, key, words in OF_A_BENCH]
-    (folder / "bench.toml").write_text(_bench_toml(drafts, asked, questions, trouble), encoding="utf8")
-    return [*(f"all: {q}" for q in asked), *questions]
+        questions += [f"{draft.name}: {q}" for q in draft.all_questions]
+    all_questions = [f"{key}: {words}" for _, key, words in BENCH_QUESTIONS]
+    (folder / "bench.toml").write_text(_bench_toml(drafts, all_questions, questions, trouble), encoding="utf8")
+    return [*(f"all: {q}" for q in all_questions), *questions]
 
 
 def _recording_toml(draft: Draft) -> str:
@@ -130,18 +131,18 @@ def _recording_toml(draft: Draft) -> str:
             table[key] = value
             table[key].comment(f"GUESS: as {_plain(draft.file.name)} says")
         document[section] = table
-    for question in draft.asked:
+    for question in draft.all_questions:
         document.add(_comment(f"QUESTION: {question}"))
     return tomlkit.dumps(document)
 
 
-def _bench_toml(drafts: list[Draft], asked: list[str], questions: list[str], trouble: list[str]) -> str:
+def _bench_toml(drafts: list[Draft], all_questions: list[str], questions: list[str], trouble: list[str]) -> str:
     document = tomlkit.document()
-    document.add(_comment(OF_ALL))
+    document.add(_comment(BENCH_HEADING))
     document["provenance"] = "measured"
     if len(rigs := {d.rig for d in drafts}) == 1 and (rig := rigs.pop()) in RIGS:
         document["rig"] = rig
-    for heading, lines in (("QUESTIONS for all", asked), ("QUESTIONS by recording", questions), ("NOT READ", trouble)):
+    for heading, lines in (("QUESTIONS for all", all_questions), ("QUESTIONS by recording", questions), ("NOT READ", trouble)):
         for line in lines:
             document.add(_comment(f"{heading}: {line}"))
     return tomlkit.dumps(document)
@@ -152,5 +153,5 @@ def _comment(text: str):
 
 
 def _plain(text: str) -> str:
-    """Text that a TOML comment may hold, in one line."""
+    """The text as one line of printable characters, for a TOML comment."""
     return "".join(c if c.isprintable() else " " for c in text.encode("utf8", "replace").decode("utf8"))[:400]

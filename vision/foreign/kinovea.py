@@ -9,11 +9,10 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from vision.foreign.found import Found, Trail
-from vision.foreign.settle import Stated, settled
+from vision.foreign.columns import column
+from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
 from vision.foreign.source import Source
-from vision.foreign.table import column
-from vision.foreign.trails import some, trail
+from vision.foreign.unit_inference import infer_units
 from vision.foreign.units import LENGTH
 from vision.measurement import MeasurementError
 
@@ -23,28 +22,28 @@ _CLOCK = re.compile(r"(-?)(\d+):(\d\d):(\d\d):(\d+)")  # hours, minutes, seconds
 _CENTIMETRES = {"centimeters": "cm", "meters": "m", "millimeters": "mm", "inches": "in", "feet": "ft", "pixels": "px"}
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is an analysis, a text or a table that Kinovea exported."""
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
     if source.is_xml:
         return b"<KinoveaVideoAnalysis" in source.head
-    if source.packed or source.is_workbook or not source.first_lines:
+    if source.is_zip or source.is_workbook or not source.first_lines:
         return False
     if source.first_lines[0].startswith(_TEXT):
         return True
-    heading = source.top[0]
+    heading = source.first_rows[0]
     return len(heading) > 2 and heading[0] == "Time" and all(re.fullmatch(r".*/[XY]", str(h)) for h in heading[1:] if h)
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """The file's tracks, with the units that it names."""
     if source.is_xml:
         return _analysis(source)
     return _text(source) if source.first_lines[0].startswith(_TEXT) else _table(source)
 
 
-def _table(source: Source) -> Found:
+def _table(source: Source) -> Contents:
     headings, rows, path = [str(h) for h in source.rows[0]], source.rows[1:], source.path
-    time, trails = column(path, rows, 0, "Time", 2), []
+    time, tracks = column(path, rows, 0, "Time", 2), []
     for k, heading in enumerate(headings):
         if not heading.endswith("/X"):
             continue
@@ -52,11 +51,11 @@ def _table(source: Source) -> Found:
         if f"{name}/Y" not in headings:
             raise MeasurementError(f"{path}: column {name}/Y is missing beside {heading}")
         x, y = column(path, rows, k, heading, 2), column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2)
-        trails.append(trail(path, name.removesuffix("/0"), time, x, y))
-    return settled(Stated(path, TOOL, some(path, trails), "", "", "up"), {}, [], [])
+        tracks.append(point_track(path, name.removesuffix("/0"), time, x, y))
+    return infer_units(path, TOOL, tracks, "", "", "up")
 
 
-def _text(source: Source) -> Found:
+def _text(source: Source) -> Contents:
     """Blocks of lines T X Y parted by empty lines; times as h:mm:ss:hundredths or as numbers."""
     blocks: list[tuple[str, list[list[float]]]] = [("", [])]
     clocked = False
@@ -75,11 +74,11 @@ def _text(source: Source) -> Found:
             raise MeasurementError(f"{source.path}: line {k} is not a time, an x and a y ({line[:40]!r})") from error
         if len(cells) < 3:
             raise MeasurementError(f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and a y are to be in it")
-    trails = []
+    tracks = []
     for name, points in blocks:
         t, x, y = np.array(points, dtype=float).reshape(-1, 3).T
-        trails.append(trail(source.path, name, t, x, y))
-    return settled(Stated(source.path, TOOL, some(source.path, trails), "s" if clocked else "", "", "up"), {}, [], [])
+        tracks.append(point_track(source.path, name, t, x, y))
+    return infer_units(source.path, TOOL, tracks, "s" if clocked else "", "", "up")
 
 
 def _seconds(text: str) -> float:
@@ -90,25 +89,25 @@ def _seconds(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-def _analysis(source: Source) -> Found:
+def _analysis(source: Source) -> Contents:
     root, path, guesses = source.xml, source.path, []
     step, fps = _value(source, root, "AverageTimeStampsPerFrame"), _value(source, root, "CaptureFramerate")
     if not step or step <= 0:
         raise MeasurementError(f"{path}: AverageTimeStampsPerFrame is missing; without it its times cannot be told")
-    trails = []
+    tracks = []
     for track in root.iter("Track"):
         points = [_point(source, p) for p in track.iter("TrackPoint")]
         x, y, stamp = np.array(points, dtype=float).reshape(-1, 3).T
-        trails.append(trail(path, (track.get("name") or "")[:50], np.round(stamp / step), x, y))
-    found = some(path, trails)
+        tracks.append(point_track(path, (track.get("name") or "")[:50], np.round(stamp / step), x, y))
+    found = require_tracks(path, tracks)
     keys: dict[str, dict[str, float]] = {"camera": {}}
     if fps and 0 < fps < 5e6:
         guesses.append(f"{fps:.6g} frames per second, as Kinovea's capture rate; a slowed film says another rate than its camera had")
         keys["camera"]["fps"] = fps
-        found = tuple(Trail(t.name, t.time / fps, t.x, t.y) for t in found)
+        found = tuple(PointTrack(t.name, t.time / fps, t.x, t.y) for t in found)
     if scale := _scale(source, root):
         keys["camera"]["mm_per_px"] = scale
-    return settled(Stated(path, TOOL, found, "s" if fps else "frame", "px", "down"), keys, guesses, [])
+    return infer_units(path, TOOL, found, "s" if fps else "frame", "px", "down", keys, guesses, [])
 
 
 def _scale(source: Source, root: Element) -> float | None:

@@ -4,26 +4,25 @@ import re
 
 import numpy as np
 
-from vision.foreign.found import Found
-from vision.foreign.settle import Stated, settled
+from vision.foreign.columns import column
+from vision.foreign.contents import Contents, point_track
 from vision.foreign.source import Source
-from vision.foreign.table import column
-from vision.foreign.trails import some, trail
+from vision.foreign.unit_inference import infer_units
 from vision.measurement import MeasurementError
 
 TOOL = "ImageJ Manual Tracking"
 _TRACK, _SLICE = re.compile(r"track\s*n"), re.compile(r"slice\s*n")
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is a table of ImageJ's plug-in Manual Tracking."""
-    if source.packed or source.is_xml or source.is_workbook:
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
+    if source.is_zip or source.is_xml or source.is_workbook:
         return False
-    heading = " ".join(map(str, source.top[0])).lower()
+    heading = " ".join(map(str, source.first_rows[0])).lower()
     return bool(_TRACK.search(heading) and _SLICE.search(heading))
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """The table's tracks; frames are numbered, and units are those that its headings name."""
     headings = [str(h).lower() for h in source.rows[0]]
     rows, path = source.rows[1:], source.path
@@ -31,7 +30,8 @@ def read(source: Source) -> Found:
     if -1 in places:
         raise MeasurementError(f"{path}: columns Track, Slice, X and Y are to be in it; found {', '.join(headings)[:200]}")
     number, frame, x, y = (column(path, rows, k, headings[k], 2) for k in places)
-    trails = [trail(path, f"track {n:g}", frame[number == n], x[number == n], y[number == n]) for n in np.unique(number[~np.isnan(number)])]
+    numbers = np.unique(number[~np.isnan(number)])
+    tracks = [point_track(path, f"track {n:g}", frame[number == n], x[number == n], y[number == n]) for n in numbers]
     questions = []
     if "distance" in headings:
         gone = column(path, rows, headings.index("distance"), "distance", 2)
@@ -44,4 +44,4 @@ def read(source: Source) -> Found:
                 "([camera] mm_per_px)? Without it, ratios only"
             )
     guesses = ["a slice is a frame"]
-    return settled(Stated(path, TOOL, some(path, trails), "frame", "px", "down"), {}, guesses, questions)
+    return infer_units(path, TOOL, tracks, "frame", "px", "down", {}, guesses, questions)

@@ -2,40 +2,39 @@
 
 import numpy as np
 
-from vision.foreign.found import Found
-from vision.foreign.settle import Stated, settled
+from vision.foreign.contents import Contents, point_track
 from vision.foreign.source import Source
-from vision.foreign.trails import some, trail
+from vision.foreign.unit_inference import infer_units
 from vision.measurement import MeasurementError
 
 TOOL = "MTrackJ"
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is a data file of ImageJ's plug-in MTrackJ."""
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
     return source.head.lstrip(b"\xef\xbb\xbf").startswith(b"MTrackJ ") and b"Data File" in source.head[:60]
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """The file's tracks, cluster by cluster."""
-    tracks: list[tuple[str, list[list[float]]]] = []
+    listed: list[tuple[str, list[list[float]]]] = []
     cluster = ""
     for k, line in enumerate(source.text.splitlines(), 1):
         word, *rest = line.split() or [""]
         if word == "Cluster":
             cluster = rest[0][:20] if rest else ""
         elif word == "Track":
-            name = f"track {rest[0][:20] if rest else len(tracks) + 1}"
-            tracks.append((name if cluster in ("", "1") else f"{name} of cluster {cluster}", []))
+            name = f"track {rest[0][:20] if rest else len(listed) + 1}"
+            listed.append((name if cluster in ("", "1") else f"{name} of cluster {cluster}", []))
         elif word == "Point":
-            if not tracks:
+            if not listed:
                 raise MeasurementError(f"{source.path}: line {k} is a Point before any Track")
-            tracks[-1][1].append(_point(source, k, rest))
-    trails = []
-    for name, points in tracks:
+            listed[-1][1].append(_point(source, k, rest))
+    tracks = []
+    for name, points in listed:
         x, y, frame = np.array(points, dtype=float).reshape(-1, 3).T
-        trails.append(trail(source.path, name, frame, x, y))
-    return settled(Stated(source.path, TOOL, some(source.path, trails), "frame", "px", "down"), {}, [], [])
+        tracks.append(point_track(source.path, name, frame, x, y))
+    return infer_units(source.path, TOOL, tracks, "frame", "px", "down")
 
 
 def _point(source: Source, line: int, cells: list[str]) -> list[float]:

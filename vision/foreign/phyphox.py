@@ -1,37 +1,37 @@
 """phyphox: acoustic stopwatch → impact times; acceleration with g → tilt. .xls, .xlsx, a .zip of CSV, or one CSV, in any language.
 
-The app translates its headings but not its units, so that tables are told by their units and by how their columns hang together.
+The app translates its headings but not its units, so tables are recognised by their units and the relations of their columns.
 """
 
 from itertools import pairwise
 
 import numpy as np
 
-from vision.foreign.accelerometer import AXES, tilting
-from vision.foreign.found import Found
+from vision.foreign.accelerometer import AXES, plate_tilt
+from vision.foreign.columns import column
+from vision.foreign.contents import Contents
 from vision.foreign.source import Rows, Source
-from vision.foreign.table import column
 from vision.foreign.units import TIME, name_and_unit
 from vision.measurement import MeasurementError
 
 TOOL = "phyphox"
 _ACCELERATION = ("m/s^2", "m/s²", "m/s2")
-ROUNDED_S = 2e-3  # an interval beside the times that it parts, each as it was written
+ROUNDED_S = 2e-3  # between an interval and the difference of its times, due to rounding
 _OTHER = "acoustic stopwatch or acceleration (with g)"
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is an export of phyphox, told by its metadata or by the units of its columns."""
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
     if source.is_xml:
         return False
     if source.is_workbook:
         return any(name.startswith("Metadata") for name in source.sheets) or any(_kind(rows) for rows in source.sheets.values())
-    if source.packed:
+    if source.is_zip:
         return any(name.split("/")[-2:-1] == ["meta"] for name in source.members) or any(_kind(rows) for rows in source.sheets.values())
-    return bool(_kind(source.top))
+    return bool(_kind(source.first_rows))
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """Impact times, or a plate's angle, from the export's sheets."""
     tables = {name: rows for name, rows in source.sheets.items() if "meta" not in name.lower()}
     kinds = {name: _kind(rows) for name, rows in tables.items()}
@@ -41,11 +41,11 @@ def read(source: Source) -> Found:
                 for k, run in enumerate(_runs(source, tables[name], kind))]  # fmt: skip
         if runs:
             longest = sum(len(run) > 1 for _, run in runs)
-            return Found(TOOL, runs=tuple((n if longest > 1 else "", run) for n, run in runs if len(run) > 1), guesses=tuple(guesses))
+            return Contents(TOOL, runs=tuple((n if longest > 1 else "", run) for n, run in runs if len(run) > 1), guesses=tuple(guesses))
     if name := next((n for n in tables if kinds[n] == "acceleration"), ""):
         rows = tables[name]
         time, *axes = (column(source.path, rows[1:], k, str(rows[0][k]), 2) for k in range(4))
-        return tilting(source.path, TOOL, time, np.array(axes).T)
+        return plate_tilt(source.path, TOOL, time, np.array(axes).T)
     held = "; ".join(f"{name}: {', '.join(map(str, rows[0]))}"[:120] for name, rows in tables.items() if rows)[:300]
     raise MeasurementError(f"{source.path}: no {_OTHER} in it; it holds {held or 'nothing'}")
 
@@ -79,11 +79,11 @@ def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
     if kind == "stops":
         times = np.array([c[0] for c in columns])
         return [times[np.isfinite(times) & (times > 0)]]
-    runs, stated = [], [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]  # people leave columns empty between
+    runs, stated = [], [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]  # there may be empty columns between
     for k in (k for k in stated[::2] if k + 1 < wide):
         there = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
         time, gap = columns[k][there], columns[k + 1][there]
         if len(time):
-            last = [time[-1] + gap[-1]] if gap[-1] > 0 else []  # an interval of nil: the last event
+            last = [time[-1] + gap[-1]] if gap[-1] > 0 else []  # an interval of 0 marks the last event
             runs.append(np.append(time, last))
     return runs

@@ -1,4 +1,4 @@
-"""A file opened once for all readers: its text, its tables or its XML, whichever it holds; limits against hostile files."""
+"""A file opened once for all readers: text, tables or XML, with limits against hostile files."""
 
 import csv
 import re
@@ -17,7 +17,7 @@ from vision.measurement import MeasurementError
 
 MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
 MOST_TABLES = 50  # in a packed file
-HEAD = 20_000  # bytes in which a tool is recognised
+HEAD = 20_000  # bytes by which a tool is recognised
 Cell = str | float
 Rows = list[list[Cell]]
 _SAYS_UTF8 = re.compile(rb"""\s*<\?xml[^>]*encoding=["']utf-?8["']""", re.IGNORECASE)
@@ -25,7 +25,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
 class Source:
-    """One file. `rows` raises MeasurementError with the file's name where it cannot be read as what it seems."""
+    """One file; its properties raise MeasurementError with the file's name where it cannot be read as such."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -38,12 +38,12 @@ class Source:
             self.head = file.read(HEAD)
 
     @property
-    def packed(self) -> bool:
+    def is_zip(self) -> bool:
         return self.head.startswith(b"PK\x03\x04")
 
     @property
     def is_workbook(self) -> bool:
-        return self.head.startswith(b"\xd0\xcf\x11\xe0") or (self.packed and any(n.startswith("xl/") for n in self.members))
+        return self.head.startswith(b"\xd0\xcf\x11\xe0") or (self.is_zip and any(n.startswith("xl/") for n in self.members))
 
     @property
     def is_xml(self) -> bool:
@@ -56,14 +56,14 @@ class Source:
 
     @cached_property
     def first_lines(self) -> list[str]:
-        """The lines of the head that are whole, as text; none of a binary file."""
+        """The complete lines of the head, as text; none of a binary file."""
         if b"\0" in self.head and not self.head.startswith((b"\xff\xfe", b"\xfe\xff")):
             return []
         lines = _decoded(self.head).splitlines()
         return lines if len(self.head) < HEAD else lines[:-1]
 
     @cached_property
-    def top(self) -> Rows:
+    def first_rows(self) -> Rows:
         """The cells of the first lines, whatever their decimals; at least one row, which may be empty."""
         return table_of(self.first_lines[:20], strict=False) or [[]]
 
@@ -71,15 +71,15 @@ class Source:
     def members(self) -> list[str]:
         """Names of the files in a packed one."""
         try:
-            with zipfile.ZipFile(self.path) as packed:
-                return [m.filename for m in packed.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
-        except Exception as error:  # of a damaged one the library raises what it happens to meet
+            with zipfile.ZipFile(self.path) as is_zip:
+                return [m.filename for m in is_zip.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
+        except Exception as error:  # the library raises many kinds for a damaged file
             raise MeasurementError(f"{self.path}: the zip file is damaged or cut short ({error})") from error
 
     def member(self, name: str) -> bytes:
         """What a packed file holds under `name`."""
         try:
-            with zipfile.ZipFile(self.path) as packed, packed.open(name) as file:
+            with zipfile.ZipFile(self.path) as is_zip, is_zip.open(name) as file:
                 content = file.read(MOST_BYTES + 1)
         except Exception as error:
             raise MeasurementError(f"{self.path}: {name} in it is damaged or locked ({error})") from error
@@ -92,11 +92,11 @@ class Source:
         return self.parsed(self.path.read_bytes())
 
     def parsed(self, content: bytes) -> Element:
-        """XML without entities of its own, whose unfolding could fill the memory."""
+        """Parsed XML; entities, whose expansion could fill the memory, are refused."""
         try:
             content.decode("utf-8")
         except UnicodeDecodeError:
-            if _SAYS_UTF8.match(content):  # some tools say so and write letters of Windows
+            if _SAYS_UTF8.match(content):  # some tools declare UTF-8 and write Windows-1252
                 content = content.decode("cp1252", "replace").encode()
         try:
             return defusedxml.ElementTree.fromstring(content, forbid_dtd=False)
@@ -108,7 +108,7 @@ class Source:
         """The tables in the file by name: sheets of a workbook, members of a packed file, or the file's own."""
         if self.is_workbook:
             return self._workbook()
-        if self.packed:
+        if self.is_zip:
             tables = [n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))][:MOST_TABLES]
             return {n.rpartition(".")[0]: self._rows(_decoded(self.member(n))) for n in tables}
         return {self.path.stem: self._rows(self.text)}
@@ -153,7 +153,7 @@ def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
 
 
 def _separators(lines: Sequence[str]) -> Separators:
-    """Tab before semicolon before comma, whichever is in most lines; in some languages commas mark decimals, but never in words."""
+    """Separators of a table: tab, semicolon or comma, whichever is in most lines and in those with words (decimal commas are not)."""
     few = lines[:200]
     words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
     often = (c for c in ("\t", ";", ",") if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words))

@@ -1,6 +1,6 @@
 """Tracker's own files: .trk (XML) and .trz (a zip with one .trk in it and its video).
 
-Places are stored in pixels of the picture (y down); the coordinate system (origin, angle, pixels per unit) makes what Tracker shows.
+Places are stored in pixels of the picture (y down); the coordinate system (origin, angle, pixels per unit) converts them.
 """
 
 import re
@@ -9,10 +9,9 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from vision.foreign.found import Found, Trail
-from vision.foreign.settle import Stated, settled
+from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
 from vision.foreign.source import Source
-from vision.foreign.trails import some, trail
+from vision.foreign.unit_inference import infer_units
 from vision.foreign.units import LENGTH
 from vision.measurement import MeasurementError
 
@@ -36,14 +35,14 @@ class _System:
         return float(across / self.scale[0]), float(along / self.scale[1])
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is a project of Tracker, packed or not."""
-    if source.packed:
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
+    if source.is_zip:
         return any(name.lower().endswith(".trk") for name in source.members)
     return source.is_xml and _ANY in source.head
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """The project's tracks, with its clip's times, its scale and its axes."""
     panel, inside = _panel(source)
     clip, control, coords = (_object(panel, name) for name in ("videoclip", "clipcontrol", "coords"))
@@ -53,18 +52,20 @@ def read(source: Source) -> Found:
     start_ms, first = _number(source, clip, "starttime") or 0.0, _number(source, clip, "startframe") or 0.0
     systems = _systems(source, coords)
     points = [item for item in _items(panel) if _kind(item) == "PointMass"]
-    trails = []
+    tracks = []
     for item in points:
         frames, places = _places(source, item, systems)
         time = (start_ms + (frames - first) * step_ms) / 1000
-        trails.append(trail(source.path, _text(item, "name") or "", time, places[:, 0], places[:, 1]))
+        tracks.append(point_track(source.path, _text(item, "name") or "", time, places[:, 0], places[:, 1]))
     if not points:
         raise MeasurementError(f"{source.path}: no point mass that was tracked; a model or a ruler is no measurement")
-    found = some(source.path, trails)
+    found = require_tracks(source.path, tracks)
     return _found(source, panel, inside, found, 1000 / step_ms, systems)
 
 
-def _found(source: Source, panel: Element, inside: str, trails: tuple[Trail, ...], fps: float, systems: dict[int, _System]) -> Found:
+def _found(
+    source: Source, panel: Element, inside: str, tracks: tuple[PointTrack, ...], fps: float, systems: dict[int, _System]
+) -> Contents:
     guesses = [f"{fps:.6g} frames per second and times as {inside} says; a slowed film says another rate than its camera had"]
     questions, keys = [], {"camera": {"fps": round(fps, 6)}}
     first, unit = systems[min(systems)], _text(panel, "length_unit") or ""
@@ -80,12 +81,12 @@ def _found(source: Source, panel: Element, inside: str, trails: tuple[Trail, ...
         guesses.append("lengths in metres, Tracker's unit where the file names none")
     if unit != "px" and len({s.scale for s in systems.values()}) == 1:
         keys["camera"]["mm_per_px"] = float(f"{LENGTH[unit.lower() or 'm'] / abs(first.scale[0]):.8g}")
-    return settled(Stated(source.path, TOOL, trails, "s", unit.lower() or "m", "up"), keys, guesses, questions)
+    return infer_units(source.path, TOOL, tracks, "s", unit.lower() or "m", "up", keys, guesses, questions)
 
 
 def _panel(source: Source) -> tuple[Element, str]:
     """The TrackerPanel's element, and the name of the file it stands in."""
-    panel, name = source.xml if not source.packed else None, source.path.name
+    panel, name = source.xml if not source.is_zip else None, source.path.name
     if panel is None:
         inside = [member for member in source.members if member.lower().endswith(".trk")]
         if len(inside) > 1:
@@ -98,7 +99,7 @@ def _panel(source: Source) -> tuple[Element, str]:
 
 
 def _systems(source: Source, coords: Element | None) -> dict[int, _System]:
-    """The coordinate systems by the frame from which each holds."""
+    """Coordinate systems by the first frame to which each applies."""
     systems = {}
     for frame, data in _frames(_property(coords, "framedata")):
         x0, y0, angle, x_scale, y_scale = (_number(source, data, n) for n in ("xorigin", "yorigin", "angle", "xscale", "yscale"))

@@ -1,15 +1,14 @@
-"""Tables of t, x, y: what Tracker exports or copies, and what is written by hand or script in its likeness.
+"""Tables of t, x, y as Tracker exports or copies them, or written alike by hand or script.
 
 Tracker's rows: "#multi:" before several tracks, a row of their names, the headings (t, x, y, …; the time once or once a track),
-then numbers parted by tab, comma, semicolon or space, with a point or a comma. It names no units.
+then numbers separated by tab, comma, semicolon or space, with a point or a comma. It names no units.
 """
 
 from vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
-from vision.foreign.found import Found, Trail
-from vision.foreign.settle import Stated, settled
+from vision.foreign.columns import column, heading_row
+from vision.foreign.contents import Contents, PointTrack, point_track
 from vision.foreign.source import Rows, Source
-from vision.foreign.table import column, heading_row
-from vision.foreign.trails import some, trail
+from vision.foreign.unit_inference import infer_units
 from vision.foreign.units import LENGTH, PIXELS, TIME, name_and_unit
 from vision.measurement import MeasurementError
 
@@ -18,11 +17,11 @@ _TIMES = ("t", "time", "frame", "step", "n")
 _PLACES = ("x", "y")
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is a table that Tracker exported: columns of times and places, named as Tracker names them."""
-    if source.packed or source.is_xml or source.is_workbook:
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
+    if source.is_zip or source.is_xml or source.is_workbook:
         return False
-    head = source.top
+    head = source.first_rows
     row = heading_row(head)
     if row < 0 or row + 1 >= len(head) or {*TRACK_COLUMNS[1:]} <= set(head[row]) or {*TRACK_COLUMNS_PX[1:]} <= set(head[row]):
         return False
@@ -39,7 +38,7 @@ def parsed(heading: object) -> tuple[str, str]:
     return name, unit
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """The table's tracks, with the units that its headings name."""
     rows = source.rows
     at = heading_row(rows)
@@ -49,19 +48,19 @@ def read(source: Source) -> Found:
     times = [k for k, (name, _) in enumerate(headings) if name in _TIMES]
     if len(xs) != len(ys):
         raise MeasurementError(f"{source.path}: {len(xs)} columns x and {len(ys)} columns y; each track has one of both")
-    trails: list[Trail | None] = []
+    tracks: list[PointTrack | None] = []
     for x, y in zip(xs, ys):
         left = [t for t in times if t < min(x, y)] or times
         seconds = [t for t in left if headings[t][0] in ("t", "time")]
         when = (seconds or left)[-1]
         t, px, py = (column(source.path, numbers, k, headings[k][0], at + 2) for k in (when, x, y))
-        trails.append(trail(source.path, _name_at(names, min(x, y)), t, px, py))
+        tracks.append(point_track(source.path, _name_at(names, min(x, y)), t, px, py))
     unit_of_time = {headings[t][1] or ("frame" if headings[t][0] in ("frame", "step", "n") else "") for t in _used(times, headings)}
     unit_of_length = {headings[k][1] for k in (*xs, *ys)}
     if len(unit_of_time) > 1 or len(unit_of_length) > 1:
         raise MeasurementError(f"{source.path}: its columns have several units; x and y of all tracks are to have one, and t one")
     time_unit, length_unit = unit_of_time.pop(), unit_of_length.pop()
-    return settled(Stated(source.path, TOOL, some(source.path, trails), time_unit, length_unit, ""), {}, [], [])
+    return infer_units(source.path, TOOL, tracks, time_unit, length_unit, "")
 
 
 def _used(times: list[int], headings: list[tuple[str, str]]) -> list[int]:

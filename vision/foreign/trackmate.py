@@ -7,11 +7,10 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from vision.foreign.found import Found, Trail
-from vision.foreign.settle import Stated, settled
+from vision.foreign.columns import column, need
+from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
 from vision.foreign.source import Source
-from vision.foreign.table import column, need
-from vision.foreign.trails import some, trail
+from vision.foreign.unit_inference import infer_units
 from vision.foreign.units import name_and_unit
 from vision.measurement import MeasurementError
 
@@ -19,16 +18,16 @@ TOOL = "TrackMate"
 _COLUMNS = ("TRACK_ID", "POSITION_X", "POSITION_Y", "POSITION_T", "FRAME")
 
 
-def holds(source: Source) -> bool:
-    """Whether the file is a model, a simple track file or a table of TrackMate."""
-    if source.packed:
+def recognises(source: Source) -> bool:
+    """Whether a file is of this kind, by its name and its first lines."""
+    if source.is_zip:
         return False
     if source.is_xml:
         return b"<TrackMate" in source.head or (b"<Tracks" in source.head and b"TrackMate" in source.head)
-    return all(name in source.top[0] for name in ("TRACK_ID", "POSITION_X", "POSITION_Y"))
+    return all(name in source.first_rows[0] for name in ("TRACK_ID", "POSITION_X", "POSITION_Y"))
 
 
-def read(source: Source) -> Found:
+def read(source: Source) -> Contents:
     """The file's tracks, with the units that it names."""
     if not source.is_xml:
         return _table(source)
@@ -37,7 +36,7 @@ def read(source: Source) -> Found:
     return _model(source)
 
 
-def _table(source: Source) -> Found:
+def _table(source: Source) -> Contents:
     path, headings = source.path, [str(h) for h in source.rows[0]]
     first = next((k for k, row in enumerate(source.rows) if k and any(isinstance(cell, float) for cell in row)), len(source.rows))
     rows, at = source.rows[first:], need(path, headings, _COLUMNS)
@@ -45,22 +44,21 @@ def _table(source: Source) -> Found:
     for row in source.rows[1:first]:  # the third of them names the units, in brackets
         units |= {n: u for n, k in zip(_COLUMNS, at) if k < len(row) and (u := name_and_unit(row[k])[1])}
     number, x, y, time, frame = (column(path, rows, k, n, first + 1) for n, k in zip(_COLUMNS, at))
-    trails = [_one(source, f"track {n:g}", number == n, x, y, time, frame) for n in np.unique(number[~np.isnan(number)])]
-    return _settled(source, some(path, trails), units["POSITION_T"], units["POSITION_X"])
+    tracks = []
+    for n in np.unique(number[~np.isnan(number)]):
+        use = number == n
+        when = frame if np.isnan(time[use]).all() else time  # without a frame interval POSITION_T is empty
+        tracks.append(point_track(path, f"track {n:g}", when[use], x[use], y[use]))
+    return _with_units(source, require_tracks(path, tracks), units["POSITION_T"], units["POSITION_X"])
 
 
-def _one(source: Source, name: str, use: np.ndarray, x: np.ndarray, y: np.ndarray, time: np.ndarray, frame: np.ndarray) -> Trail | None:
-    """One track by time; where the picture had no frame interval POSITION_T is the frame."""
-    return trail(source.path, name, frame[use] if np.isnan(time[use]).all() else time[use], x[use], y[use])
-
-
-def _model(source: Source) -> Found:
+def _model(source: Source) -> Contents:
     """The XML that TrackMate saves: spots, and edges that join them into tracks."""
     model = source.xml.find("Model")
     if model is None:
         raise MeasurementError(f"{source.path}: no Model in it, so no tracks")
     spots = {s.get("ID", ""): s for s in model.iterfind("AllSpots/SpotsInFrame/Spot")}
-    trails = []
+    tracks = []
     for track in model.iterfind("AllTracks/Track"):
         joined = {e.get(end, "") for e in track.iterfind("Edge") for end in ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")}
         if missing := joined - set(spots):
@@ -68,32 +66,32 @@ def _model(source: Source) -> Found:
             raise MeasurementError(f"{source.path}: {name} names a spot that is not there (ID {sorted(missing)[0][:20]})")
         rows = [spots[i] for i in sorted(joined)]
         x, y, time = (np.array([_number(source, s, key) for s in rows]) for key in ("POSITION_X", "POSITION_Y", "POSITION_T"))
-        trails.append(trail(source.path, track.get("name", "")[:50], time, x, y))
-    return _settled(source, some(source.path, trails), model.get("timeunits", ""), model.get("spatialunits", ""))
+        tracks.append(point_track(source.path, track.get("name", "")[:50], time, x, y))
+    return _with_units(source, require_tracks(source.path, tracks), model.get("timeunits", ""), model.get("spatialunits", ""))
 
 
-def _simple(source: Source) -> Found:
+def _simple(source: Source) -> Contents:
     """<Tracks spaceUnits frameInterval timeUnits> of <particle> of <detection t x y z>, t in frames."""
-    root, trails = source.xml, []
+    root, tracks = source.xml, []
     for k, particle in enumerate(root.iterfind("particle")):
         rows = particle.findall("detection")
         t, x, y = (np.array([_number(source, d, key) for d in rows]) for key in ("t", "x", "y"))
-        trails.append(trail(source.path, f"track {k + 1}", t, x, y))
-    found, unit = some(source.path, trails), root.get("timeUnits", "")
+        tracks.append(point_track(source.path, f"track {k + 1}", t, x, y))
+    found, unit = require_tracks(source.path, tracks), root.get("timeUnits", "")
     interval = _number(source, root, "frameInterval") if root.get("frameInterval") else 1.0
     if unit.lower() not in ("frame", "frames") and interval > 0:
-        found = tuple(Trail(t.name, t.time * interval, t.x, t.y) for t in found)
-    return _settled(source, found, unit, root.get("spaceUnits", ""))
+        found = tuple(PointTrack(t.name, t.time * interval, t.x, t.y) for t in found)
+    return _with_units(source, found, unit, root.get("spaceUnits", ""))
 
 
-def _settled(source: Source, trails: tuple[Trail, ...], time_unit: str, length_unit: str) -> Found:
+def _with_units(source: Source, tracks: tuple[PointTrack, ...], time_unit: str, length_unit: str) -> Contents:
     guesses = []
     time_unit = time_unit.lower()
-    whole = all((t.time == np.round(t.time)).all() and (np.diff(t.time) >= 1).all() for t in trails)
+    whole = all((t.time == np.round(t.time)).all() and (np.diff(t.time) >= 1).all() for t in tracks)
     if whole and time_unit in ("s", "sec", "second", "seconds", ""):
         guesses.append("times are frame numbers: whole seconds from frame to frame are what ImageJ writes where no interval is set")
         time_unit = "frame"
-    return settled(Stated(source.path, TOOL, trails, time_unit, length_unit.lower(), "down"), {}, guesses, [])
+    return infer_units(source.path, TOOL, tracks, time_unit, length_unit.lower(), "down", {}, guesses, [])
 
 
 def _number(source: Source, element: Element, key: str) -> float:

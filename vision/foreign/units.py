@@ -1,4 +1,4 @@
-"""Units as headings of tables and attributes of files name them."""
+"""Names of units in headings of tables and in files."""
 
 import re
 

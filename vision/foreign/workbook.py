@@ -1,7 +1,7 @@
-"""Workbooks (.xls, .xlsx) as tables, read by calamine in a process of its own.
+"""Reads workbooks (.xls, .xlsx) with calamine in a separate process.
 
-A stray cell in the last row and column, or a damaged file, can ask for more memory than there is, which ends the process that asks.
-Nothing of ours is imported here, so that the other process starts at once.
+A cell in the last row and column, or a damaged file, can need more memory than there is and so end the process. This module imports
+nothing of benchtwin, so that the process starts fast.
 """
 
 import contextlib
@@ -25,13 +25,13 @@ def sheets_of(path: Path) -> dict[str, list[list[object]]]:
     except subprocess.TimeoutExpired as error:
         raise ValueError(f"the workbook was not read in {LONGEST_S:.0f} s") from error
     if done.returncode:
-        said = done.stdout.decode("utf8", "replace").strip()
-        raise ValueError(said or "the workbook is damaged, or its cells are spread too wide")
+        message = done.stdout.decode("utf8", "replace").strip()
+        raise ValueError(message or "the workbook is damaged, or its cells are spread too wide")
     return json.loads(done.stdout)
 
 
 def _print_sheets(path: str) -> None:
-    """What `sheets_of` reads, on standard output as JSON; or one line of what is wrong, and exit code 1."""
+    """Print the sheets as JSON; or one line with what is wrong, and exit code 1."""
     with contextlib.suppress(ImportError, ValueError, OSError):  # not on every system
         import resource
 
@@ -43,14 +43,14 @@ def _print_sheets(path: str) -> None:
             sheet = book.get_sheet_by_name(name)
             cells += (sheet.total_height or 0) * (sheet.total_width or 0)
             if cells > MOST_CELLS:
-                sys.exit(_told(f"the workbook has more than {MOST_CELLS:,} cells"))
+                sys.exit(_fail(f"the workbook has more than {MOST_CELLS:,} cells"))
             found[name] = [[c if isinstance(c, int | float | str) else str(c) for c in row] for row in sheet.to_python()]
     except Exception as error:
-        sys.exit(_told(f"the workbook is damaged ({str(error)[:200]})"))
+        sys.exit(_fail(f"the workbook is damaged ({str(error)[:200]})"))
     sys.stdout.buffer.write(json.dumps(found).encode())
 
 
-def _told(line: str) -> int:
+def _fail(line: str) -> int:
     sys.stdout.buffer.write(line.encode("utf8", "replace"))
     return 1
 

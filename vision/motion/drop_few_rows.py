@@ -30,8 +30,8 @@ def fit_few_flights(
     begin = _release_row(height)
     if len(time) - begin < least:
         why = "gravity, " if gravity.value is None else ""
-        said = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({why}two places and two speeds)"
-        raise MeasurementError(f"{said}; {least} are needed" + ("" if stated else f", or {least - 1} with their sd stated"))
+        message = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({why}two places and two speeds)"
+        raise MeasurementError(f"{message}; {least} are needed" + ("" if stated else f", or {least - 1} with their sd stated"))
     tried = [_fit_impact_after(time, height, sd, gravity, begin, j, least, gates) for j in range(begin + 1, len(time) - 2)]
     found = [flights for flights in tried if flights is not None]
     if not found:

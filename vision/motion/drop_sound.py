@@ -92,9 +92,9 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
 
 
 def _too_few(onsets: Onsets) -> str:
-    said = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
+    message = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
     todo = "lay the phone beside the plate, let nothing else sound, and record until all is still"
-    return f"{said if len(onsets) else 'no impact is heard'}; {todo}"
+    return f"{message if len(onsets) else 'no impact is heard'}; {todo}"
 
 
 def _longest_complete_run(chain: Chain, onsets: Onsets) -> tuple[np.ndarray, bool, list[str]]:
@@ -133,8 +133,8 @@ def sound_observation(heard: SoundImpacts, recording: Recording) -> Observation:
     quantities, bounces, notes = measure_impacts(heard.times, heard.sd, recording, first=heard.first)
     if heard.doubt:
         quantities = tuple(q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(heard.doubt) for q in quantities)
-    said = tuple(dict.fromkeys((*heard.notes, *notes)))
-    return Observation(recording.id, "drop", tuple(quantities), said, bounces=bounces)
+    unique = tuple(dict.fromkeys((*heard.notes, *notes)))
+    return Observation(recording.id, "drop", tuple(quantities), unique, bounces=bounces)
 
 
 def combine_with_sound(seen: Observation, recording: Recording, file: Path) -> Observation:
@@ -156,8 +156,8 @@ def combine_with_sound(seen: Observation, recording: Recording, file: Path) -> O
     if not agree:
         quantities = tuple(q if q.quality == FAILED else q.doubt(note) for q in quantities)
     bounces = seen.bounces if shift is None else _combine_bounces(seen.bounces, heard.bounces, shift)
-    said = tuple(dict.fromkeys((*seen.notes, *heard.notes, note)))
-    return replace(seen, quantities=quantities, notes=said, pictures=pictures, bounces=bounces)
+    notes = tuple(dict.fromkeys((*seen.notes, *heard.notes, note)))
+    return replace(seen, quantities=quantities, notes=notes, pictures=pictures, bounces=bounces)
 
 
 def _clock_shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[float | None, str, bool]:
@@ -182,12 +182,12 @@ def _clock_shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[fl
     lag_sd = float(spread / np.sqrt(weight.sum()))
     amount = f"{1000 * lag:.1f} ± {1000 * lag_sd:.1f} ms"
     if not own:
-        said = f"the sound's clock runs {amount} after that of the pictures"
+        message = f"the sound's clock runs {amount} after that of the pictures"
     elif abs(lag) > 3 * lag_sd:
-        said = f"the sound is shifted by {amount} against the pictures; only its intervals are used"
+        message = f"the sound is shifted by {amount} against the pictures; only its intervals are used"
     else:
-        said = f"sound and pictures are in step: {amount} apart"
-    return lag, f"{said} (impacts both seen and heard: {int(pairs.sum())})", True
+        message = f"sound and pictures are in step: {amount} apart"
+    return lag, f"{message} (impacts both seen and heard: {int(pairs.sum())})", True
 
 
 def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:

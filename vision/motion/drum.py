@@ -160,8 +160,8 @@ def _overlay(first: np.ndarray, surface: np.ndarray, lines: list[Line], value: Q
     middle = np.mean([line.at(x.mean()) for line in lines])
     y = middle + slope * (x - x.mean())
     _draw(canvas, factor, x[0], y[0], x[1], y[1], RED, 2.5)
-    said = [(f"{value.name} {value.value:.2f} ± {value.sd:.2f}°  {value.quality}", WHITE if value.quality == GOOD else YELLOW)]
-    canvas.legend([*said, (value.reason, YELLOW)] if value.reason else said)
+    legend = [(f"{value.name} {value.value:.2f} ± {value.sd:.2f}°  {value.quality}", WHITE if value.quality == GOOD else YELLOW)]
+    canvas.legend([*legend, (value.reason, YELLOW)] if value.reason else legend)
     return canvas.pixels
 
 

@@ -134,7 +134,7 @@ def fit_flights(
         contact_times = flights.contact_times()
         if turn == 3:
             if len(rows) == 1 and np.ptp(height[rows[0]]) < LEAST_FALL * np.ptp(height[~outlier]):
-                raise MeasurementError("no fall can be told from how the seed was held: too much noise, or too few frames")
+                raise MeasurementError("no fall can be distinguished from how the seed was held: too much noise, or too few frames")
             return flights
         outlier = outlier | _spikes(rows, residual, time, height)
         for r in rows:

@@ -40,8 +40,8 @@ def measure_impacts(
         notes.append(f"no sd_s is stated: each impact's time is taken to be known to {1000 * sd[0]:.2g} ms, by rounding and scatter")
     gap_sd = np.hypot(sd[:-1], sd[1:])
     height = recording.drop.height_mm if first else None
-    drag, drag_sd, said = _drag(recording, float(gap[0]), height)
-    notes += said
+    drag, drag_sd, drag_notes = _drag(recording, float(gap[0]), height)
+    notes += drag_notes
     before, speed, rise = _through_air(gap, height, drag)
     fall_speed, air = before[0], _through_air(gap, height, drag + drag_sd)
     e, e_air = speed / before, air[1] / air[0] - speed / before

@@ -8,7 +8,7 @@ import pandas as pd
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
-from vision.foreign.fall import free_falls, unit_doubt
+from vision.foreign.free_fall import free_falls, unit_doubt
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
 from vision.motion.camera_moved import camera_moved
 from vision.motion.drop_sound import combine_with_sound, observe_sound, sound_of
@@ -146,8 +146,8 @@ def _drop_in_frames(recording: Recording, tracked: TrackedSeed, notes: list[str]
     seen, camera = to_mm(tracked.track, recording.camera.mm_per_px), recording.camera
     high, wide = tracked.scene.shape
     axis = ((wide - 1) / 2 * (camera.mm_per_px or 1.0), (high - 1) / 2 * (camera.mm_per_px or 1.0))
-    result, said = average_over_readouts(seen, share, camera.readout_s, camera.fps, lambda track: measure_rebound(track, recording, axis))
-    notes = [*notes, said] if said else notes
+    result, note = average_over_readouts(seen, share, camera.readout_s, camera.fps, lambda track: measure_rebound(track, recording, axis))
+    notes = [*notes, note] if note else notes
     pictures = {"track": _draw_drop(tracked, result, recording), "flights": _plot_flights(result, recording)}
     notes = [*tracked.track.notes, *notes, *result.notes]
     return _observation(recording, result.quantities, notes, pictures, result.track, result.bounces)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from vision.evidence.frames import Frame, FrameSource, affordable
+from vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from vision.motion.edge_line import Line
 from vision.motion.scene import MEDIAN_FRAMES, even_in_motion, grey
 
@@ -46,7 +46,7 @@ class PlateFrames(FrameSource):
     def sample(self, n: int) -> list[np.ndarray]:
         """About n strips spread over the film, and at least AFTER_SLIDE from after the slide, which may last an instant only."""
         first = next(self.iterate(), None)
-        n = n if first is None else affordable(n, first.pixels)
+        n = n if first is None else limit_to_memory(n, first.pixels)
         frames = self.picked(n)
         left = _block_departure([frame.pixels for frame in frames])
         gone = 0 if left is None else int(np.argmax(left[1] > GONE))

@@ -17,7 +17,7 @@ from vision.motion.depth_drift import depth_drift_sd, depth_drift_shifts
 from vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
 from vision.motion.flight import G_MM_S2, Flights, Gravity, fit_flights, fit_lateral
 from vision.motion.gravity import drag_one_sd_off, gravity_doubt, known_gravity, release_seen, scale_note
-from vision.motion.least_squares import fit, frame_lag, propagate
+from vision.motion.least_squares import propagate
 from vision.motion.track import Track
 from vision.recording import Recording
 
@@ -163,22 +163,6 @@ def _change_of_refit(fit_again: Callable[[], Flights], values: np.ndarray) -> np
     return moved - values if len(moved) == len(values) else np.zeros_like(values)
 
 
-def _spin(flights: Flights, track: Track, flight: int) -> tuple[float, float]:
-    """Spin [rad per time unit, anticlockwise] and its sd; NaN where the orientation is known in fewer than 5 frames."""
-    rows = flights.rows[flight]
-    if track.angle_deg is None:
-        return math.nan, math.nan
-    rows = rows[np.isfinite(track.angle_deg[rows])]
-    if len(rows) < 5:
-        return math.nan, math.nan
-    weight = None
-    if track.angle_sd_deg is not None and np.isfinite(track.angle_sd_deg[rows]).all():
-        weight = np.median(track.angle_sd_deg[rows]) / np.maximum(track.angle_sd_deg[rows], 1e-3)
-    design = np.column_stack([np.ones(len(rows)), track.time[rows] - track.time[rows].mean()])
-    found = fit(design, np.radians(track.angle_deg[rows]), frame_lag(track.frame[rows]), weight=weight)
-    return float(found.params[1]), float(math.sqrt(found.cov[1, 1]))
-
-
 def _bounce_table(flights, track: Track, across, values, cov, recording: Recording, plain_depth: bool) -> pd.DataFrame:
     """A row for each bounce, numbers with sds; columns have the track's units. plain_depth: `cov` contains no motion in depth."""
     physical = track.unit == "mm" and track.timed
@@ -213,7 +197,7 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
         for name, (value, sd) in numbers.items():
             row[name], row[name.replace(f"_{speed}", f"_sd_{speed}")] = value * factor, sd * factor
         for name, flight in (("spin_before", k), ("spin_after", k + 1)):
-            row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = _spin(flights, track, flight)
+            row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = track.spin(flights.rows[flight])
         row |= {f"contact_{length}": contact, f"contact_sd_{length}": contact_sd}
         row |= {f"height_{length}": top, f"height_sd_{length}": top_sd, "restitution": e, "restitution_sd": e_sd}
         row["quality"] = _bounce_quality(flights, track, k, e, e_sd)

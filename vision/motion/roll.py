@@ -100,8 +100,8 @@ def _measure_on_incline(rows: Rows, sign: float, recording: Recording) -> RunOut
     notes = [*notes, *more]
     drawn = _curve(rows, legs(found.params, nuisance), sign)
     if recording.roll.incline_deg is None:
-        said = f"{recording.toml}: [roll] incline_deg is missing; without it an acceleration gives no rolling friction"
-        return RunOut((acceleration, failed("rolling_resistance", "1", said)), fitted=drawn, notes=tuple(notes))
+        message = f"{recording.toml}: [roll] incline_deg is missing; without it an acceleration gives no rolling friction"
+        return RunOut((acceleration, failed("rolling_resistance", "1", message)), fitted=drawn, notes=tuple(notes))
     friction = _doubt_misfit(Quantity("rolling_resistance", value[1], sd[1], "1", sd_common=common[1]), found)
     if friction.value < -2 * friction.sd:
         friction = friction.doubt(TOO_FAST)
@@ -124,8 +124,8 @@ def _measure_both_legs(rows: Rows, sign: float, recording: Recording) -> RunOut:
     """Quantities run_out and rolling_resistance of few rows, some of them on the level."""
     nuisance, nuisance_sds, notes = _nuisance(rows, recording)
     if not math.isfinite(nuisance.corner):
-        said = "with few rows it decides which are on the level"
-        raise MeasurementError(f"{recording.toml}: [roll] incline_length_mm is missing; {said} ({LEVEL_HINT})")
+        message = "with few rows it decides which are on the level"
+        raise MeasurementError(f"{recording.toml}: [roll] incline_length_mm is missing; {message} ({LEVEL_HINT})")
     level = rows.x >= nuisance.corner
     count = int(level.sum())
     if not count:

@@ -142,11 +142,11 @@ def resistance_notes(recording: Recording, quantities: Sequence[Quantity]) -> li
         return []
     inertia, drag = inertia_of_recording(recording), drag_of_recording(recording)
     factor = f"1 + I/(m r²) = {inertia.factor:.4g} ± {inertia.factor * inertia.sd:.2g}"
-    said = [f"{NAME}: {factor}; state [seed] inertia_factor for a hollow seed"]
+    notes = [f"{NAME}: {factor}; state [seed] inertia_factor for a hollow seed"]
     if math.isinf(drag.sd):
         missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
-        said.append(f"{NAME}: air drag is not allowed for: {missing}; the sd contains a soybean's")
+        notes.append(f"{NAME}: air drag is not allowed for: {missing}; the sd contains a soybean's")
     if recording.roll.slope_deg is None:
         both = "rolled both ways it averages out" if recording.roll.direction else "state [roll] direction and roll in both"
-        said.append(f"{NAME}: the plate is assumed level to ± {LEVEL_SD_DEG:g}°, as [roll] slope_deg is not stated; {both}")
-    return said
+        notes.append(f"{NAME}: the plate is assumed level to ± {LEVEL_SD_DEG:g}°, as [roll] slope_deg is not stated; {both}")
+    return notes

@@ -46,8 +46,8 @@ def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float
         found = _measure(used.take(~spikes), recording, junction)
     except MeasurementError as error:
         return RunOut(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES))
-    said = [f"{spikes.sum()} single rows far off their neighbours are left out"] if spikes.any() else []
-    return replace(found, notes=(*said, *found.notes))
+    spike_notes = [f"{spikes.sum()} single rows far off their neighbours are left out"] if spikes.any() else []
+    return replace(found, notes=(*spike_notes, *found.notes))
 
 
 def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
@@ -108,8 +108,8 @@ def _comparison_note(friction: Quantity, resistance: Quantity) -> list[str]:
     above = friction.value - resistance.value
     if not above > 3 * math.hypot(friction.sd, resistance.sd) or resistance.value <= 0:
         return []
-    said = f"rolling_friction (Eq. 3) is {100 * above / resistance.value:.2g} % above rolling_resistance"
-    return [f"{said}: it counts losses to the air and at the corner as friction"]
+    message = f"rolling_friction (Eq. 3) is {100 * above / resistance.value:.2g} % above rolling_resistance"
+    return [f"{message}: it counts losses to the air and at the corner as friction"]
 
 
 def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from vision.evidence.grid import grid_of
+from vision.evidence.resolution import reading_step
 from vision.measurement import MeasurementError, Quantity, failed
 from vision.motion.flight import G_MM_S2
 from vision.motion.least_squares import estimate_rho, fit, frame_lag, whiten
@@ -114,7 +114,7 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
     if track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 4:
         known = np.isfinite(track.tilt_deg)
         angle = _smooth(time, track.tilt_deg, known)
-        sd = track.tilt_sd_deg or math.hypot(TILT_SD_DEG, grid_of(track.tilt_deg[known]) / math.sqrt(12))
+        sd = track.tilt_sd_deg or math.hypot(TILT_SD_DEG, reading_step(track.tilt_deg[known]) / math.sqrt(12))
     elif rate is None or not track.timed:
         raise MeasurementError(f"{recording.toml}: {ANGLE_MISSING}" + ("" if track.timed or not rate else " together with camera.fps"))
     elif start is None:

@@ -67,8 +67,8 @@ def _angle(track: Track, recording: Recording) -> tuple[np.ndarray, float, str]:
         sd = TILT_SD_DEG if track.tilt_sd_deg is None else track.tilt_sd_deg
         return np.radians(track.tilt_deg), sd, "the plate's angle is that of tilt_deg at each row"
     if slide.start_deg is None:
-        said = "[slide] start_deg, the plate's angle at t = 0, is missing; without it an acceleration gives no friction"
-        raise MeasurementError(f"{recording.toml}: {said}")
+        message = "[slide] start_deg, the plate's angle at t = 0, is missing; without it an acceleration gives no friction"
+        raise MeasurementError(f"{recording.toml}: {message}")
     rate = slide.tilt_rate_deg_s or 0.0
     how = f"tilting at {rate:g} °/s from {slide.start_deg:g}° at t = 0" if rate else f"standing at {slide.start_deg:g}°"
     sd = math.hypot(TILT_SD_DEG, 0.01 * rate * float(track.t_s[-1]))

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from vision.evidence.tables import GATE_PLACE, read_gates
 from vision.measurement import MeasurementError
 from vision.motion.flight import G_MM_S2
+from vision.motion.least_squares import fit, frame_lag
 from vision.motion.outliers import slips
 from vision.recording import Camera, Recording
 
@@ -75,6 +76,20 @@ class Track:
         """The same track with more rows marked as outliers."""
         return replace(self, outlier=self.outlier | outlier, notes=(*self.notes, note) if note else self.notes)
 
+    def spin(self, rows: np.ndarray) -> tuple[float, float]:
+        """Spin [rad per time unit, anticlockwise] over some rows and its sd; NaN with an orientation in fewer than 5 of them."""
+        if self.angle_deg is None:
+            return np.nan, np.nan
+        rows = rows[np.isfinite(self.angle_deg[rows])]
+        if len(rows) < 5:
+            return np.nan, np.nan
+        weight = None
+        if self.angle_sd_deg is not None and np.isfinite(self.angle_sd_deg[rows]).all():
+            weight = np.median(self.angle_sd_deg[rows]) / np.maximum(self.angle_sd_deg[rows], 1e-3)
+        design = np.column_stack([np.ones(len(rows)), self.time[rows] - self.time[rows].mean()])
+        found = fit(design, np.radians(self.angle_deg[rows]), frame_lag(self.frame[rows]), weight=weight)
+        return float(found.params[1]), float(np.sqrt(found.cov[1, 1]))
+
     def to_table(self) -> pd.DataFrame:
         """The columns of track.csv, plus the frame number, the sds and the outlier mark; unknown columns are left out."""
         unit = self.unit
@@ -129,7 +144,7 @@ def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] 
 
 def track_from_gates(recording: Recording) -> Track:
     """gates.csv as a track: a row a gate, numbered as passed; of a drop x = 0, of the others y = 0. sd: |speed| sd_s and sd_mm together,
-    NaN where sd_s is not stated; a gate whose sd_mm is not stated stands within GATE_SD_MM of where it is said to."""
+    NaN where sd_s is not stated; a gate without sd_mm has GATE_SD_MM."""
     rig = recording.need_rig()
     if rig not in GATE_PLACE:
         raise MeasurementError(f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)}, not to a {rig}")
@@ -138,8 +153,8 @@ def track_from_gates(recording: Recording) -> Track:
     sd_s = table.rows["sd_s"].to_numpy(float) if "sd_s" in table.rows else np.full(len(time), np.nan)
     sd_mm = table.rows["sd_mm"].to_numpy(float) if "sd_mm" in table.rows else np.full(len(time), GATE_SD_MM)
     sd = np.hypot(np.abs(_falling(time, place) if rig == "drop" else np.gradient(place, time)) * sd_s, sd_mm)
-    nil = np.zeros(len(time))
-    return make_track(time, nil if rig == "drop" else place, place if rig == "drop" else nil, sd=sd, notes=table.notes)
+    zero = np.zeros(len(time))
+    return make_track(time, zero if rig == "drop" else place, place if rig == "drop" else zero, sd=sd, notes=table.notes)
 
 
 def _falling(time: np.ndarray, place: np.ndarray) -> np.ndarray:

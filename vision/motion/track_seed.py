@@ -17,7 +17,7 @@ from vision.motion.detect import Silhouette, find_silhouettes
 from vision.motion.ellipse_track import fit_ellipses
 from vision.motion.scene import Scene, learn_scene
 from vision.motion.track import Track, make_track
-from vision.motion.tracklets import PATIENCE, Tracklet, extend, joined_with_others
+from vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
 
 MOST_AREA_CHANGE = 0.12  # from the frames around: more means merged with something, or partly hidden
 MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
@@ -78,7 +78,7 @@ def _nearest_to(tracklets: list[Tracklet], frame: float, x: float, y: float) -> 
         away, size = np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y), np.sqrt(tracklet.area)
         if abs(tracklet.frames[k] - frame) <= PATIENCE and away < 2 * size + 4:
             found.append((float(away), len(found), tracklet))
-    return joined_with_others(min(found)[2], tracklets) if found else None
+    return join_alike(min(found)[2], tracklets) if found else None
 
 
 def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet | None:
@@ -87,7 +87,7 @@ def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet 
     scored = [entry for entry in scored if entry[0] > 0]
     if not scored:
         return None
-    return joined_with_others(tracklets[max(scored)[1]], tracklets)
+    return join_alike(tracklets[max(scored)[1]], tracklets)
 
 
 def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:

@@ -85,7 +85,7 @@ def extend(active: list[Tracklet], tracklets: list[Tracklet], shapes: list[Silho
             active.append(tracklet)
 
 
-def joined_with_others(best: Tracklet, tracklets: list[Tracklet]) -> Tracklet:
+def join_alike(best: Tracklet, tracklets: list[Tracklet]) -> Tracklet:
     """`best` joined with the tracklets of the same thing before and after it."""
     area = best.area
     joined, size = best, np.sqrt(best.area)

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from vision.overlay.canvas import SHOWN_PX, write
-from vision.shape.fourier import outline
+from vision.shape.fourier import from_fourier_terms
 from vision.shape.lot import SIZES, Lot
 
 SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
@@ -23,7 +23,7 @@ def draw_outlines(lot: Lot) -> np.ndarray:
 
     for seed in lot.seeds:
         draw(seed.outline_mm(180), LINE, 1)
-    draw(outline(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3)
+    draw(from_fourier_terms(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3)
     cv2.line(image, (MARGIN, SIDE - 25), (MARGIN + round(scale), SIDE - 25), INK, 3)
     write(image, f"1 mm; {len(lot.seeds)} seeds, their mean bold", MARGIN, SIDE - 38, INK, SIDE / SHOWN_PX)
     return image

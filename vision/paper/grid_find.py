@@ -1,4 +1,4 @@
-"""Where in a picture is there a grid? Spectra of small windows, on every scale."""
+"""Finds candidates for a grid in a picture by the spectra of small windows on several scales."""
 
 from dataclasses import dataclass
 
@@ -8,12 +8,12 @@ from numpy.typing import ArrayLike
 from scipy import fft
 
 WINDOW_PX = 64
-PITCH_PX = (2.5, 13.0)  # lines of this distance, in px of a level, are looked for
+PITCH_PX = (2.5, 13.0)  # distance of lines that is sought, in px of a level
 
 
 @dataclass(frozen=True)
 class Level:
-    """The picture reduced by `fx`, `fy`: the darkness of thin lines, freed of the slow changes of brightness."""
+    """The picture reduced by `fx`, `fy`: darkness of thin lines, high-pass filtered."""
 
     lines: np.ndarray
     fx: float
@@ -33,7 +33,7 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Seed:
+class GridCandidate:
     """A window of `level` in which two crossing waves stand out by `contrast` (power over the mean of its ring)."""
 
     level: int
@@ -46,8 +46,8 @@ class Seed:
 def pyramid(image: np.ndarray) -> list[Level]:
     """Levels reduced by 1, 2, 4, … of a grey float picture (0–1), down to a side of `WINDOW_PX`.
 
-    The logarithm makes uneven light an addend; what is slower than a window is taken out; edges are clipped, since one
-    step from paper to table would outshine every line.
+    The logarithm turns uneven illumination into an addend, which the high-pass filter removes. Values are clipped, since the step from
+    paper to table is much stronger than a line.
     """
     height, width = image.shape
     levels: list[Level] = []
@@ -60,15 +60,15 @@ def pyramid(image: np.ndarray) -> list[Level]:
     return levels
 
 
-def find_seeds(levels: list[Level]) -> list[Seed]:
-    """The windows most like a grid, up to three a level, best first: two waves of one length at right angles."""
+def find_candidates(levels: list[Level]) -> list[GridCandidate]:
+    """The windows most like a grid, up to three for each level, best first: two perpendicular waves of one length."""
     found = []
     for index, level in enumerate(levels):
-        found += _level_seeds(index, level)
+        found += _level_candidates(index, level)
     return sorted(found, key=lambda s: -s.contrast)
 
 
-def _level_seeds(index: int, level: Level) -> list[Seed]:
+def _level_candidates(index: int, level: Level) -> list[GridCandidate]:
     height, width = level.lines.shape
     size = min(WINDOW_PX, height, width)
     step = size // 2 if index else size * 3 // 4
@@ -95,7 +95,7 @@ def _level_seeds(index: int, level: Level) -> list[Seed]:
     found = []
     for score, i, u, v in best:
         x, y = level.full(places[i][1] + half, places[i][0] + half)
-        found.append(Seed(index, (float(x), float(y)), u, v, score))
+        found.append(GridCandidate(index, (float(x), float(y)), u, v, score))
     return found
 
 
@@ -104,7 +104,7 @@ def _pair(power: np.ndarray, ringed: np.ndarray, mean: float, window: int):
     blank = np.zeros(2)
     best = (0.0, window, blank, blank)
     rest = ringed.copy()
-    for _ in range(4):  # the strongest wave may be half of no pair (stripes, a harmonic): try the next ones too
+    for _ in range(4):  # the strongest wave may have no partner (stripes, a harmonic): try the next ones
         iy, ix = np.unravel_index(int(np.argmax(rest)), power.shape)
         first = _peak(power, int(iy), int(ix))
         turned = np.array([-first[1], first[0]])
@@ -138,7 +138,7 @@ def _peak(power: np.ndarray, iy: int, ix: int) -> np.ndarray:
 
 
 def _upright(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Name the waves: u points right, v down, each within 45° of its axis; both made equally long and perpendicular."""
+    """The waves as (u, v): u points right, v down, each within 45° of its axis."""
     u, v = (first, second) if abs(first[0]) >= abs(first[1]) else (second, first)
     u, v = u * (1 if u[0] >= 0 else -1), v * (1 if v[1] >= 0 else -1)
     return u, v

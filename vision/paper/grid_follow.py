@@ -1,16 +1,16 @@
-"""The phase of a grid in many windows of a picture, and a map that follows the grid from a first window outwards."""
+"""Measures the phase of a grid in many windows of a picture and fits a map, outwards from a first window."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from vision.paper.grid_find import WINDOW_PX, Level, Seed
+from vision.paper.grid_find import WINDOW_PX, GridCandidate, Level
 from vision.paper.grid_map import GridMap, fit_map, from_waves
 
 # Squared phase amplitude over that of noise: noise alone exceeds it, in both families, in exp(−10) of all windows.
 CLEAR = 5.0
-AGREEING = 0.75  # drawn and real papers followed rightly have 0.96 and more, a slipped map had 0.5
+AGREEING = 0.75  # least share of clear windows that agree with the map: correct maps have 0.96 and more, a wrong one had 0.5
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Windows:
     fy: float
     step_px: float
 
-    def some(self, mask: np.ndarray) -> "Windows":
+    def select(self, mask: np.ndarray) -> "Windows":
         return replace(self, h=self.h[mask], energy=self.energy[mask], x=self.x[mask], y=self.y[mask])
 
 
@@ -52,7 +52,7 @@ def cut_windows(level: Level, size: int, step: float, around: tuple[float, float
 
 
 def phases(windows: Windows, grid: GridMap) -> tuple[np.ndarray, np.ndarray]:
-    """How far the lines seen in each window lie from `grid`'s, in lines (−0.5…0.5), and how clearly they are seen.
+    """Distance of the lines in each window from those of `grid`, in lines (−0.5…0.5), and their clearness.
 
     C = Σ h·exp(−2πi·w) over the window with w the map's u (or v), taken linear within the window; the gap is
     arg C / 2π and the clearness |C|² / Σh², about 1 for noise. Both (n, 2), for u and v.
@@ -78,7 +78,7 @@ def phases(windows: Windows, grid: GridMap) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Fit:
-    """A map fitted to windows: which were used, their residuals [lines] (n, 2) and the fit's covariance for unit sd."""
+    """A map fitted to windows: those used, their residuals [lines] (n, 2), and the covariance for unit sd."""
 
     grid: GridMap
     windows: Windows
@@ -86,22 +86,22 @@ class Fit:
     covariance: np.ndarray
 
 
-def grow(grid: GridMap, windows: Windows, start: tuple[float, float], reach: float, *, flat: bool = False) -> Fit | None:
-    """Follow the grid outwards from `start`: fit within `reach` [full px], widen, until all windows are asked.
+def follow_grid(grid: GridMap, windows: Windows, start: tuple[float, float], reach: float, *, flat: bool = False) -> Fit | None:
+    """Fit the map outwards from `start`: within `reach` [full px], which grows until all windows are included.
 
-    A window counts when both families are clear in it, their gaps are within a gate that narrows to four robust sd, and
-    two neighbours count too; `flat` leaves perspective and lens out. None when fewer than three windows are
-    left, or when many are as clear but disagree.
+    A window is used where both families are clear, their gaps are within a gate that narrows to four robust sd, and two neighbours are
+    used too. flat: without perspective and lens distortion. None where fewer than three windows are left, or many clear ones
+    disagree.
     """
     away = np.hypot(windows.x - start[0], windows.y - start[1])
     reach = max(reach, float(np.sort(away)[min(3, len(away) - 1)]))
     gate, last = 0.25, 0
     while last < 4:
-        last += reach > away.max()  # four more rounds once everything is asked
+        last += reach > away.max()  # four more rounds once all windows are included
         here = np.flatnonzero(away <= reach)
-        gap, clear = phases(windows.some(here), grid)
+        gap, clear = phases(windows.select(here), grid)
         use = (clear > CLEAR).all(1) & (np.abs(gap) < gate).all(1)
-        if last and use.any():  # windows half off the paper are led astray by its edge
+        if last and use.any():  # the edge disturbs windows half off the paper
             use &= (clear > 0.45 * np.median(clear[use], 0)).all(1)
         use &= _has_neighbour(windows.x[here], windows.y[here], use, windows.step_px)
         if use.sum() < 3:
@@ -111,15 +111,15 @@ def grow(grid: GridMap, windows: Windows, start: tuple[float, float], reach: flo
         spread = max(1.4826 * float(np.median(np.abs(gap - np.median(gap, 0)))), 0.003)
         weight = 1 / np.maximum(1, np.abs(gap) / (2 * spread))
         x, y = windows.x[chosen], windows.y[chosen]
-        sd = 3 * max(spread, 0.01)  # neighbouring windows err together (paper that is not flat): nine count as one
+        sd = 3 * max(spread, 0.01)  # errors of neighbouring windows are correlated (paper that is not flat): nine count as one
         grid, covariance = fit_map(grid, x, y, u + gap[:, 0], v + gap[:, 1], weight[:, 0], weight[:, 1], sd, flat=flat)
         gate = float(np.clip(5 * spread, 0.1, 0.25)) if last else 0.25
         reach *= 1.4
-    # A map that has slipped by a line somewhere sees as many clear windows that disagree with it as agree.
+    # Where the map is off by a line, as many clear windows disagree with it as agree.
     strong = (clear > 0.45 * np.median(clear[use], 0)).all(1)
     if use.sum() < AGREEING * strong.sum():
         return None
-    used = windows.some(chosen)
+    used = windows.select(chosen)
     residual, _ = phases(used, grid)
     return Fit(grid, used, residual, covariance)
 
@@ -134,13 +134,13 @@ def _has_neighbour(x: np.ndarray, y: np.ndarray, use: np.ndarray, step: float) -
     return count >= 3
 
 
-def start_map(levels: list[Level], seed: Seed, shape: tuple[int, int]) -> GridMap | None:
-    """A first map from `seed`, made exact on the dense windows around it."""
+def start_map(levels: list[Level], seed: GridCandidate, shape: tuple[int, int]) -> GridMap | None:
+    """A first map from a candidate, refined on dense windows around it."""
     level = levels[seed.level]
     grid = from_waves(shape, seed.at, seed.wave_u / level.fx, seed.wave_v / level.fy)
     near = cut_windows(level, WINDOW_PX, WINDOW_PX / 4, (*seed.at, WINDOW_PX * level.factor))
     centre = int(np.argmin(np.hypot(near.x - seed.at[0], near.y - seed.at[1])))
-    gap, _ = phases(near.some(np.arange(len(near.x)) == centre), grid)
-    grid = grid.moved(float(gap[0, 0]), float(gap[0, 1]))
-    fit = grow(grid, near, seed.at, WINDOW_PX * level.factor / 3, flat=True)
+    gap, _ = phases(near.select(np.arange(len(near.x)) == centre), grid)
+    grid = grid.shifted(float(gap[0, 0]), float(gap[0, 1]))
+    fit = follow_grid(grid, near, seed.at, WINDOW_PX * level.factor / 3, flat=True)
     return fit.grid if fit else None

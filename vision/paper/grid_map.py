@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-# What is assumed of a camera before the paper is seen; decides only where the paper covers little of the picture.
+# Priors of the camera, which matter only where the paper covers little of the picture.
 PERSPECTIVE_SD = 0.05  # relative change of scale from the picture's centre to its corner (a phone leaning by some 3.5°)
 DISTORTION_SD = 0.01  # relative displacement of the picture's corner by the lens
 
@@ -36,14 +36,14 @@ class GridMap:
         down = [np.subtract(a, b) for a, b in zip(self.uv(x, y + 0.5), self.uv(x, y - 0.5))]
         return np.stack([np.stack([across[0], down[0]], -1), np.stack([across[1], down[1]], -1)], -2)
 
-    def times(self, factor: float) -> "GridMap":
-        """The same map counted in lines `factor` times as dense."""
+    def with_density(self, factor: float) -> "GridMap":
+        """The map in units of lines that are `factor` times as dense."""
         p = self.p.copy()
         p[:6] *= factor
         return replace(self, p=p)
 
-    def moved(self, du: float, dv: float) -> "GridMap":
-        """The same map with its origin moved, so that u and v grow by `du`, `dv` everywhere."""
+    def shifted(self, du: float, dv: float) -> "GridMap":
+        """The map with u and v increased by `du`, `dv` everywhere."""
         p = self.p.copy()
         p[:3] += du * np.array([p[6], p[7], 1.0])
         p[3:6] += dv * np.array([p[6], p[7], 1.0])
@@ -60,9 +60,9 @@ class GridMap:
         for value, (c1, c2), place in ((u, self.p[0:2], 0), (v, self.p[3:5], 3)):
             linear = [X / w, Y / w, one / w]
             dk = ((c1 - value * self.p[6]) * X + (c2 - value * self.p[7]) * Y) / w * stretch
-            ours = [zero] * 6
-            ours[place : place + 3] = linear
-            rows.append(np.stack([*ours, -value * X / w, -value * Y / w, dk], -1))
+            columns = [zero] * 6
+            columns[place : place + 3] = linear
+            rows.append(np.stack([*columns, -value * X / w, -value * Y / w, dk], -1))
         return rows[0], rows[1]
 
     def _undistorted(self, x, y):
@@ -88,8 +88,7 @@ def fit_map(
 ) -> tuple[GridMap, np.ndarray]:  # fmt: skip
     """Gauss–Newton from `start` to the paper coordinates `u`, `v` measured at `x`, `y`; returns the map and its covariance.
 
-    `sd` [lines] is the error of a measurement of weight 1; the assumptions on the camera (above) enter as prior knowledge.
-    `flat` holds perspective and distortion where they are.
+    sd [lines]: of a measurement of weight 1; the camera has the priors above. flat: perspective and distortion are fixed.
     """
     prior = np.zeros(9)
     prior[6:8], prior[8] = (1e12, 1e12) if flat else (PERSPECTIVE_SD**-2, DISTORTION_SD**-2)

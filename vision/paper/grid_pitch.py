@@ -1,4 +1,4 @@
-"""Which lines are these, 1, 5 or 10 mm? Told by their strengths: every fifth and every tenth line of the paper is heavier."""
+"""Decides by their strengths whether lines are 1, 5 or 10 mm apart: every fifth and tenth line of the paper is heavier."""
 
 from dataclasses import dataclass
 
@@ -12,26 +12,29 @@ from vision.paper.grid_map import GridMap
 # A strong wave may be any harmonic of the 10-mm period; the finest lines lie at these multiples of the wave's length.
 RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 3.0, 4.0, 5.0)
 BINS = 16  # per line
-FAINTEST = 0.04  # of the heaviest line's strength: a fainter comb is a trace of blur or compression, not lines
+FAINTEST = 0.04  # of the heaviest line's strength: fainter ones are due to blur or compression
 SAMPLES = 60_000
 
 
 @dataclass(frozen=True)
 class Strengths:
-    """Strength of ten successive lines of one family and its sd; NaN where the paper shows too little of a line."""
+    """Strength of ten successive lines of one family and its sd; NaN where too little of a line is seen.
+
+    dark_lines: how many of the ten are darker than half a line beside them.
+    """
 
     value: np.ndarray
     sd: np.ndarray
-    humps: int = 10  # of the ten places, how many are darker than their surroundings half a line away
+    dark_lines: int = 10
 
     @property
-    def all_there(self) -> bool:
-        """Every line that could be seen is seen."""
-        return bool(np.isfinite(self.value).sum() >= 6 and self.missing == 0 and self.humps >= 6)
+    def complete(self) -> bool:
+        """Whether all visible lines have a strength."""
+        return bool(np.isfinite(self.value).sum() >= 6 and self.missing == 0 and self.dark_lines >= 6)
 
     @property
     def heaviest(self) -> int:
-        """Which of the ten lines is the heaviest; 0 when none is seen."""
+        """Index of the heaviest line; 0 where none is seen."""
         return int(np.argmax(np.nan_to_num(self.value)))
 
     @property
@@ -58,15 +61,15 @@ class Pitch:
 def find_pitch(fit: Fit, levels: list[Level], rng: np.random.Generator) -> Pitch | None:
     """The finest comb whose lines are all there, and what its pattern of strengths says it is. None: no comb is there."""
     for ratio in RATIOS:
-        grid = fit.grid.times(1 / ratio)
+        grid = fit.grid.with_density(1 / ratio)
         pitch_px = 1 / np.sqrt(abs(np.linalg.det(grid.jacobian(fit.windows.x.mean(), fit.windows.y.mean()))))
         if not 2.2 < pitch_px < 400:
             continue
         both = [line_strengths(fit, grid, levels, pitch_px, family, rng) for family in (0, 1)]
-        there = [s for s in both if s.all_there]
+        there = [s for s in both if s.complete]
         # One family is enough (a narrow strip shows few lines of the other), unless the other says that lines are missing.
         if there and max(s.missing for s in both) <= 2:
-            return _name(ratio, both)
+            return _best_pattern(ratio, both)
     return None
 
 
@@ -117,8 +120,8 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
     # A comb twice too fine has a valley where it wants its every second line, however broad the lines are.
     smooth = ndimage.uniform_filter1d(mean, 3, mode="wrap").reshape(10, BINS)
     there, between = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2, (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
-    humps = int((there > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
-    return Strengths(value, sd, humps)
+    dark_lines = int((there > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
+    return Strengths(value, sd, dark_lines)
 
 
 _CLASSES = {  # pattern: class of each of ten lines, rising with strength
@@ -128,7 +131,7 @@ _CLASSES = {  # pattern: class of each of ten lines, rising with strength
     "tenth": (1,) + (0,) * 9,
     "fifth and tenth": (2, 0, 0, 0, 0, 1, 0, 0, 0, 0),
 }
-_MEANING = {  # pattern: mm that the finest lines may be apart, in words
+_MEANING = {  # pattern: possible distances of the finest lines [mm], description
     "fifth and tenth": ((1.0,), ""),
     "tenth": ((1.0,), ""),
     "fifth": ((1.0, 2.0), "every fifth one heavier, none heaviest"),
@@ -137,22 +140,22 @@ _MEANING = {  # pattern: mm that the finest lines may be apart, in words
 }
 
 
-def _name(ratio: float, both: list[Strengths]) -> Pitch:
-    """Hold both families' strengths against each pattern; the best, with a price for every class and every choice of origin."""
+def _best_pattern(ratio: float, both: list[Strengths]) -> Pitch:
+    """The pattern that fits the strengths of both families best, with a penalty for each class and each choice of the origin."""
     scores = {}
     for pattern, classes in _CLASSES.items():
-        fits = [min((_misfit(s, np.roll(classes, o)), o) for o in range(10)) if s.all_there else (0.0, s.heaviest) for s in both]
+        fits = [min((_misfit(s, np.roll(classes, o)), o) for o in range(10)) if s.complete else (0.0, s.heaviest) for s in both]
         choices = len({tuple(np.roll(classes, o)) for o in range(10)})
         price = 8 * max(classes) + 2 * np.log(choices)
-        told = [f[0] + price for f, s in zip(fits, both) if s.all_there]
-        scores[pattern] = (sum(told), (fits[0][1], fits[1][1]))
+        scores_of_families = [f[0] + price for f, s in zip(fits, both) if s.complete]
+        scores[pattern] = (sum(scores_of_families), (fits[0][1], fits[1][1]))
     pattern = min(scores, key=lambda k: scores[k][0])
     apart, pattern_seen = _MEANING[pattern]
     return Pitch(ratio, apart[0] if len(apart) == 1 else None, apart, pattern_seen, scores[pattern][1])
 
 
 def _misfit(strengths: Strengths, classes: np.ndarray) -> float:
-    """χ² of the lines about their class's mean; infinite where a higher class is not clearly the stronger one."""
+    """χ² of the lines about the means of their classes; infinite where a higher class is not clearly stronger."""
     seen = np.isfinite(strengths.value)
     value, classes = strengths.value[seen], classes[seen]
     # A line drawn by a pen or printed on a raster varies by some 8 % of its kind.

@@ -1,4 +1,4 @@
-"""Graph paper in the picture → millimetres per pixel, everywhere in it, with an honest standard deviation."""
+"""Graph paper in the picture → millimetres per pixel at every place, with standard deviation."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
-from vision.paper.grid_find import Level, find_seeds, pyramid
-from vision.paper.grid_follow import Fit, cut_windows, grow, start_map
+from vision.paper.grid_find import Level, find_candidates, pyramid
+from vision.paper.grid_follow import Fit, cut_windows, follow_grid, start_map
 from vision.paper.grid_map import GridMap, fit_map
 from vision.paper.grid_pitch import Pitch, find_pitch
 
@@ -26,8 +26,8 @@ class Scale:
     seen larger by h/D.
 
     `mm_per_px` ± `mm_per_px_sd` holds at the picture's centre, `paper_mm_per_px` ± `paper_mm_per_px_sd` at the paper's.
-    It is the geometric mean of all directions, √|det ∂(mm)/∂(px)|. The sd holds the lines' scatter, its correlation from
-    place to place, what extrapolation beyond the paper costs (see `grid_map`), and the paper's own error, `paper_sd`.
+    It is the geometric mean of all directions, √|det ∂(mm)/∂(px)|. The sd contains the lines' scatter, its correlation from
+    place to place, extrapolation beyond the paper (see `grid_map`), and the paper's own error, `paper_sd`.
     `tilt_deg` ± `tilt_sd_deg`: direction of the grid's vertical lines at the paper's centre, clockwise from straight down,
     −45° to 45° (the sign of `plumb_deg`). `variation`: (largest − smallest) / centre of mm_per_px over the picture.
     `region`: polygon (n, 2) around the paper that was read [px]. `lines`: measured windows.
@@ -66,16 +66,16 @@ def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD, seed: int = 0) 
     """Find millimetre graph paper (dark lines on lighter paper) anywhere in `image` and read the scale from it.
 
     image: (h, w) or (h, w, 3), uint8 or uint16. The phase of the grid in many windows is fitted by a homography and one
-    distortion term; which lines are 1, 5 and 10 mm is told by their strengths. Works for 2.5 to 130 px between the
+    distortion term; which lines are 1, 5 and 10 mm is decided by their strengths. Works for 2.5 to 130 px between the
     finest lines that are visible, turned by any angle (reported within ±45°), tipped by up to 30°. `paper_sd` is the
     relative sd of the paper's own millimetres; `seed` draws the sample of pixels that the strengths are read from.
-    Raises MeasurementError when there is no graph paper, or when its lines cannot be told apart.
+    Raises MeasurementError when there is no graph paper, or when the distance of its lines is ambiguous.
     """
     grey = darkest_channel(image)
     levels = pyramid(grey)
     rng = np.random.default_rng(seed)
-    untold: list[tuple[Fit, Pitch]] = []
-    for candidate in find_seeds(levels)[:CANDIDATES]:
+    ambiguous: list[tuple[Fit, Pitch]] = []
+    for candidate in find_candidates(levels)[:CANDIDATES]:
         grid = start_map(levels, candidate, (grey.shape[0], grey.shape[1]))
         fit = None if grid is None else _follow(levels, grid, candidate.at)
         pitch = None if fit is None else find_pitch(fit, levels, rng)
@@ -83,18 +83,18 @@ def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD, seed: int = 0) 
             continue
         if pitch.mm is not None:
             return _finish(fit, pitch, pitch.mm, levels, paper_sd)
-        untold.append((fit, pitch))
-        if len(untold) == 3:  # what three places say need not be asked of a fourth
+        ambiguous.append((fit, pitch))
+        if len(ambiguous) == 3:  # three places suffice
             break
-    if untold:
-        raise MeasurementError(_untold(*untold[0]))
+    if ambiguous:
+        raise MeasurementError(_ambiguity(*ambiguous[0]))
     raise MeasurementError(
         "no millimetre graph paper found in the picture (two crossing families of fine lines, every fifth or tenth heavier)"
     )
 
 
 def darkest_channel(image: np.ndarray) -> np.ndarray:
-    """Float32 picture 0–1 of the darkest channel, in which ink of any colour is dark on light paper."""
+    """The minimum of the channels, float32 0–1, in which ink of any colour is dark."""
     if not isinstance(image, np.ndarray) or image.dtype not in (np.uint8, np.uint16):
         raise MeasurementError("a picture must have 8 or 16 bits a channel")
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3)):
@@ -117,16 +117,16 @@ def _follow(levels: list[Level], grid: GridMap, start: tuple[float, float]) -> F
     size = int(np.clip(round(4.5 * own_pitch), 20, 96))
     height, width = level.lines.shape
     step = max(0.45 * size, np.sqrt(height * width / MAX_WINDOWS))
-    return grow(grid, cut_windows(level, size, step), start, 2.5 * step * level.factor)
+    return follow_grid(grid, cut_windows(level, size, step), start, 2.5 * step * level.factor)
 
 
 def _finish(fit: Fit, pitch: Pitch, line_mm: float, levels: list[Level], paper_sd: float) -> Scale:
     middle = (float(fit.windows.x.mean()), float(fit.windows.y.mean()))
-    finest = fit.grid.times(1 / pitch.ratio)
-    finest = finest.moved(-pitch.shift[0], -pitch.shift[1])
-    again = _follow(levels, finest, middle) or replace(fit, grid=finest)
-    grid, covariance = _honest(again)
-    grid, region = grid.times(line_mm), _hull(again)
+    finest = fit.grid.with_density(1 / pitch.ratio)
+    finest = finest.shifted(-pitch.shift[0], -pitch.shift[1])
+    refollowed = _follow(levels, finest, middle) or replace(fit, grid=finest)
+    grid, covariance = _refit_with_correlated_errors(refollowed)
+    grid, region = grid.with_density(line_mm), _hull(refollowed)
     covariance = covariance * np.outer(*[np.where(np.arange(9) < 6, line_mm, 1)] * 2)
     centre, middle = grid.centre, tuple(region.mean(0))
     height, width = 2 * centre[1] + 1, 2 * centre[0] + 1
@@ -141,7 +141,7 @@ def _finish(fit: Fit, pitch: Pitch, line_mm: float, levels: list[Level], paper_s
         *_tilt(grid, covariance, middle),
         variation=float(np.ptp(corners) / values[0]),
         region=region,
-        lines=len(again.windows.x),
+        lines=len(refollowed.windows.x),
         line_mm=line_mm,
         grid=grid,
         covariance=covariance,
@@ -151,8 +151,8 @@ def _finish(fit: Fit, pitch: Pitch, line_mm: float, levels: list[Level], paper_s
     )
 
 
-def _honest(fit: Fit) -> tuple[GridMap, np.ndarray]:
-    """Refit with the sd that the residuals show, widened where neighbouring windows err together.
+def _refit_with_correlated_errors(fit: Fit) -> tuple[GridMap, np.ndarray]:
+    """Refit with the sd of the residuals, enlarged where errors of neighbouring windows are correlated.
 
     If windows erred independently, means over blocks of m windows would scatter by 1/√m of a single one; the factor by
     which they scatter more (paper that is not flat, a lens beyond the model) widens the sd.
@@ -166,7 +166,7 @@ def _honest(fit: Fit) -> tuple[GridMap, np.ndarray]:
     count = np.bincount(label)
     sums = np.stack([np.bincount(label, fit.residual[:, f]) for f in (0, 1)])
     together = float((sums**2 / count).mean() / max(sd**2, 1e-12)) if len(count) > 3 else 2.0
-    # Windows beside the paper's edge or a thing that covers it err most; drawn strips ask for this much more where few are whole.
+    # Windows beside the paper's edge or covered parts have the largest errors; the last factor is from drawn strips of few windows.
     sd = max(sd, 1e-3) * np.sqrt(max(1.0, together)) * (1 + min(60 / n, 1))
     u, v = np.stack(fit.grid.uv(w.x, w.y)) + fit.residual.T
     weight_u, weight_v = 1 / np.maximum(1, np.abs(fit.residual.T) / (2 * sd))
@@ -205,14 +205,14 @@ def _gradient(grid: GridMap, value) -> np.ndarray:
 
 
 def _hull(fit: Fit) -> np.ndarray:
-    """Convex hull [px] of the windows in which the grid was followed."""
+    """Convex hull [px] of the windows used."""
     half = fit.windows.h.shape[1] * fit.windows.fx / 2
     corners = [np.stack([fit.windows.x + a, fit.windows.y + b], -1) for a in (-half, half) for b in (-half, half)]
     return cv2.convexHull(np.concatenate(corners).astype(np.float32))[:, 0].astype(float)
 
 
-def _untold(fit: Fit, pitch: Pitch) -> str:
-    line_px = 1 / float(_mean_scale(fit.grid.times(1 / pitch.ratio), fit.windows.x.mean(), fit.windows.y.mean()))
+def _ambiguity(fit: Fit, pitch: Pitch) -> str:
+    line_px = 1 / float(_mean_scale(fit.grid.with_density(1 / pitch.ratio), fit.windows.x.mean(), fit.windows.y.mean()))
     mm, scales = (" or ".join(f"{f * m:.5g}" for m in pitch.may_be) for f in (1.0, 1 / line_px))
     return (
         f"the picture shows lines every {line_px:.4g} px, {pitch.pattern}: whether they are {mm} mm apart cannot be told; "

@@ -1,13 +1,13 @@
-"""Plane geometry of closed outlines: what a caliper, a planimeter and an ellipse say of them."""
+"""Geometry of closed outlines: Feret diameters, centroid, area, agreement with an ellipse, solidity."""
 
 import cv2
 import numpy as np
 
 
 def feret(points: np.ndarray) -> tuple[float, float, float]:
-    """Largest and smallest distance of parallel jaws around `points` (n, 2), and the largest's direction [deg, −90 to 90].
+    """Largest and smallest Feret diameter of `points` (n, 2), and the direction of the largest [deg, −90 to 90].
 
-    Exact for polygons: the smallest has a side of the hull along one jaw, the largest joins two corners.
+    Exact for polygons: the smallest is perpendicular to a side of the hull, the largest joins two corners.
     """
     hull = cv2.convexHull(points.astype(np.float32))[:, 0].astype(float)
     side = np.roll(hull, -1, 0) - hull
@@ -35,8 +35,8 @@ def centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
     ), abs(area)
 
 
-def ellipse_share(points: np.ndarray) -> float:
-    """How well an ellipse of the same second moments covers the outline: 1 − |difference of radii| on average, weighted."""
+def ellipse_agreement(points: np.ndarray) -> float:
+    """Agreement of the outline with a fitted ellipse: 1 − 2 · mean relative difference of the radii."""
     (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
     turn = np.radians(angle)
     x, y = points[:, 0] - cx, points[:, 1] - cy
@@ -47,5 +47,5 @@ def ellipse_share(points: np.ndarray) -> float:
 
 
 def solidity(patch: np.ndarray) -> float:
-    """An outline's area over that of its convex hull."""
+    """Area over that of the convex hull."""
     return cv2.contourArea(patch) / max(cv2.contourArea(cv2.convexHull(patch)), 1.0)

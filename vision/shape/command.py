@@ -1,7 +1,6 @@
-"""`benchtwin shape`: photos of spread seeds in, a lot of measured shapes out; whole or not at all."""
+"""`benchtwin shape`: measures photos of spread seeds and writes a lot of seed shapes."""
 
 import math
-import os
 import shutil
 import sys
 from pathlib import Path
@@ -12,9 +11,10 @@ from rich.console import Console
 
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.measurement import MeasurementError
+from vision.out_folder import check_out, part_folder, put_in_place
 from vision.overlay.lot import draw_outlines, draw_sizes
-from vision.shape.lot import OUTLINES, SEEDS, SIZES, SUMMARY, WHOLE, read_lot, summary
-from vision.shape.spread import View, measure_spread, with_thickness
+from vision.shape.lot import OUTLINES, SEEDS, SIZES, SUMMARY, WHOLE, lot_summary, read_lot
+from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
 
 DONE, NOTHING, MISUSED = 0, 1, 2
 OWN = {SEEDS, OUTLINES, SUMMARY, "overlays", "outlines.png", "sizes.png"}
@@ -27,7 +27,7 @@ def shape_command(
     """Measure the seeds of all photos and write the lot into the folder `out`; returns the exit code."""
     console = Console(stderr=True, quiet=quiet)
     try:
-        _check(out, overwrite)
+        check_out(out, "a lot", _is_own, overwrite)
         if scanner and distance_mm is not None:
             raise MeasurementError("--scanner and --distance-mm: a scanner has no distance; give one of them")
         if distance_mm is not None and not distance_mm > 50:
@@ -37,25 +37,25 @@ def shape_command(
     except MeasurementError as error:
         print(f"benchtwin shape: {error}", file=sys.stderr)
         return MISUSED
-    part = out.with_name(f".{out.name}.part-{os.getpid()}")
+    part = None
     try:
+        part = part_folder(out)
         with console.status("measuring") as status:
-            spread, thickness = measure_spread(found, view, lambda name: status.update(f"measuring {name}")), None
+            photographed, thickness = measure_lot_photos(found, view, lambda name: status.update(f"measuring {name}")), None
             if turned:
-                spread, thickness = with_thickness(spread, measure_spread(turned, view, lambda name: status.update(f"measuring {name}")))
-        (part / "overlays").mkdir(parents=True)
-        spread.seeds.to_csv(part / SEEDS, index=False)
-        spread.outlines.to_csv(part / OUTLINES, index=False)
+                side_photos = measure_lot_photos(turned, view, lambda name: status.update(f"measuring {name}"))
+                photographed, thickness = with_thickness(photographed, side_photos)
+        (part / "overlays").mkdir()
+        photographed.seeds.to_csv(part / SEEDS, index=False)
+        photographed.outlines.to_csv(part / OUTLINES, index=False)
         lot = read_lot(part)
-        content = summary(spread.seeds, lot, spread.scale, spread.common, thickness)
+        content = lot_summary(photographed.seeds, lot, photographed.scale, photographed.common, thickness)
         (part / SUMMARY).write_text(tomli_w.dumps(content), encoding="utf8")
-        for name, picture in spread.pictures.items():
+        for name, picture in photographed.pictures.items():
             Image.fromarray(picture).save(part / "overlays" / f"{Path(name).stem}.png")
         Image.fromarray(draw_outlines(lot)).save(part / "outlines.png")
         Image.fromarray(draw_sizes(lot)).save(part / "sizes.png")
-        if out.exists():
-            shutil.rmtree(out)
-        part.rename(out)
+        put_in_place(part, out, _is_own, overwrite)
     except MeasurementError as error:
         print(f"benchtwin shape: {error}", file=sys.stderr)
         return NOTHING
@@ -66,20 +66,15 @@ def shape_command(
         print(f"\nbenchtwin shape: stopped; nothing was written to {out}", file=sys.stderr)
         return NOTHING
     finally:
-        shutil.rmtree(part, ignore_errors=True)
+        if part is not None:
+            shutil.rmtree(part, ignore_errors=True)
     if not quiet:
-        _show(content, spread.notes, out)
+        _show(content, photographed.notes, out)
     return DONE
 
 
-def _check(out: Path, overwrite: bool) -> None:
-    if not out.exists():
-        return
-    names = {p.name for p in out.iterdir()} if out.is_dir() else {out.name}
-    if names and not names <= OWN:
-        raise MeasurementError(f"{out}: holds something else than a lot ({min(names - OWN)}); choose another --out")
-    if names and not overwrite:
-        raise MeasurementError(f"{out}: exists and is not empty; choose another --out, or say --overwrite")
+def _is_own(path: Path) -> bool:
+    return path.name in OWN
 
 
 def _photos(paths: list[Path]) -> list[Path]:

@@ -1,4 +1,4 @@
-"""Elliptic Fourier terms of closed outlines: few numbers that say a seed's shape (Kuhl & Giardina 1982).
+"""Elliptic Fourier descriptors of closed outlines (Kuhl & Giardina 1982).
 
 x(t) = Σ ax_h cos 2πht + bx_h sin 2πht, y(t) = Σ ay_h cos 2πht + by_h sin 2πht, t from 0 to 1 along the outline, h = 1, 2, …
 
@@ -10,11 +10,11 @@ import numpy as np
 from vision.shape.caliper import centroid, feret
 
 Array = np.ndarray
-HARMONICS = 12  # of an outline: what an edge of a tenth of a pixel still resolves on a seed of 60 px
+HARMONICS = 12  # that an edge known to a tenth of a pixel resolves on a seed of 60 px
 
 
-def terms(points: Array, harmonics: int = HARMONICS) -> Array:
-    """(harmonics, 4): ax, bx, ay, by of a closed polygon (n, 2), in its unit, about the mean along its outline."""
+def fourier_terms(points: Array, harmonics: int = HARMONICS) -> Array:
+    """(harmonics, 4): ax, bx, ay, by of a closed polygon (n, 2), in its unit."""
     step = np.roll(points, -1, 0) - points
     length = np.maximum(np.hypot(*step.T), 1e-12)
     end = np.cumsum(length)
@@ -30,25 +30,25 @@ def terms(points: Array, harmonics: int = HARMONICS) -> Array:
     return out
 
 
-def outline(of: Array, count: int) -> Array:
-    """`count` points (count, 2) of the outline with these terms (h, 4), about the centroid of its area."""
+def from_fourier_terms(of: Array, count: int) -> Array:
+    """Outline (count, 2) with these Fourier terms (h, 4), about the centroid of its area."""
     angle = 2 * np.pi * np.outer(np.arange(count) / count, np.arange(1, len(of) + 1))
     cos, sin = np.cos(angle), np.sin(angle)
     points = np.column_stack([cos @ of[:, 0] + sin @ of[:, 1], cos @ of[:, 2] + sin @ of[:, 3]])
     return points - np.array(centroid(points)[0])
 
 
-def laid_along(points: Array, count: int = 256) -> Array:
-    """The outline about its centroid, its largest extent along x, counter-clockwise with y up, begun where it crosses +x.
+def aligned_outline(points: Array, count: int = 256) -> Array:
+    """The outline in a standard pose, (count, 2) at even steps: centroid at 0, length along x, counter-clockwise from +x, y up.
 
-    Turned by half a turn, and mirrored (a seed lies on either side), so that its third moments along x and y are not negative:
-    the blunter end lies at +x. points (n, 2) with y down, as in a picture. Returns (count, 2) at even steps along it.
+    It is rotated by half a turn and mirrored (a seed lies on either side) so that its third moments along x and y are not negative: the
+    blunter end is at +x. points (n, 2): y down, as in a picture.
     """
     flat = points * [1.0, -1.0]
     flat = flat - np.array(centroid(flat)[0])
     turn = np.radians(feret(flat)[2])
     flat = flat @ np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    flat = flat * [-1.0 if _skewed(flat, 0) < 0 else 1.0, -1.0 if _skewed(flat, 1) < 0 else 1.0]
+    flat = flat * [-1.0 if _third_moment(flat, 0) < 0 else 1.0, -1.0 if _third_moment(flat, 1) < 0 else 1.0]
     if np.sum(flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)) < 0:
         flat = flat[::-1]
     crossing = np.flatnonzero((flat[:, 1] <= 0) & (np.roll(flat[:, 1], -1) > 0) & (flat[:, 0] > 0))
@@ -58,8 +58,8 @@ def laid_along(points: Array, count: int = 256) -> Array:
     return np.column_stack([np.interp(at, along, closed[:, k]) for k in range(2)])
 
 
-def _skewed(flat: Array, axis: int) -> float:
-    """Third moment of the area along an axis, by triangles from the centroid: ∝ Σ cross · (a + b)³-like sums."""
+def _third_moment(flat: Array, axis: int) -> float:
+    """Third moment of the area along an axis, up to a factor, summed over triangles from the centroid."""
     a, b = flat, np.roll(flat, -1, 0)
     cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     p, q = a[:, axis], b[:, axis]

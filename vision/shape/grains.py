@@ -1,4 +1,4 @@
-"""A photo of spread seeds → length and width of every seed, as a caliper would measure them, and their distribution."""
+"""Photo of spread seeds → length and width of every seed, as a caliper measures them, and their distribution."""
 
 from dataclasses import dataclass, replace
 
@@ -8,22 +8,23 @@ import pandas as pd
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.paper.scale import Scale
-from vision.shape.caliper import centroid, ellipse_share, feret, solidity
-from vision.shape.outline import Edge, find_edge
-from vision.shape.silhouettes import Piece, Relief, body, relieve, split, trimmed
+from vision.shape.caliper import centroid, ellipse_agreement, feret, solidity
+from vision.shape.silhouettes import Piece, Relief, make_relief, split, touching_patch, without_thin_parts
+from vision.shape.subpixel_outline import Edge, find_edge
 
-LEAST_AREA_PX = 60  # fewer px are dust to any camera
-CONVEX = 0.955  # area over that of the convex hull; grains that touch have notches
-SOFT = 1.8  # drawn and real seeds without shadow reach 1.8, dark seeds whose shadow counts as seed start at 1.85
-UNKNOWN_SCALE_SD = 0.01  # a stated mm_per_px without an sd is not trusted beyond 1 %
+LEAST_AREA_PX = 60  # smaller things are dust
+CONVEX = 0.955  # least solidity of a single grain; touching grains have notches
+MOST_SOFTNESS = 1.8  # reached by seeds without shadow; dark seeds measured with their shadow start at 1.85
+UNKNOWN_SCALE_SD = 0.01  # relative, of a stated mm_per_px without an sd
 
 
 @dataclass(frozen=True)
 class Grain:
-    """One thing found. Lengths in mm where the scale is known, else NaN; `edge` is its outline (n, 2) [px].
+    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown; edge (n, 2): outline [px].
 
-    `quality` failed: it is no whole seed and is left out of the distribution; `reason` says why.
-    `angle_deg`: the length's direction, clockwise from the picture's x axis, −90 to 90.
+    quality failed: no whole seed, not part of the distribution; reason says why.
+    angle_deg: direction of the length, clockwise from the picture's x axis, −90 to 90.
+    hidden: share of the edge that neighbours cover, where an ellipse replaces it.
     """
 
     x_px: float
@@ -42,18 +43,17 @@ class Grain:
     quality: str
     reason: str
     edge: np.ndarray
-    hidden: float = 0.0  # share of its edge that neighbours cover, where an ellipse stands for it
+    hidden: float = 0.0
 
 
 @dataclass(frozen=True)
 class Grains:
-    """Every seed of a picture, left to right in rows, and what was left out (quality failed).
+    """All seeds of a picture, left to right in rows, and rejected things (quality failed).
 
-    **Length** is the largest, **width** the smallest distance of two parallel jaws that take the outline between them
-    (largest and smallest Feret diameter). Thickness cannot be seen from above. A seed's widest section lies about half
-    its thickness t above the paper: with the camera at distance D it looks larger by t/(2D), 1 % for 6 mm at 300 mm,
-    0.4 % for 2.5 mm; this is not corrected (D is not known) and not in the sd. Each sd holds the edge's noise, the choice
-    of its brightness level and the scale's sd at the seed; the last is common to all seeds of a picture.
+    **Length** is the largest, **width** the smallest Feret diameter. Thickness cannot be seen from above. A seed's widest section lies
+    about half its thickness t above the paper: at the camera's distance D it looks larger by t/(2D), 1 % for 6 mm at 300 mm. This is
+    not corrected and not in the sd, since D is not known. Each sd contains the edge's noise, the error of its level, and the scale's
+    sd at the seed; the last is common to all seeds of a picture.
     """
 
     grains: tuple[Grain, ...]
@@ -66,7 +66,7 @@ class Grains:
         return tuple(g for g in self.grains if g.quality != FAILED)
 
     def table(self) -> pd.DataFrame:
-        """One row a thing found: seeds.csv. Columns in px when there is no scale."""
+        """seeds.csv: a row for each thing found; columns in px without a scale."""
         unit = "px" if self.scale is None else "mm"
         rows = []
         for number, g in enumerate(self.grains, 1):
@@ -103,10 +103,10 @@ class Grains:
 def measure_seeds(
     image: np.ndarray, scale: Scale | float | None = None, *, mm_per_px_sd: float | None = None, paper: Scale | None = None
 ) -> Grains:
-    """Length and width of every seed on a contrasting ground in `image` ((h, w) or (h, w, 3), uint8 or uint16).
+    """Length and width of every seed on a contrasting background in `image` ((h, w) or (h, w, 3), uint8 or uint16).
 
     scale: read from graph paper, or mm per px (with its sd `mm_per_px_sd`; 1 % when not stated), or None: sizes in px.
-    `paper`: graph paper whose region is no place for seeds (default: `scale` if it is one), unless it is the ground.
+    `paper`: graph paper whose region is no place for seeds (default: `scale` if it is one), unless it is the background.
     A shadow as dark as the seeds counts as seed (doubtful): light them from all sides.
     Valid for seeds of 12 px and more with a contrast of at least some 5 % of white that do not lie on each other.
     Raises MeasurementError when no whole seed is found.
@@ -122,9 +122,9 @@ def measure_seeds(
     paper = paper or (scale if isinstance(scale, Scale) else None)
     region = _paper_region(paper, image.shape[:2])
     # Seeds on graph paper: its lines are below 0.4 mm wide.
-    relief = relieve(image, region, int(np.ceil(0.5 / paper.mm_per_px)) if paper is not None and region is None else 0)
+    relief = make_relief(image, region, int(np.ceil(0.5 / paper.mm_per_px)) if paper is not None and region is None else 0)
     relative_sd = UNKNOWN_SCALE_SD if mm_per_px_sd is None or not isinstance(scale, int | float) else mm_per_px_sd / scale
-    grains = [g for g in _things(relief, scale, relative_sd, region) if g is not None]
+    grains = [g for g in _find_grains(relief, scale, relative_sd, region) if g is not None]
     if not any(g.quality != FAILED for g in grains):
         why = f" ({grains[0].reason})" if grains else ""
         raise MeasurementError(f"no whole seed found in the picture{why}")
@@ -134,24 +134,24 @@ def measure_seeds(
     return Grains(tuple(sorted(grains, key=_reading_order(grains))), scale, tuple(notes), relative_sd)
 
 
-def _things(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
-    """Every connected patch of the mask: seeds, touching seeds, and what is none of them."""
-    yield from (_left_out(other, "too large for a seed") for other in relief.others)
+def _find_grains(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
+    """A grain for every connected patch of the mask, several for touching seeds; rejected things too."""
+    yield from (_rejected(other, "too large for a seed") for other in relief.others)
     contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     patches = [c[:, 0] for c in contours if cv2.contourArea(c) >= LEAST_AREA_PX]
     typical = _typical_area(patches, relief)
     for patch in patches:
         area = cv2.contourArea(patch)
-        reason = _no_seed(patch, area, typical, relief, region)
+        reason = _rejection(patch, area, typical, relief, region)
         if reason:
-            if area >= 0.1 * typical:  # smaller specks are not worth a row
-                yield _left_out(patch, reason)
+            if area >= 0.1 * typical:  # smaller specks are ignored
+                yield _rejected(patch, reason)
             continue
         if solidity(patch) >= CONVEX and area < 2.5 * typical:
             pieces = [Piece(patch.astype(float), np.ones(len(patch), bool))]
         else:
-            shape, corner = body(relief, patch)
-            pieces = [replace(p, outline=p.outline + corner) for p in split(trimmed(shape, typical))]
+            shape, corner = touching_patch(relief, patch)
+            pieces = [replace(p, outline=p.outline + corner) for p in split(without_thin_parts(shape, typical))]
         for piece in pieces:
             yield _grain(piece, relief, typical, scale, relative_sd)
 
@@ -159,17 +159,17 @@ def _things(relief: Relief, scale, relative_sd: float, region: np.ndarray | None
 def _grain(piece: Piece, relief: Relief, typical: float, scale, relative_sd: float) -> Grain | None:
     area = cv2.contourArea(piece.outline.astype(np.float32))
     if area < 0.25 * typical:
-        return _left_out(piece.outline, "too small for a seed") if area >= 0.1 * typical else None
+        return _rejected(piece.outline, "too small for a seed") if area >= 0.1 * typical else None
     edge = find_edge(relief.height, piece.outline, piece.free)
     if edge is None:
-        return _left_out(piece.outline, "too much of its edge is hidden by neighbours")
+        return _rejected(piece.outline, "too much of its edge is hidden by neighbours")
     return _sized(edge, scale, relative_sd, _doubts(edge, area, typical))
 
 
 def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
     middle, area = centroid(edge.points)
     length, width, angle = feret(edge.points)
-    # Two edges a size; half of a hidden edge is only as good as the ellipse that stands for it.
+    # A size has two edges; hidden parts have the error of the ellipse.
     noise = np.hypot(edge.sd_px * np.sqrt(2), 2 * edge.level_px)
     sds = [float(np.hypot(noise, 0.03 * edge.hidden * size)) for size in (length, width)]
     if scale is None:
@@ -193,13 +193,13 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
         doubts.append(f"{100 * edge.hidden:.0f} % of its edge is hidden by neighbours")
     if edge.lost > 0.25:
         doubts.append(f"no clear edge over {100 * edge.lost:.0f} % of its outline")
-    if edge.soft > SOFT or edge.rim > 0.2:
+    if edge.softness > MOST_SOFTNESS or edge.rim > 0.2:
         doubts.append("its edge is soft or darker on one side: a shadow may be measured with it")
     if solidity(edge.points.astype(np.float32)) < 0.95:
         doubts.append("its outline is dented: two seeds, or a broken one")
-    if ellipse_share(edge.points) < 0.93:
+    if ellipse_agreement(edge.points) < 0.93:
         doubts.append("its outline is no ellipse")
-    if edge.dark > 0.25:
+    if edge.rim_drop > 0.25:
         doubts.append("its rim is much fainter than its middle, its edge uncertain")
     if not 0.45 < area / typical < 2.2:
         doubts.append(f"its area is {area / typical:.1g} times that of most")
@@ -207,19 +207,19 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
 
 
 def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
-    """Area of most: the median of convex whole patches, weighted by area lest dust outvote the seeds."""
+    """Typical area of a seed: median of the convex whole patches, weighted by area so that dust does not count."""
     whole = [p for p in patches if not _at_border(p, relief.mask.shape)]
     lone = [cv2.contourArea(p) for p in whole if solidity(p) >= CONVEX]
-    if sum(lone) < 0.2 * sum(cv2.contourArea(p) for p in whole):  # nearly all touch: take them apart first
-        lone = [cv2.contourArea(q.outline.astype(np.float32)) for p in whole for q in split(body(relief, p)[0])]
+    if sum(lone) < 0.2 * sum(cv2.contourArea(p) for p in whole):  # nearly all touch: split them first
+        lone = [cv2.contourArea(q.outline.astype(np.float32)) for p in whole for q in split(touching_patch(relief, p)[0])]
     areas = np.sort(lone)
     if not len(areas):
         raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
     return float(areas[np.searchsorted(np.cumsum(areas), areas.sum() / 2)])
 
 
-def _no_seed(patch: np.ndarray, area: float, typical: float, relief: Relief, region: np.ndarray | None) -> str:
-    """Why a patch is no whole seed; empty when it may be one (or several)."""
+def _rejection(patch: np.ndarray, area: float, typical: float, relief: Relief, region: np.ndarray | None) -> str:
+    """Why a patch is no whole seed; "" where it may be one or several."""
     if region is not None:
         x, y = np.clip(patch[:, 0], 2, region.shape[1] - 3), np.clip(patch[:, 1], 2, region.shape[0] - 3)
         if any(region[y + dy, x + dx].any() for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))):
@@ -233,7 +233,7 @@ def _no_seed(patch: np.ndarray, area: float, typical: float, relief: Relief, reg
     return ""
 
 
-def _left_out(patch: np.ndarray, reason: str) -> Grain:
+def _rejected(patch: np.ndarray, reason: str) -> Grain:
     (x, y), area = centroid(patch.astype(float))
     return Grain(x, y, *(float("nan"),) * 9, area, float("nan"), FAILED, reason, patch.astype(float))
 
@@ -247,7 +247,7 @@ def _scale_sd(scale: Scale, x: float, y: float) -> float:
 
 
 def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | None:
-    """Where the graph paper lies, two of its lines further than it could be read; None when it is the ground itself."""
+    """Mask of the graph paper, enlarged by two lines; None where it is the background itself."""
     if paper is None:
         return None
     region = cv2.fillConvexPoly(np.zeros(shape, np.uint8), np.rint(paper.region).astype(np.int32), 1)
@@ -258,6 +258,6 @@ def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | N
 
 
 def _reading_order(grains: list[Grain]):
-    """Sort key: rows from top to bottom, each from left to right."""
+    """Sort key: rows from top to bottom, in each from left to right."""
     row = float(np.nanmedian([g.length_px for g in grains])) if grains else 1.0
     return lambda g: (round(g.y_px / max(row, 1.0)), g.x_px)

@@ -1,6 +1,6 @@
-"""A lot of seeds measured from photos: every seed with its sizes and outline, as `benchtwin shape` writes them and others read them.
+"""The files of a lot of seeds measured from photos, as `benchtwin shape` writes them.
 
-LOT/seeds.csv has a row a thing found, LOT/outlines.csv the elliptic Fourier terms of each whole seed [mm], LOT/lot.toml a summary.
+seeds.csv: a row for each thing found; outlines.csv: elliptic Fourier terms of each whole seed [mm]; lot.toml: a summary.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.stats import t as student
 
 from vision.measurement import MeasurementError
-from vision.shape.fourier import outline
+from vision.shape.fourier import from_fourier_terms
 
 SEEDS, OUTLINES, SUMMARY = "seeds.csv", "outlines.csv", "lot.toml"
 WHOLE, TOUCHING, BROKEN, HUSK, CUT, OTHER = "whole", "touching another", "broken", "husk", "cut by the border", "other"
@@ -25,7 +25,7 @@ MODES = 5
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSeed:
-    """One whole seed. Sizes [mm], each with its sd; thickness None where no photo shows it. terms (h, 4): of its outline [mm]."""
+    """One whole seed: sizes with sds [mm], thickness None where no photo shows it; terms (h, 4): Fourier terms of the outline [mm]."""
 
     photo: str
     seed: int
@@ -38,8 +38,8 @@ class MeasuredSeed:
     terms: np.ndarray
 
     def outline_mm(self, points: int) -> np.ndarray:
-        """(points, 2) of its outline about its centroid, the length along x, counter-clockwise [mm]."""
-        return outline(self.terms, points)
+        """Its outline (points, 2) about the centroid, length along x, counter-clockwise [mm]."""
+        return from_fourier_terms(self.terms, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +49,12 @@ class Lot:
     seeds: tuple[MeasuredSeed, ...]
 
     def sizes_mm(self) -> np.ndarray:
-        """Length, width, thickness of each seed (n, 3); NaN for a thickness that was not seen."""
+        """Length, width, thickness of each seed (n, 3); NaN for an unknown thickness."""
         return np.array([[s.length_mm, s.width_mm, np.nan if s.thickness_mm is None else s.thickness_mm] for s in self.seeds])
 
 
 def read_lot(folder: Path) -> Lot:
-    """The lot in a folder that `benchtwin shape` wrote. MeasurementError names the file and what is wrong in it."""
+    """Read a lot that `benchtwin shape` wrote; MeasurementError naming the file and what is wrong."""
     rows, lines = _table(folder / SEEDS, SEED_COLUMNS), _table(folder / OUTLINES, OUTLINE_COLUMNS)
     terms: dict[tuple[str, int], np.ndarray] = {}
     for key, group in lines.groupby(["photo", "seed"], sort=False):
@@ -107,11 +107,11 @@ def _number(folder: Path, row: dict, name: str) -> float | None:
     return None if np.isnan(value) else value
 
 
-def summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, float], thickness: tuple[float, float, int] | None) -> dict:
-    """What lot.toml holds: counts of each kind, the scale, and for each size mean, its 95 % interval and sd; correlations; modes.
+def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, float], thickness: tuple[float, float, int] | None) -> dict:
+    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd of each size, correlations, shape modes.
 
-    common: relative sd of each size's errors that all seeds share. thickness: mean, sd [mm] and number where it was seen on other
-    photos than the seeds' own, not seed by seed.
+    common: relative sd of the errors that all seeds share, for each size. thickness: mean, sd [mm] and number where it is from other seeds
+    of the lot.
     """
     sizes = lot.sizes_mm()
     content: dict = {"counts": {kind: int((rows["kind"] == kind).sum()) for kind in rows["kind"].unique()}, "scale": scale}
@@ -131,12 +131,12 @@ def summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, float], 
         matrix = np.corrcoef(sizes[:, seen].T)
         pairs = {f"{SIZES[i]}_{SIZES[j]}": round(float(matrix[a, b]), 3) for a, i in enumerate(seen) for b, j in enumerate(seen) if a < b}
         content["correlations"] = {name: value for name, value in pairs.items() if np.isfinite(value)}
-        content["shape_modes"] = {"share_of_variance": [round(v, 3) for v in modes(lot)[1]]}
+        content["shape_modes"] = {"share_of_variance": [round(v, 3) for v in shape_modes(lot)[1]]}
     return content
 
 
-def modes(lot: Lot, most: int = MODES) -> tuple[np.ndarray, list[float]]:
-    """Principal components of the outlines, each over half its length: (k, terms) and the share of the variance that each has."""
+def shape_modes(lot: Lot, most: int = MODES) -> tuple[np.ndarray, list[float]]:
+    """Principal components of the outlines, each scaled by half the length: (k, terms), and their shares of the variance."""
     flat = np.array([(2 * s.terms / s.length_mm).ravel() for s in lot.seeds])
     _, values, vectors = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=False)
     share = values**2 / max(float((values**2).sum()), 1e-30)

@@ -1,4 +1,4 @@
-"""Spread grains against their ground: a picture freed of uneven light, the grains' mask, and touching ones taken apart."""
+"""Mask of spread grains, corrected for uneven illumination, and splitting of touching grains."""
 
 from dataclasses import dataclass
 
@@ -7,36 +7,36 @@ import numpy as np
 
 from vision.measurement import MeasurementError
 
-SMALL_SIDE = 700  # px of the reduced picture on which ground and threshold are found
-LEAST_CONTRAST = 3.0  # grains' mean over the ground's, in sd of ground and grains together
-SADDLE = 0.88  # two summits of depth are one grain when the way between them stays above this share of the lower one
+SMALL_SIDE = 700  # px of the reduced picture on which background and threshold are found
+LEAST_CONTRAST = 3.0  # difference of the means of grains and background, in their sds
+SADDLE = 0.88  # two maxima of depth are one grain where the path between them stays above this share of the lower one
 
 
 @dataclass(frozen=True)
 class Relief:
-    """`height`: float32, the ground about 0 and grains about 1; `mask`: uint8, 1 on grains; `allowed`: where
-    grains are sought; `others`: outlines (n, 2) [px] of large things that stand out otherwise than grains do (a label)."""
+    """height: float32, about 0 on the background and 1 on grains; mask: uint8, 1 on grains.
+
+    others: outlines (n, 2) [px] of large things that are no grains (a label).
+    """
 
     height: np.ndarray
     mask: np.ndarray
-    allowed: np.ndarray
     others: tuple[np.ndarray, ...] = ()
 
 
 @dataclass(frozen=True)
 class Piece:
-    """One grain's closed pixel outline (n, 2) [px]; `free` marks the points that do not lie on a cut to a neighbour."""
+    """Closed pixel outline (n, 2) [px] of one grain; free (n,): points that are not on a cut to a neighbour."""
 
     outline: np.ndarray
     free: np.ndarray
 
 
-def relieve(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0) -> Relief:
-    """Bring grains to about 1 and their ground to about 0, whichever of them is lighter, in the channel that shows them best.
+def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0) -> Relief:
+    """Scale the channel with the best contrast so that grains are about 1 and the background about 0, whichever is lighter.
 
-    The ground's light is taken as a quadratic surface. `forbidden` (bool) marks what is neither (graph paper). Things
-    thinner than `thin_px` (printed lines of the ground) do not enter the mask.
-    Raises MeasurementError when nothing stands out.
+    The background's illumination is a quadratic surface. forbidden (h, w), bool: neither grains nor background (graph paper). Things
+    thinner than thin_px (printed lines) are not in the mask. Raises MeasurementError where nothing stands out.
     """
     allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
@@ -44,15 +44,15 @@ def relieve(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int
     small = cv2.resize(image, small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
     best = _best_channel(small, small_allowed)
     others: tuple[np.ndarray, ...] = ()
-    for _ in range(2):  # a white label beside brown seeds takes the upper level: without it, look again
+    for _ in range(2):  # repeated without large things: a white label beside brown seeds would be the upper level
         large = None if best is None else _large_things(best, small, small_allowed)
         if large is None:
             break
         mask, outlines = large
-        again = _best_channel(small, small_allowed & ~mask)
-        if again is None or again[0] < LEAST_CONTRAST:
+        second_channel = _best_channel(small, small_allowed & ~mask)
+        if second_channel is None or second_channel[0] < LEAST_CONTRAST:
             break
-        best, small_allowed = again, small_allowed & ~mask
+        best, small_allowed = second_channel, small_allowed & ~mask
         others += tuple(o * step + step // 2 for o in outlines)
     if best is None or best[0] < LEAST_CONTRAST:
         raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
@@ -65,30 +65,30 @@ def relieve(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int
     height *= np.float32(gain)
     height = cv2.GaussianBlur(height, (0, 0), 1.0)
     thick = cv2.morphologyEx(height, cv2.MORPH_OPEN, np.ones((thin_px, thin_px), np.uint8)) if thin_px > 1 else height
-    return Relief(height, ((thick > threshold) & allowed).astype(np.uint8), allowed, others)
+    return Relief(height, ((thick > threshold) & allowed).astype(np.uint8), others)
 
 
 def _best_channel(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarray, float, float, str] | None:
-    """Contrast, ground, gain and threshold (see `_two_levels`) of the channel that shows the grains best, and its name."""
+    """Contrast, background, gain and threshold (see `_separate_levels`) of the channel with the best contrast, and its name."""
     best = None
     if allowed.mean() < 0.03:
         return None
     for name in ("light", "red", "green", "blue", "colour") if small.ndim == 3 else ("light",):
-        found = _two_levels(cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), allowed)
+        found = _separate_levels(cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), allowed)
         if found and (best is None or found[0] > best[0] + 0.5):
             best = (*found, name)
     return best
 
 
 def _large_things(best, small: np.ndarray, allowed: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]] | None:
-    """What covers more than a fiftieth of the reduced picture and twenty times as much as most: (mask, outlines), or None."""
+    """(mask, outlines) of things larger than 2 % of the reduced picture and 20 times the typical area; None without any."""
     _, surface, gain, threshold, name = best
     ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in allowed.shape)
     height = (channel(small, name) - _surface(surface, xs[None, :], ys[:, None])) * np.float32(gain)
     contours = cv2.findContours(((height > threshold) & allowed).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
-    usual = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
-    chosen = [c for c, a in zip(contours, areas) if a > max(0.02 * allowed.size, 20 * usual)]
+    typical = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
+    chosen = [c for c, a in zip(contours, areas) if a > max(0.02 * allowed.size, 20 * typical)]
     if not chosen or len(chosen) == (areas > 12).sum() > 1:
         return None
     mask = cv2.drawContours(np.zeros(allowed.shape, np.uint8), chosen, -1, 1, -1)
@@ -96,7 +96,7 @@ def _large_things(best, small: np.ndarray, allowed: np.ndarray) -> tuple[np.ndar
 
 
 def channel(image: np.ndarray, name: str) -> np.ndarray:
-    """One way of making the picture grey, float32 0–1: its light, one channel, or its colourfulness (largest − smallest)."""
+    """A grey picture, float32 0–1: brightness, one channel, or colourfulness (largest − smallest channel)."""
     top = np.float32(np.iinfo(image.dtype).max)
     if image.ndim == 2:
         return image.astype(np.float32) / top
@@ -108,18 +108,18 @@ def channel(image: np.ndarray, name: str) -> np.ndarray:
     return image[..., ("red", "green", "blue").index(name)].astype(np.float32) / top
 
 
-def _two_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarray, float, float] | None:
-    """Contrast, the ground's surface, the gain that brings grains to 1, and the threshold on that scale."""
+def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarray, float, float] | None:
+    """Contrast, coefficients of the background, the gain that scales grains to 1, and the threshold on that scale."""
     ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in small.shape)
     flat, surface = small, np.zeros(6, np.float32)
     for _ in range(3):
-        threshold = _between(flat[allowed])
+        threshold = _isodata_threshold(flat[allowed])
         high = flat > threshold
         rim = np.zeros_like(allowed)
         rim[:3], rim[-3:], rim[:, :3], rim[:, -3:] = True, True, True, True
         rim &= allowed
         share = high[rim].mean() if rim.any() else high[allowed].mean()
-        up = share < 0.5  # the ground is what reaches the picture's rim
+        up = share < 0.5  # the background is what dominates the picture's border
         ground = allowed & (~high if up else high)
         grains = allowed & (high if up else ~high)
         if ground.sum() < 50 or grains.sum() < 20:
@@ -133,13 +133,13 @@ def _two_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarr
     spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
     if abs(gap) < 0.02:
         return None
-    return abs(gap) / spread, surface, 1 / gap, float(np.clip(_between(flat[allowed] / gap), 0.2, 0.3))
+    return abs(gap) / spread, surface, 1 / gap, float(np.clip(_isodata_threshold(flat[allowed] / gap), 0.2, 0.3))
 
 
-def _between(values: np.ndarray) -> float:
-    """The level midway between the means of what is below and above it, sought from the middle of the range.
+def _isodata_threshold(values: np.ndarray) -> float:
+    """The level midway between the means below and above it (Ridler & Calvard), iterated from the middle of the range.
 
-    Unlike Otsu's it does not split the ground's noise when grains cover less than a hundredth of the picture.
+    Unlike Otsu's it does not split the background's noise where grains cover less than 1 % of the picture.
     """
     low, high = (float(v) for v in np.percentile(values, (0.02, 99.98)))
     if high - low < 1e-4:
@@ -164,11 +164,11 @@ def _surface(c: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * (x * y) + c[5] * y * y
 
 
-def body(relief: Relief, outline: np.ndarray, level: float = 0.4) -> tuple[np.ndarray, tuple[int, int]]:
+def touching_patch(relief: Relief, outline: np.ndarray, level: float = 0.4) -> tuple[np.ndarray, tuple[int, int]]:
     """A patch of touching grains in its bounding box (uint8), and the box's corner [px].
 
-    Cut higher than the mask, where grains part more clearly. A hole whose bottom is ground stays (it lies between
-    grains), a dark spot on a grain is filled.
+    The threshold is higher than the mask's, so that grains separate better. Holes down to the background stay (between grains), dark spots
+    on a grain are filled.
     """
     x, y, w, h = cv2.boundingRect(outline)
     inside = cv2.drawContours(np.zeros((h, w), np.uint8), [outline - (x, y)], -1, 1, -1)
@@ -185,8 +185,8 @@ def body(relief: Relief, outline: np.ndarray, level: float = 0.4) -> tuple[np.nd
     return (shape if shape.any() else inside), (x, y)
 
 
-def trimmed(shape: np.ndarray, typical: float) -> np.ndarray:
-    """The patch without thin things on it (dust, hairs, lines of the ground)."""
+def without_thin_parts(shape: np.ndarray, typical: float) -> np.ndarray:
+    """The patch without thin parts (dust, hairs, printed lines)."""
     size = max(3, 2 * int(0.08 * np.sqrt(typical)) + 1)
     opened = cv2.morphologyEx(
         cv2.copyMakeBorder(shape, size, size, size, size, cv2.BORDER_CONSTANT, value=0),
@@ -197,32 +197,33 @@ def trimmed(shape: np.ndarray, typical: float) -> np.ndarray:
 
 
 def split(shape: np.ndarray) -> list[Piece]:
-    """Take a filled patch (uint8) of touching grains apart where it is narrow: summits of the distance to its edge, whose
-    ways to each other pass a saddle below `SADDLE`, are different grains; every pixel goes to the grain whose ellipse
-    (of its own pixels' moments, found in turns) it lies deepest in.
+    """Split a patch (uint8) of touching grains where it is narrow.
+
+    Maxima of the distance to the edge with a saddle below SADDLE between them are different grains. Every pixel is assigned to the grain
+    with the least Mahalanobis distance, iterated.
     """
     padded = cv2.copyMakeBorder(shape, 3, 3, 3, 3, cv2.BORDER_CONSTANT, value=0)
-    step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))  # a cut need not be finer than this
+    step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))  # resolution of the cut
     coarse = padded if step == 1 else cv2.resize(padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
     coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
     depth = cv2.GaussianBlur(cv2.distanceTransform(coarse, cv2.DIST_L2, 5), (0, 0), 1.0)
     summits = _summits(depth)
     if len(summits) < 2:
-        return [_piece(padded, padded)]
+        return [_make_piece(padded, padded)]
     labels = _assigned(coarse, depth, summits)
     labels = cv2.resize(labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))  # the rim that the coarse patch has lost
+    near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))  # the rim that the coarse patch lacks
     labels = np.where(labels == 0, near, labels)
     pieces = []
     for label in range(1, len(summits) + 1):
         mine = (labels == label).astype(np.uint8) & padded
         if mine.any():
-            pieces.append(_piece(mine, padded))
+            pieces.append(_make_piece(mine, padded))
     return pieces
 
 
 def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, int]]) -> np.ndarray:
-    """Label image: 1, 2, … for the summit that each pixel of the patch belongs to."""
+    """Label image: 1, 2, … for the maximum to which each pixel of the patch is assigned."""
     ys, xs = np.nonzero(coarse)
     place = np.stack([xs, ys], -1).astype(np.float32)
     centre = np.array(summits, np.float32)
@@ -243,7 +244,7 @@ def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, in
 
 
 def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
-    """Tops of the distance map, deepest first, that a saddle parts from all deeper ones."""
+    """Maxima of the distance map, deepest first, that a saddle separates from all deeper ones."""
     size = 2 * max(2, int(0.25 * depth.max())) + 1
     tops = (depth >= cv2.dilate(depth, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))) & (depth > 0.3 * depth.max())
     count, labels, _, centres = cv2.connectedComponentsWithStats(tops.astype(np.uint8))
@@ -260,17 +261,17 @@ def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
-    """Least depth on the straight way from `a` to `b` [px]."""
+    """Least depth on the straight line from `a` to `b` [px]."""
     n = int(np.hypot(a[0] - b[0], a[1] - b[1])) + 2
     return float(depth[np.rint(np.linspace(a[1], b[1], n)).astype(int), np.rint(np.linspace(a[0], b[0], n)).astype(int)].min())
 
 
-def _piece(mine: np.ndarray, whole: np.ndarray) -> Piece:
-    """Outline of `mine` in the unpadded patch; points deep inside `whole` lie on a cut."""
+def _make_piece(mine: np.ndarray, whole: np.ndarray) -> Piece:
+    """Outline of `mine` in the unpadded patch; points deep inside `whole` are on a cut."""
     contour = max(cv2.findContours(mine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)[:, 0]
     inside = cv2.distanceTransform(whole, cv2.DIST_L2, 5)
     cut = inside[contour[:, 1], contour[:, 0]] >= 2.2
-    # Beside a cut the outline bends into the neighbour: some more points on each side are not trusted.
+    # Near a cut the outline bends towards the neighbour: some points on each side are not free either.
     beside = 2 * max(6, len(contour) // 70) + 1
     free = cv2.dilate(np.tile(cut, 3)[None].astype(np.uint8), np.ones((1, beside), np.uint8))[0, len(cut) : -len(cut)] == 0
     return Piece(contour.astype(float) - 3, free)

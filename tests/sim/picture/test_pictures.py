@@ -210,10 +210,11 @@ def test_a_heap_measures_as_what_it_is(look):
 @render
 def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     """The measuring code's centroids on a noisy film of a turning seed: measured 0.01 px rms off the projected centre."""
+    from synthetic.film import write_frames
+
     from vision.motion.observe_motion import observe_moving
     from vision.recording import Camera as Stated
     from vision.recording import Recording
-    from vision.synthetic.film import write_frames
 
     camera = Camera(400, 560, mm_per_px=0.25, target_m=(0.0, 0.0, 0.09), exposure_s=2e-5)
     motion = drop(60, start_s=0.16)

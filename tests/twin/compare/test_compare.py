@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from benchtwin import app
+from benchtwin.command_line import app
 from sim.lammps import program
 from twin.compare.differences import ALL, QUANTITIES, differences, verdict
 from twin.compare.picture import page

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vision.evidence.conditions import MOST_CONDITIONS
-from vision.evidence.keys import merge, read_toml, validate
+from vision.evidence.read_keys import merge, read_toml, validate
 from vision.measurement import MeasurementError
 from vision.recording import read_recording, write_recording
 

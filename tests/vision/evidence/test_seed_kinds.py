@@ -2,8 +2,8 @@
 
 import pytest
 
-from vision.evidence.keys import validate
-from vision.evidence.seed_kinds import completed, kinds, known, told
+from vision.evidence.read_keys import validate
+from vision.evidence.seed_kinds import kinds, known, published_contact_parameters, with_published_values
 from vision.measurement import MeasurementError
 
 POSSIBLE = {"length_mm": (0.2, 40), "width_mm": (0.2, 40), "thickness_mm": (0.2, 40), "density_kg_m3": (500, 3000),
@@ -21,28 +21,28 @@ def test_every_number_has_a_source_and_is_possible(kind):
 
 @pytest.mark.parametrize("kind", kinds())
 def test_length_is_the_longest_and_thickness_the_shortest(kind):
-    section, _ = completed({"kind": kind})
+    section, _ = with_published_values({"kind": kind})
     if "length_mm" in section:
         assert section["length_mm"] >= section["width_mm"] >= section["thickness_mm"]
 
 
 def test_only_what_is_absent_is_taken_and_every_value_is_said():
-    section, said = completed({"kind": "maize"})
+    section, said = with_published_values({"kind": "maize"})
     assert section["thickness_mm"] == pytest.approx(4.69)
     assert len(said) == 4 and all("taken as published for maize" in line for line in said)
     stated = {"kind": "maize", "length_mm": 9.0, "width_mm": 8.0, "thickness_mm": 4.0, "mass_g": 0.2}
-    assert completed(stated) == (stated, [])
-    assert "length_mm" not in completed({"kind": "maize", "shape": "kernel.stl"})[0]
-    assert completed({}) == ({}, [])
+    assert with_published_values(stated) == (stated, [])
+    assert "length_mm" not in with_published_values({"kind": "maize", "shape": "kernel.stl"})[0]
+    assert with_published_values({}) == ({}, [])
 
 
 def test_a_kind_without_published_sizes_gives_none():
-    assert completed({"kind": "sunflower"}) == ({"kind": "sunflower"}, [])
+    assert with_published_values({"kind": "sunflower"}) == ({"kind": "sunflower"}, [])
 
 
 def test_contacts_are_told_with_their_surface():
-    assert any("static_friction on stainless steel: 0.38 to 0.44" in line for line in told("lentil"))
-    assert not any("length" in line for line in told("lentil"))
+    assert any("static_friction on stainless steel: 0.38 to 0.44" in line for line in published_contact_parameters("lentil"))
+    assert not any("length" in line for line in published_contact_parameters("lentil"))
 
 
 def test_an_unknown_kind_is_named_with_those_that_there_are(tmp_path):

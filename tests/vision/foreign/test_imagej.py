@@ -35,9 +35,9 @@ def test_manual_tracking(tmp_path, name, text, code):
     assert tool_of(tmp_path / name) == "ImageJ Manual Tracking"
     found = read_foreign(tmp_path / name)
     assert (found.time_unit, found.length_unit) == ("frame", "px")
-    assert [len(t.time) for t in found.trails] == [len(FRAME) - 5, len(FRAME) - 10]
-    assert np.ptp(found.trails[0].y) == pytest.approx(np.ptp(np.round(ROW)))
-    assert found.trails[0].y[0] == -np.round(ROW[0])  # y up
+    assert [len(t.time) for t in found.tracks] == [len(FRAME) - 5, len(FRAME) - 10]
+    assert np.ptp(found.tracks[0].y) == pytest.approx(np.ptp(np.round(ROW)))
+    assert found.tracks[0].y[0] == -np.round(ROW[0])  # y up
     assert any("frames a second" in q for q in found.questions)
     assert any("Distance says 0.5 units a pixel" in q for q in found.questions) == (code == "cp1252" and name == "results.txt")
 
@@ -77,9 +77,9 @@ def test_trackmate_spots(tmp_path, unit, time, per_px, step, units):
     found = read_foreign(tmp_path / "spots.csv")
     assert (found.tool, found.time_unit, found.length_unit) == ("TrackMate", *units)
     expected = 1.5625 if units[1] == "mm" else 1.0
-    assert found.trails[0].y == pytest.approx(-ROW * expected, abs=1e-4)
-    assert found.trails[0].time == pytest.approx(FRAME / 120 if units[0] == "s" else FRAME, abs=1e-6)
-    assert len(found.trails) == 2 and not found.doubt
+    assert found.tracks[0].y == pytest.approx(-ROW * expected, abs=1e-4)
+    assert found.tracks[0].time == pytest.approx(FRAME / 120 if units[0] == "s" else FRAME, abs=1e-6)
+    assert len(found.tracks) == 2 and not found.doubt
     rows = read_track(tmp_path / "spots.csv")
     assert "2 tracks: number 1 (track 0) is taken, the longest that falls" in rows.notes[0]
 
@@ -115,8 +115,8 @@ def test_trackmate_xml(tmp_path, text, units):
     (tmp_path / "tracks.xml").write_text(text, encoding="utf8")
     found = read_foreign(tmp_path / "tracks.xml")
     assert (found.tool, found.time_unit, found.length_unit) == ("TrackMate", *units)
-    assert found.trails[0].time == pytest.approx(FRAME / 120 if units[0] == "s" else FRAME, abs=1e-9)
-    assert found.trails[0].y == pytest.approx(-ROW * (1.5625 if units[1] == "mm" else 1), abs=1e-9)
+    assert found.tracks[0].time == pytest.approx(FRAME / 120 if units[0] == "s" else FRAME, abs=1e-9)
+    assert found.tracks[0].y == pytest.approx(-ROW * (1.5625 if units[1] == "mm" else 1), abs=1e-9)
 
 
 def mdf() -> str:
@@ -130,7 +130,7 @@ def mdf() -> str:
 def test_mtrackj(tmp_path):
     (tmp_path / "drop.mdf").write_text(mdf())
     found = read_foreign(tmp_path / "drop.mdf")
-    (trail,) = found.trails  # one point is no track
+    (trail,) = found.tracks  # one point is no track
     assert (found.tool, trail.name, found.time_unit, found.length_unit) == ("MTrackJ", "track 2", "frame", "px")
     assert trail.y == pytest.approx(-ROW, abs=0.051) and trail.time == pytest.approx(FRAME + 1)
 

@@ -27,7 +27,7 @@ def exported(times: np.ndarray, lengths: float, parting: str = ",", decimal: str
 def test_csv(tmp_path, text, unit):
     (tmp_path / "run.csv").write_text(text, encoding="utf8")
     found = read_foreign(tmp_path / "run.csv")
-    assert (found.tool, [t.name for t in found.trails]) == ("Kinovea", ["ball", "mark"])
+    assert (found.tool, [t.name for t in found.tracks]) == ("Kinovea", ["ball", "mark"])
     assert any(f"lengths in {unit}, which" in g for g in found.guesses) and any(g.startswith("times in") for g in found.guesses)
     rows = read_track(tmp_path / "run.csv").rows
     assert rows["t_s"].to_numpy() == pytest.approx(FRAME / 120, abs=1e-5)
@@ -45,9 +45,9 @@ def test_text(tmp_path, decimal):
     rows = "".join(f"{clock(f)} {1000 * x:.2f} {1000 * y:.2f} \n".replace(".", decimal) for f, x, y in zip(FRAME, X, Y))
     (tmp_path / "run.txt").write_text("#Kinovea Trajectory data export\n#T X Y\n" + rows + "\n" + rows[:200].rpartition("\n")[0])
     found = read_foreign(tmp_path / "run.txt")
-    assert found.tool == "Kinovea" and len(found.trails[0].time) == len(FRAME) > len(found.trails[1].time)
-    assert found.trails[0].time == pytest.approx(FRAME / 120, abs=6e-4)  # whole milliseconds
-    assert found.trails[0].y == pytest.approx(1000 * Y, abs=6e-3)
+    assert found.tool == "Kinovea" and len(found.tracks[0].time) == len(FRAME) > len(found.tracks[1].time)
+    assert found.tracks[0].time == pytest.approx(FRAME / 120, abs=6e-4)  # whole milliseconds
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=6e-3)
 
 
 def kva(calibrated: bool, fps: float | None = 120.0) -> str:
@@ -68,8 +68,8 @@ def test_kva(tmp_path):
     found = read_foreign(tmp_path / "run.kva")
     assert (found.tool, found.time_unit, found.length_unit) == ("Kinovea", "s", "px")
     assert found.keys["camera"] == {"fps": 120.0, "mm_per_px": pytest.approx(500 / 320)}
-    assert np.diff(found.trails[0].time) == pytest.approx(1 / 120)
-    assert np.diff(found.trails[0].y) == pytest.approx(PX_PER_M * np.diff(Y), abs=2e-3)
+    assert np.diff(found.tracks[0].time) == pytest.approx(1 / 120)
+    assert np.diff(found.tracks[0].y) == pytest.approx(PX_PER_M * np.diff(Y), abs=2e-3)
 
 
 def test_a_kva_without_calibration_or_rate_asks_for_them(tmp_path):

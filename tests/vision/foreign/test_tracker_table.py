@@ -36,14 +36,14 @@ def test_tracks_side_by_side_with_one_clock(tmp_path):
     rows = [f"{t:.6E},{x:.6E},{y:.6E},0.5,{'' if k < 3 else '0.1'}" for k, (t, x, y) in enumerate(zip(T, X, Y))]
     (tmp_path / "run.csv").write_text("\n".join(["#multi:", ",ball,,mark,,", "t,x,y,x,y,", *rows]))
     found = read_foreign(tmp_path / "run.csv")
-    assert [(t.name, len(t.time)) for t in found.trails] == [("ball", len(T)), ("mark", len(T) - 3)]
-    assert found.trails[0].y == pytest.approx(1000 * Y, abs=1e-2)
+    assert [(t.name, len(t.time)) for t in found.tracks] == [("ball", len(T)), ("mark", len(T) - 3)]
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-2)
 
 
 def test_tracks_side_by_side_each_with_its_clock(tmp_path):
     rows = ["\t".join(f"{v:.8g}" for v in (t, x, y, t + 1, 0.2, 0.3)) for t, x, y in zip(T, X, Y)]
     (tmp_path / "run.txt").write_text("\n".join(["mass A\t\t\tmass B\t\t", "t\tx\ty\tt\tx\ty", *rows]))
-    a, b = read_foreign(tmp_path / "run.txt").trails
+    a, b = read_foreign(tmp_path / "run.txt").tracks
     assert (a.name, b.name) == ("mass A", "mass B")
     assert b.time == pytest.approx(T + 1, abs=1e-6)
 
@@ -56,7 +56,7 @@ def test_units_come_from_the_headings(tmp_path, heading, times, unit, value):
     (tmp_path / "run.csv").write_text("\n".join([heading, *lines(",", False, times * T, unit * X, unit * Y)]))
     found = read_foreign(tmp_path / "run.csv")
     assert (found.time_unit, found.length_unit) == ("s", value)
-    assert found.trails[0].time == pytest.approx(T, abs=1e-6) and found.trails[0].y == pytest.approx(1000 * Y, abs=1e-3)
+    assert found.tracks[0].time == pytest.approx(T, abs=1e-6) and found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-3)
     assert not found.doubt
 
 
@@ -64,7 +64,7 @@ def test_units_come_from_the_headings(tmp_path, heading, times, unit, value):
 def test_a_unit_that_nobody_states_is_the_one_in_which_the_fall_is_gravity_s(tmp_path, unit, times):
     (tmp_path / "run.csv").write_text("\n".join(["t,x,y", *lines(",", False, T, times * X, times * Y)]))
     found = read_foreign(tmp_path / "run.csv")
-    assert found.trails[0].y == pytest.approx(1000 * Y, abs=1e-3)
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-3)
     assert any(f"lengths in {unit}, which the file does not say" in g for g in found.guesses)
 
 
@@ -91,7 +91,7 @@ def test_times_that_gravity_contradicts_are_asked_and_not_changed(tmp_path, head
     (tmp_path / "run.csv").write_text("\n".join([f"{heading},x (mm),y (mm)", *lines(",", False, times * T, 1000 * X, 1000 * Y)]))
     found = read_foreign(tmp_path / "run.csv")
     assert said in found.doubt
-    assert found.trails[0].time == pytest.approx(times * T, rel=1e-8)
+    assert found.tracks[0].time == pytest.approx(times * T, rel=1e-8)
     with pytest.raises(MeasurementError, match=rf"run\.csv: the fall accelerates by .* m/s².*{said}"):
         read_track(tmp_path / "run.csv")
 

@@ -12,9 +12,9 @@ from drawn_sound import SCENES, draw, write
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from vision.batch import observe
 from vision.measurement import MeasurementError
 from vision.motion.drop_sound import impacts_in_sound
+from vision.observe import observe
 from vision.recording import read_recording
 
 LOUD = replace(next(s for s in SCENES if s.name == "pink"), db=(30, 32), e=(0.6, 0.65))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from drops import drop
+from synthetic.motion import draw_drop
 
 from vision.motion.impacts import measure_impacts
-from vision.synthetic.motion import draw_drop
 
 
 def test_impact_times_give_speeds_and_restitution():

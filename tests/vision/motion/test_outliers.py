@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drops import drop, named
+from synthetic.motion import draw_drop, film_track
 
 from vision.motion.rebound import measure_rebound
-from vision.synthetic.motion import draw_drop, film_track
 
 
 def test_outliers_are_marked_and_left_out():

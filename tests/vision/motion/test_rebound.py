@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from drops import CAMERA, drop, named
+from synthetic.motion import correlated_noise, draw_drop, film_track
 
 from vision.motion.flight import drag_shift
 from vision.motion.gravity import drag_per_metre
@@ -14,7 +15,6 @@ from vision.motion.least_squares import estimate_rho, fit, frame_lag
 from vision.motion.rebound import measure_rebound
 from vision.motion.track import make_track, track_from_table
 from vision.recording import Camera, Drop, Recording, Seed
-from vision.synthetic.motion import correlated_noise, draw_drop, film_track
 
 
 def test_restitution_of_a_drawn_bounce():

@@ -120,4 +120,4 @@ def test_what_cannot_be_is_one_sentence(tmp_path):
     no_length = measure_roll(track, recording(tmp_path, Roll(incline_deg=6), "gates.csv"))
     assert "incline_length_mm is missing" in no_length.quantities[0].reason and "level = false" in no_length.quantities[0].reason
     back = measure_roll(replace(track, t_s=time.max() - time[::-1]), recording(tmp_path, Roll(level=False), "gates.csv"))
-    assert "slows down on its way" in back.quantities[0].reason
+    assert "the seed slows down" in back.quantities[0].reason

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic.motion import draw_roll, film_track
 
 from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, measure_run_out
 from vision.recording import Camera, Recording, Roll
-from vision.synthetic.motion import draw_roll, film_track
 
 KNOWN = Recording(
     "r", Path("r"), "roll", "track.csv", (), camera=Camera(mm_per_px=0.25, mm_per_px_sd=0.0002),

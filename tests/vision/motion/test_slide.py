@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic.motion import draw_slide, film_track
 
 from vision.motion.slide import TILT_SD_DEG, measure_slide_track
 from vision.recording import Camera, Recording, Slide
-from vision.synthetic.motion import draw_slide, film_track
 
 KNOWN = Recording("s", Path("s"), "slide", "track.csv", (), camera=Camera(mm_per_px=0.25, mm_per_px_sd=0.0002))
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drops import drop, named
+from synthetic.motion import draw_drop, film_track
 
 from vision.motion.rebound import measure_rebound
-from vision.synthetic.motion import draw_drop, film_track
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_a_film_that_ends_as_the_seed_leaves_is_refused():
     held = track.t_s < 0.55
     only = replace(track, **{n: getattr(track, n)[held] for n in ("frame", "t_s", "x", "y", "sd", "outlier")})
     found = measure_rebound(only, drop())
-    assert found.flights is None and "no fall can be told" in found.quantities[0].reason
+    assert found.flights is None and "no fall can be distinguished" in found.quantities[0].reason
 
 
 def test_the_lows_of_a_seed_that_rocks_to_rest_are_no_contacts():

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from vision.batch import observe
 from vision.evidence.keys import Drop, Tracking
 from vision.measurement import MeasurementError
+from vision.observe import observe
 from vision.recording import Recording, read_recording
 
 BENCH = Path(__file__).parents[3] / "samples" / "drawn-bench"

@@ -6,12 +6,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from synthetic.piles import PileScene, base_line, draw_pile
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.overlay.pile import draw_repose
 from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import Camera
-from vision.synthetic.piles import PileScene, base_line, draw_pile
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "benchmarks"))

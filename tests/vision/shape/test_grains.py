@@ -7,15 +7,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
+from synthetic.paper import Paper, draw_paper, paper_mm
+from synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.overlay.grains import COLOURS, draw_grains
 from vision.paper.scale import read_scale
 from vision.shape.caliper import feret
 from vision.shape.grains import Grains, measure_seeds
-from vision.shape.photo import observe_seeds
-from vision.synthetic.paper import Paper, draw_paper, paper_mm
-from vision.synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
+from vision.shape.seed_photo import observe_seeds
 
 SHAPE = (480, 640)
 

@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 from benchtwin.command_line import app
 from vision.measurement import MeasurementError
 from vision.shape.caliper import centroid, feret
-from vision.shape.fourier import laid_along, outline, terms
-from vision.shape.lot import OUTLINES, SEEDS, TOUCHING, WHOLE, modes, read_lot
-from vision.shape.spread import View, measure_spread, with_thickness
+from vision.shape.fourier import aligned_outline, fourier_terms, from_fourier_terms
+from vision.shape.lot import OUTLINES, SEEDS, TOUCHING, WHOLE, read_lot, shape_modes
+from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
 
 T = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 FLAT = View(0.1, 2e-5, math.inf)
@@ -29,15 +29,15 @@ def bean(a: float, b: float) -> np.ndarray:
 
 
 def test_a_circle_s_terms_are_its_radius_and_nothing_else():
-    found = terms(3.0 * np.column_stack([np.cos(T), np.sin(T)]))
+    found = fourier_terms(3.0 * np.column_stack([np.cos(T), np.sin(T)]))
     assert found[0] == pytest.approx([3.0, 0.0, 0.0, 3.0], abs=1e-4)
     assert np.abs(found[1:]).max() < 1e-3
 
 
 def test_an_outline_comes_back_from_its_terms():
     """A bean within 1 % of its half width, its area within 0.1 %: what twelve harmonics leave."""
-    points = laid_along(bean(4.0, 3.0) * [1, -1], 3000)
-    back = outline(terms(points), 720)
+    points = aligned_outline(bean(4.0, 3.0) * [1, -1], 3000)
+    back = from_fourier_terms(fourier_terms(points), 720)
     assert cKDTree(points).query(back)[0].max() < 0.03
     assert centroid(back)[1] == pytest.approx(centroid(points)[1], rel=1e-3)
 
@@ -47,9 +47,9 @@ def test_an_outline_comes_back_from_its_terms():
 def test_however_a_seed_lies_its_outline_is_laid_the_same_way(turn, mirror):
     spin = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     lying = (bean(4.0, 3.0) * [1, mirror]) @ spin.T + [30.0, 70.0]
-    laid, straight = laid_along(lying), laid_along(bean(4.0, 3.0))
+    laid, straight = aligned_outline(lying), aligned_outline(bean(4.0, 3.0))
     assert cKDTree(straight).query(laid)[0].max() < 0.05
-    assert terms(laid) == pytest.approx(terms(straight), abs=0.03)
+    assert fourier_terms(laid) == pytest.approx(fourier_terms(straight), abs=0.03)
     assert np.ptp(laid[:, 0]) == pytest.approx(feret(lying)[0], rel=1e-3)
 
 
@@ -78,7 +78,7 @@ def errors(seeds, rows):
 def test_a_drawn_spread_is_measured_without_bias_and_its_intervals_hold(photos):
     """60 seeds: mean error ≤ 0.3 %, at least 52 of 60 within 1.96 sd (fewer: chance 1 %)."""
     photo, seeds = photos("spread.png", shadow=0.3)
-    rows = measure_spread([photo], FLAT, lambda name: None).seeds
+    rows = measure_lot_photos([photo], FLAT, lambda name: None).seeds
     assert len(rows) == 60 and (rows["kind"] == WHOLE).all()
     share, sds = errors(seeds, rows)
     assert np.abs(share.mean(axis=0)).max() < 0.003
@@ -87,7 +87,7 @@ def test_a_drawn_spread_is_measured_without_bias_and_its_intervals_hold(photos):
 
 def test_touching_seeds_are_split_and_told_apart_from_those_that_lie_alone(photos):
     photo, seeds = photos("pairs.png", groups=(2,) * 10 + (1,) * 10)
-    rows = measure_spread([photo], FLAT, lambda name: None).seeds
+    rows = measure_lot_photos([photo], FLAT, lambda name: None).seeds
     assert len(rows) == len(seeds) == 30
     assert (rows["kind"] == TOUCHING).sum() == 20 and (rows["kind"] == WHOLE).sum() == 10
 
@@ -95,7 +95,7 @@ def test_touching_seeds_are_split_and_told_apart_from_those_that_lie_alone(photo
 def test_a_stated_distance_takes_back_what_height_adds_and_an_unknown_one_is_in_the_interval(photos):
     """Ellipsoids 6 mm thick seen from 300 mm: each looks 1.5 % larger."""
     photo, truth = photos("near.png", family="ellipse", distance_mm=300.0, groups=(1,) * 30)
-    near, unknown, flat = (measure_spread([photo], replace(FLAT, distance_mm=d), lambda name: None) for d in (300.0, None, math.inf))
+    near, unknown, flat = (measure_lot_photos([photo], replace(FLAT, distance_mm=d), lambda name: None) for d in (300.0, None, math.inf))
     for k, name in enumerate(("length", "width")):
         mean = np.mean([seed.sizes_mm[k] for seed in truth])
         stated, silent, scanned = (s.seeds[f"{name}_mm"].mean() / mean - 1 for s in (near, unknown, flat))
@@ -108,7 +108,7 @@ def test_a_stated_distance_takes_back_what_height_adds_and_an_unknown_one_is_in_
 def test_thickness_is_read_from_the_same_seeds_on_their_side_seed_by_seed_or_for_the_lot(photos):
     top, _ = photos("top.png", groups=(1,) * 20)
     other, _ = photos("other.png", rng=7, groups=(1,) * 24, width_mm=(5.9, 0.2))
-    spread, elsewhere = (measure_spread([photo], FLAT, lambda name: None) for photo in (top, other))
+    spread, elsewhere = (measure_lot_photos([photo], FLAT, lambda name: None) for photo in (top, other))
     again, lot = with_thickness(spread, spread)  # seen from the side it looks the same: bodies of revolution
     assert lot is None and again.seeds["thickness_mm"].equals(again.seeds["width_mm"])
     kept, lot = with_thickness(spread, elsewhere)
@@ -133,7 +133,7 @@ def test_the_command_leaves_a_lot_that_can_be_read_and_looked_at(lot):
         assert seed.thickness_mm is None
     assert (out / "outlines.png").stat().st_size > 5000 and (out / "sizes.png").stat().st_size > 5000
     assert (out / "overlays" / "lot.png").stat().st_size > 50_000
-    assert sum(modes(read)[1]) <= 1 + 1e-9
+    assert sum(shape_modes(read)[1]) <= 1 + 1e-9
 
 
 def test_what_stands_in_the_way_is_said_in_one_sentence(lot, photos, tmp_path):

@@ -1,10 +1,10 @@
-"""What is unusual for a seed is asked about, and measured all the same."""
+"""Implausible sizes, masses and densities of a seed are questioned, and used as stated."""
 
 import pytest
 
 from vision.evidence.keys import Seed
-from vision.evidence.unusual import questions
 from vision.motion.inertia import inertia_of
+from vision.observe import seed_questions
 
 
 @pytest.mark.parametrize(
@@ -17,7 +17,7 @@ from vision.motion.inertia import inertia_of
         (Seed(length_mm=8, width_mm=7, thickness_mm=6, mass_g=0.2), []),
     ],
 )
-def test_questions(seed, asks):
-    said = questions(seed)
+def test_implausible_seeds_are_questioned(seed, asks):
+    said = seed_questions(seed)
     assert len(said) == len(asks) and all(a in s for a, s in zip(asks, said))
     assert inertia_of(seed, None).factor >= 1.3  # and nothing is refused

@@ -1,6 +1,6 @@
-"""Drawn graph paper with known truth: lines every 1, 5 and 10 mm seen by a tilted camera, with the bench's difficulties.
+"""Draws graph paper with known truth: lines every 1, 5 and 10 mm seen by a tilted pinhole camera.
 
-Written independently of the reading code (`vision/paper/scale.py`): the truth here is a pinhole camera, not a fitted map.
+Independent of `vision/paper/scale.py`, which fits a map.
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class Paper:
 
 
 def paper_mm(paper: Paper, shape: tuple[int, int], x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """The place on the paper [mm] that picture point x, y [px] shows: the truth that a reading is held against."""
+    """The place on the paper [mm] that picture point x, y [px] shows: the true position."""
     height, width = shape
     diagonal = float(np.hypot(width, height))
     X, Y = np.asarray(x, float) - (width - 1) / 2, np.asarray(y, float) - (height - 1) / 2

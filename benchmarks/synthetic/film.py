@@ -1,7 +1,4 @@
-"""Drawn films: a seed that moves as told before a cluttered scene, with the bench's difficulties as options.
-
-The seed is an ellipse drawn with exact sub-pixel coverage (sampled SUB × SUB times a pixel), lit from one side.
-"""
+"""Draws films of a seed with a given motion: an ellipse with sub-pixel coverage, noise, clutter, mirror image and other options."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from PIL import Image
 
+from synthetic.motion import Motion
 from vision.recording import Recording, write_recording
-from vision.synthetic.motion import Motion
 
 SUB = 8  # samples a pixel along each axis; the centroid of an ellipse of 20 px is then right to 0.002 px
 
@@ -107,7 +104,6 @@ def draw_frame(motion: Motion, look: Look, rng: np.random.Generator, scene: np.n
     return _digitise(image, look, rng)
 
 
-
 def _props(image, look: Look, columns, rows, since: float, motion) -> None:
     """Clamp jaws and hand, which move at the release."""
     start_x, start_y, _ = motion.path(np.array([-1.0]))
@@ -125,7 +121,7 @@ def _props(image, look: Look, columns, rows, since: float, motion) -> None:
 
 
 def _lay(image, look: Look, columns, rows, angles, paint, clip_above=None) -> None:
-    """Lay the ellipse over `image` with its coverage, averaged over the moments of the exposure."""
+    """Draw the ellipse with its coverage, averaged over the exposure."""
     a, b = (s / 2 / look.mm_per_px for s in look.axes_mm)
     pad = a + 5 * look.blur_px + 4
     x0, x1 = int(np.floor(columns.min() - pad)), int(np.ceil(columns.max() + pad)) + 1

@@ -1,4 +1,4 @@
-"""Drawn pile photos: heaps and slopes of known angle, with the bench's difficulties as options."""
+"""Draws pile photos of known angle, with noise, uneven light, walls, mirror images and other options."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""Finding columns in the tables of other tools."""
+"""Columns in the tables of other tools."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,11 +8,11 @@ import numpy as np
 from vision.foreign.source import Rows
 from vision.measurement import MeasurementError
 
-LARGEST = 1e15  # of any number: nanoseconds since 1970 are more, and are made relative by their reader
+LARGEST = 2e18  # of any number: nanoseconds since 1970 are 1.8e18
 
 
 def heading_row(rows: Rows, *, most: int = 6) -> int:
-    """The last row before the numbers begin: the headings."""
+    """Row of the headings: the last one before the numbers."""
     for k, row in enumerate(rows[: most + 1]):
         if any(isinstance(cell, float) for cell in row):
             return k - 1
@@ -32,13 +32,13 @@ def column(path: Path, rows: Rows, at: int, name: str, first_line: int) -> np.nd
         elif cell and cell.lower() not in ("nan", "none", "null", "-", "∞", "inf", "-inf"):
             raise MeasurementError(f"{path}: {name} = {cell[:30]!r} in line {first_line + k} is not a number")
     values[~np.isfinite(values)] = np.nan
-    if (wrong := np.flatnonzero(np.abs(np.nan_to_num(values)) > 2e18)).size:
+    if (wrong := np.flatnonzero(np.abs(np.nan_to_num(values)) > LARGEST)).size:
         raise MeasurementError(f"{path}: {name} = {values[wrong[0]]:g} in line {first_line + wrong[0]} cannot be")
     return values
 
 
 def need(path: Path, headings: Sequence[str], names: Sequence[str]) -> list[int]:
-    """Places of the columns `names` among `headings`; MeasurementError naming those that are missing."""
+    """Indices of the columns `names` in `headings`; MeasurementError naming those that are missing."""
     if missing := [n for n in names if n not in headings]:
         raise MeasurementError(f"{path}: column {', '.join(missing)} is missing; found {', '.join(headings)[:200]}")
     return [headings.index(n) for n in names]

@@ -1,7 +1,6 @@
-"""Drawn motions with known answers: drops that bounce, blocks that slide, seeds that roll. As tracks, on their own clock.
+"""Motions with known truth: bouncing drops, sliding blocks, rolling seeds; and tracks of them with noise.
 
-Written from the equations of motion, not from the fitted formulas of rebound.py, slide.py and run_out.py: flights are
-integrated step by step where there is drag, the slide's double integral is summed finely.
+Integrated from the equations of motion, independently of the formulas that rebound.py, slide.py and run_out.py fit.
 """
 
 import math
@@ -18,7 +17,7 @@ G = 9.80665
 
 @dataclass(frozen=True)
 class Motion:
-    """A drawn motion: where the seed is at time t [s] (place in mm, y up, orientation in degrees), and the true answers.
+    """A motion: place [mm, y up] and orientation [deg] at time t [s], and the true values.
 
     path(t) → x_mm, y_mm, angle_deg arrays. truth: the quantities of measurements.csv and what else is known.
     tilt(t) → the plate's angle in degrees (slide), or None.
@@ -181,7 +180,7 @@ def film_track(
     motion: Motion, rng: np.random.Generator, *, fps: float = 5200.0, noise_mm: float = 0.025, ar: float = 0.0,
     until_s: float | None = None, tilt_noise_deg: float = 0.0, angle_noise_deg: float | None = None, start_s: float = 0.0,
 ) -> Track:  # fmt: skip
-    """The motion as a tracker would bring it home: at `fps`, with noise of sd `noise_mm`, AR(1) with ρ = `ar`."""
+    """A track of the motion at `fps` with AR(1) noise of sd `noise_mm` and ρ = `ar`."""
     time = np.arange(start_s, motion.end_s if until_s is None else until_s, 1 / fps)
     x, y, angle = motion.path(time)
     extra: dict[str, Any] = {}

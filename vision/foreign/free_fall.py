@@ -1,4 +1,4 @@
-"""Gravity as the judge of units: how a tracked thing falls freely says whether its lengths and times can be what they are taken for."""
+"""Free falls in a track, and what their acceleration says about its units."""
 
 from dataclasses import dataclass
 
@@ -6,12 +6,12 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 G_M_S2 = 9.81
-LOOSE = 0.25  # relative: perspective, a scale off by some percent, air
-LEAST, GREATEST = 0.05, 3.0  # of g: a light ball near its final speed; a scale or frame rate that is told to be wrong elsewhere
-MOST = 0.8  # of all flights: in another unit all are off alike, near a final speed each by as much as its speed
-LARGEST_MISFIT = 0.03  # rms beside a parabola, of its sagitta: a bounce in the window leaves 0.05
-LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise beside a roll
-LARGEST_SIDEWAYS = 0.15  # acceleration across, beside that along y: a roll down an incline has both
+TOLERANCE = 0.25  # relative, of g: perspective, an error of the scale, air
+LEAST, GREATEST = 0.05, 3.0  # of g: a light ball near terminal velocity; a wrong scale or frame rate, which is noticed elsewhere
+MOST = 0.8  # share of the flights that a change of units must explain
+LARGEST_MISFIT = 0.03  # rms about a parabola, of its sagitta: a bounce in the window gives 0.05
+LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise
+LARGEST_SIDEWAYS = 0.15  # acceleration along x over that along y: a roll down an incline has both
 MOST_POINTS = 1000
 _TIMES = {"seconds": 1.0, "milliseconds": 1e-3, "minutes": 60.0}
 _LENGTHS = {"metres": 1000.0, "centimetres": 10.0, "millimetres": 1.0, "inches": 25.4, "micrometres": 1e-3}
@@ -19,8 +19,7 @@ _LENGTHS = {"metres": 1000.0, "centimetres": 10.0, "millimetres": 1.0, "inches":
 
 @dataclass(frozen=True)
 class Fall:
-    """A free flight in a track: its acceleration along y (positive towards greater y), the time that it lasts, and how well it is
-    told (its sagitta, less what its misfit takes from it), in the track's own units."""
+    """A free flight in a track: acceleration along y, duration, and worth (sagitta less a multiple of the misfit), in the track's units."""
 
     acceleration: float
     duration: float
@@ -28,10 +27,7 @@ class Fall:
 
 
 def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
-    """Windows of rows that are a flight: a parabola fits y to LARGEST_MISFIT of its sagitta, and x keeps its speed.
-
-    The times increase.
-    """
+    """Windows of rows in which y is a parabola, to LARGEST_MISFIT of its sagitta, and x has no acceleration; times must increase."""
     step = max(1, len(time) // MOST_POINTS)
     time, x, y = time[::step], x[::step], y[::step]
     extent, found = max(float(np.ptp(x)), float(np.ptp(y))) if len(x) else 0.0, []
@@ -54,25 +50,24 @@ def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
 
 
 def free_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:
-    """The flight that is told best; None where nothing falls. The rest before a release stays out: it would fit worse."""
+    """The free flight of greatest worth; None where nothing falls."""
     return max(free_falls(time, x, y), key=lambda fall: fall.worth, default=None)
 
 
 def fits_gravity(acceleration_mm_s2: float) -> bool:
-    """Whether an acceleration [mm/s²] is that of gravity, up to LOOSE."""
-    return abs(abs(acceleration_mm_s2) / (1000 * G_M_S2) - 1) < LOOSE
+    """Whether an acceleration is that of gravity, to TOLERANCE."""
+    return abs(abs(acceleration_mm_s2) / (1000 * G_M_S2) - 1) < TOLERANCE
 
 
 def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str:
-    """A question where no flight of a track can be gravity's in its units; "" where one can, or nothing flies.
+    """A question where no flight of a track has the acceleration of gravity in its units; "" where one has, or there is none.
 
-    falls: in units of `mm` millimetres, and in seconds; the file counts in units of `seconds`. whole: its times are whole numbers,
-    as of frames.
+    falls: in units of `mm` millimetres, and in seconds; the file's unit of time is `seconds`. whole: its times are whole numbers.
     """
     given = np.array([abs(fall.acceleration) * mm / 1000 for fall in falls])
     others = {f"times {word}": (seconds / unit) ** 2 for word, unit in _TIMES.items()}
     others |= {f"lengths {word}": unit / mm for word, unit in _LENGTHS.items()}
-    near = [words for words, k in others.items() if given.size and k != 1 and np.mean(np.abs(k * given / G_M_S2 - 1) < LOOSE) > MOST]
+    near = [words for words, k in others.items() if given.size and k != 1 and np.mean(np.abs(k * given / G_M_S2 - 1) < TOLERANCE) > MOST]
     possible = (given > (1 / 3 if near else LEAST) * G_M_S2) & (given < GREATEST * G_M_S2)
     if not falls or possible.any():
         return ""

@@ -1,4 +1,4 @@
-"""Photos of a spread lot → every seed's kind, sizes, outline: what is whole is measured, what is not is told apart and listed."""
+"""Photos of a spread lot → kind, sizes and outline of every seed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,25 +12,28 @@ from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, GOOD, MeasurementError
 from vision.paper.scale import Scale
 from vision.shape.caliper import solidity
-from vision.shape.fourier import laid_along, terms
+from vision.shape.fourier import aligned_outline, fourier_terms
 from vision.shape.grains import Grain, Grains
 from vision.shape.lot import BROKEN, CUT, HUSK, OTHER, OUTLINE_COLUMNS, SEED_COLUMNS, TOUCHING, WHOLE
-from vision.shape.photo import observe_seeds
+from vision.shape.seed_photo import observe_seeds
 
-BROKEN_SHARE = 0.6  # of the median area: less is part of a seed
-DENTED = 0.94  # area over its convex hull's, below which a lone outline has lost a piece
-HUSK_SHARE = 0.55  # of the median contrast to the ground: a husk lets the ground through
-HIDDEN = 0.03  # share of an edge that a neighbour covers: an ellipse stands for it, and the seed's own shape is not seen
-SAME_PLACE, ALIKE_SHARE = 0.75, 0.8  # of a length: a seed turned on its side where it lay; so many must, to be the same seeds
-NEAREST_M, FARTHEST_M = 0.25, 1.5  # of a camera whose distance nobody states
-DISTANCE_SD = 0.05  # of a stated one
-THICKNESS_SHARE, THICKNESS_SD = 0.8, 0.25  # of a width, where seeds lie on their broad side; relative
+BROKEN_SHARE = 0.6  # of the median area: smaller things are parts of seeds
+DENTED = 0.94  # solidity below which a seed has lost a piece
+HUSK_SHARE = 0.55  # of the median contrast to the background: husks are translucent
+HIDDEN = 0.03  # share of the edge that a neighbour covers, above which the seed's own shape is not seen
+SAME_PLACE = 0.75  # of a length: within it, a seed turned on its side is the same seed
+SAME_SHARE = 0.8  # of the seeds that must be in the same place
+NEAREST_M, FARTHEST_M = 0.25, 1.5  # distance of the camera where it is not stated
+DISTANCE_SD = 0.05  # relative, of a stated distance
+THICKNESS_SHARE, THICKNESS_SD = 0.8, 0.25  # thickness over width of seeds on their broad side; its relative sd
 
 
 @dataclass(frozen=True)
 class View:
-    """How the photos were taken. mm_per_px: None where graph paper in the picture tells it. distance_mm: of the camera's lens from the
-    paper, None: unknown; math.inf: a scanner, which has no perspective."""
+    """How the photos were taken.
+
+    mm_per_px: None where it is read from graph paper; distance_mm: of the lens from the paper, None: unknown, math.inf: a scanner.
+    """
 
     mm_per_px: float | None
     mm_per_px_sd: float | None
@@ -38,9 +41,9 @@ class View:
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
-    """Rows of seeds.csv and outlines.csv; by photo its picture and mm_per_px; where the scale is from; relative sds that all sizes
-    share; notes."""
+class LotPhotos:
+    """seeds, outlines: rows of seeds.csv and outlines.csv; pictures, mm_per_px: by photo; scale: its source; common: shared relative sd of
+    each size."""
 
     seeds: pd.DataFrame
     outlines: pd.DataFrame
@@ -51,8 +54,8 @@ class Spread:
     notes: tuple[str, ...]
 
 
-def measure_spread(photos: list[Path], view: View, say: Callable[[str], None]) -> Spread:
-    """Every photo's seeds. MeasurementError, naming it, for a photo that shows none or has no scale."""
+def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None]) -> LotPhotos:
+    """Measure the seeds of all photos; say(name) is called for each. MeasurementError for a photo without seeds or scale."""
     rows: list[dict] = []
     lines: list[dict] = []
     pictures: dict[str, np.ndarray] = {}
@@ -72,7 +75,7 @@ def measure_spread(photos: list[Path], view: View, say: Callable[[str], None]) -
         bright, middle = _contrasts(image, grains), (np.array(image.shape[1::-1]) - 1) / 2
         kinds = _kinds(grains.grains, bright)
         for number, (grain, kind) in enumerate(zip(grains.grains, kinds), 1):
-            row, outline = _seed(photo.name, number, grain, kind, grains, larger(grain, middle, view))
+            row, outline = _seed(photo.name, number, grain, kind, grains, magnification(grain, middle, view))
             rows.append(row)
             lines += outline
         pictures[photo.name] = picture
@@ -81,21 +84,21 @@ def measure_spread(photos: list[Path], view: View, say: Callable[[str], None]) -
         sizes[photo.name] = float(np.nanmedian([g.length_mm / g.length_px for g in grains.measured]))
         notes += [f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note]
     seeds = pd.DataFrame(rows, columns=list(SEED_COLUMNS))
-    higher = _height_share(seeds, view)
+    higher = _mean_magnification(seeds, view)
     shared = float(np.hypot(np.mean(common), higher[1]))
     if view.distance_mm is None:
         why = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
-        notes.append(f"the camera's distance is not stated: seeds lie above the paper and {why}; state --distance-mm")
-    return Spread(
+        notes.append(f"the camera's distance is not stated: seeds are above the paper, so that {why}; state --distance-mm")
+    return LotPhotos(
         seeds, pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)), pictures, sizes, "; ".join(dict.fromkeys(scales)),
         {"length": shared, "width": shared, "thickness": shared}, tuple(notes),
     )  # fmt: skip
 
 
-def with_thickness(spread: Spread, side: Spread) -> tuple[Spread, tuple[float, float, int] | None]:
-    """The same with the thickness that photos of seeds turned on their side show: the width of their outline there.
+def with_thickness(spread: LotPhotos, side: LotPhotos) -> tuple[LotPhotos, tuple[float, float, int] | None]:
+    """Add the thickness: the width of the outlines in photos of seeds turned on their side.
 
-    Seeds that lie where they lay before get their own; else the lot's mean, sd and number come back beside it.
+    Seeds that are in the same places get their own thickness; otherwise its mean, sd and number are returned, too.
     """
     seeds, whole = spread.seeds.copy(), side.seeds[side.seeds["kind"] == WHOLE]
     if len(whole) < 2:
@@ -111,7 +114,7 @@ def with_thickness(spread: Spread, side: Spread) -> tuple[Spread, tuple[float, f
 
 
 def _same_places(here: pd.DataFrame, turned: pd.DataFrame, mm_per_px: dict[str, float]) -> dict[int, int]:
-    """Rows of seeds and of the same seeds on their side, photo by photo in their order; empty where they do not lie alike."""
+    """Rows of seeds → rows of the same seeds on their side, photo by photo; empty where too few are in the same places."""
     photos, others = list(here["photo"].unique()), list(turned["photo"].unique())
     if len(photos) != len(others):
         return {}
@@ -121,12 +124,12 @@ def _same_places(here: pd.DataFrame, turned: pd.DataFrame, mm_per_px: dict[str, 
         away = mm_per_px[row["photo"]] * np.hypot(beside["x_px"] - row["x_px"], beside["y_px"] - row["y_px"])
         if len(away) and away.min() < SAME_PLACE * row["length_mm"]:
             found[int(index)] = int(away.idxmin())
-    alike = len(found) >= ALIKE_SHARE * len(here) and len(set(found.values())) == len(found)
+    alike = len(found) >= SAME_SHARE * len(here) and len(set(found.values())) == len(found)
     return found if alike else {}
 
 
 def _seed(photo: str, number: int, grain: Grain, kind: str, grains: Grains, above: tuple[float, float]) -> tuple[dict, list[dict]]:
-    """A row of seeds.csv, and of a whole seed its lines of outlines.csv; sizes at the seed's widest section's height."""
+    """Row of seeds.csv and, for a whole seed, rows of outlines.csv; sizes are corrected for the height of the widest section."""
     row: dict = {name: np.nan for name in SEED_COLUMNS}
     row |= {"photo": photo, "seed": number, "kind": kind, "x_px": round(grain.x_px, 2), "y_px": round(grain.y_px, 2)}
     row["reason"] = grain.reason
@@ -140,15 +143,15 @@ def _seed(photo: str, number: int, grain: Grain, kind: str, grains: Grains, abov
         return row, []
     scale = grains.scale
     points = np.stack(scale.to_mm(*grain.edge.T), -1) if isinstance(scale, Scale) else grain.edge * float(scale or 1.0)
-    found = terms(laid_along(share * points))
+    found = fourier_terms(aligned_outline(share * points))
     return row, [dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6)))) for h, of in enumerate(found, 1)]
 
 
-def larger(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
-    """By which share a seed's length and width look larger for its height. Its thickness t, not seen from above, is taken as 0.8 widths.
+def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
+    """Relative magnification of a seed's length and width due to its height; thickness t is assumed to be 0.8 widths.
 
-    Its widest section lies t/2 above the paper: t/2D. Seen at an angle θ off the camera's axis, its top adds ½ (t/s)² tan²θ to a
-    size s that points away from the picture's middle.
+    The widest section is t/2 above the paper: t/2D. At an angle θ off the camera's axis the top adds ½ (t/s)² tan²θ to a size s that points
+    away from the picture's middle.
     """
     if view.distance_mm is None or not np.isfinite(grain.width_mm):
         return 0.0, 0.0
@@ -161,8 +164,8 @@ def larger(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
     return along, wide
 
 
-def _height_share(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
-    """By which share sizes look larger for their height, and its sd; of an unknown distance nothing is corrected, both are in the sd."""
+def _mean_magnification(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
+    """Mean relative magnification and its sd; for an unknown distance no correction, but an sd that contains it."""
     height = THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"])) if seeds["width_mm"].notna().any() else 0.0
     if view.distance_mm is not None:
         return height / view.distance_mm, float(height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD))
@@ -174,8 +177,8 @@ def _height_share(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
 def _kinds(grains: tuple[Grain, ...], contrast: np.ndarray) -> list[str]:
     lone = [k for k, g in enumerate(grains) if g.quality != FAILED]
     area = float(np.median([grains[k].area_px for k in lone])) if lone else 1.0
-    usual = float(np.median(contrast[lone])) if lone else 1.0
-    return [_kind(g, contrast[k] / max(usual, 1e-9), g.area_px / max(area, 1e-9)) for k, g in enumerate(grains)]
+    typical = float(np.median(contrast[lone])) if lone else 1.0
+    return [_kind(g, contrast[k] / max(typical, 1e-9), g.area_px / max(area, 1e-9)) for k, g in enumerate(grains)]
 
 
 def _kind(grain: Grain, contrast: float, area: float) -> str:
@@ -193,7 +196,7 @@ def _kind(grain: Grain, contrast: float, area: float) -> str:
 
 
 def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
-    """How far each thing's mean colour is from the ground's just around it [levels]."""
+    """Distance of each thing's median colour from the background's [levels]."""
     colour = image.astype(np.float32)
     colour = colour[..., None] if colour.ndim == 2 else colour
     every = np.zeros(image.shape[:2], np.uint8)

@@ -1,4 +1,4 @@
-"""One photo of spread seeds → their sizes and outlines, and a picture of what was found."""
+"""Measures the seeds of one photo, with the scale from graph paper in it, and draws the overlay."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,10 +13,9 @@ from vision.shape.grains import Grains, measure_seeds
 
 
 def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:
-    """Measure the seeds of a photo; the scale is `mm_per_px` when stated, else read from graph paper in the picture.
+    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from graph paper, else sizes are in px.
 
-    Without either the answers are in px, which is said in the notes. Returns the grains and an overlay (uint8 RGB).
-    Raises MeasurementError, naming the file, when the picture cannot be read or shows no seeds.
+    Raises MeasurementError, naming the file, where the picture cannot be read or shows no seeds.
     """
     image = read_photo(path)
     try:

@@ -1,4 +1,4 @@
-"""A file of another tool as evidence: the same table as track.csv or impacts.csv, and what the recording must know beside it."""
+"""Converts files of other tools to the tables of track.csv or impacts.csv, with keys for recording.toml."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,82 +9,84 @@ import pandas as pd
 
 from vision.evidence.tables import Table
 from vision.foreign import read_foreign
-from vision.foreign.fall import fits_gravity, free_fall
-from vision.foreign.found import Found, Trail
+from vision.foreign.contents import Contents, PointTrack
+from vision.foreign.free_fall import fits_gravity, free_fall
 from vision.measurement import MeasurementError
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """kind: "track.csv" or "impacts.csv", of which the file is one. rig: "drop" where it can be nothing else, else "". keys: of
-    recording.toml, that the file states. bare: its lengths have no unit at all."""
+    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else, else ""; keys: of recording.toml that the file states.
+
+    unitless: its lengths have no unit.
+    """
 
     kind: str
     rig: str
     keys: dict[str, dict[str, Any]]
-    bare: bool = False
+    unitless: bool = False
 
 
 def evidence_of(path: Path) -> Evidence:
-    """What kind of evidence the file is; MeasurementError where it is none that can be measured as it is."""
+    """The kind of evidence in the file; MeasurementError where it cannot be measured directly."""
     found = read_foreign(path)
     if found.runs:
         return Evidence("impacts.csv", "drop", found.keys)
     if found.tilt is not None:
         low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
         raise MeasurementError(f"{path}: the angle of a plate ({low:.3g} to {high:.3g}°), and no motion: {found.questions[0]}")
-    trail, _ = chosen(path, found, None)
-    return Evidence("track.csv", "drop" if falls(found, trail) else "", found.keys, found.bare)
+    point_track, _ = choose_track(path, found, None)
+    return Evidence("track.csv", "drop" if falls_freely(found, point_track) else "", found.keys, found.unitless)
 
 
 def foreign_track(path: Path) -> Table:
-    """The rows of track.csv that the file comes down to, with what was assumed in the notes."""
+    """The file converted to rows of track.csv, with notes on what was assumed."""
     found = read_foreign(path)
-    if not found.trails:
+    if not found.tracks:
         raise MeasurementError(f"{path}: no track in it")
     if found.doubt:
         raise MeasurementError(f"{path}: {found.doubt}")
-    trail, said = chosen(path, found, None)
+    point_track, choice = choose_track(path, found, None)
     guesses, questions = (f"taken to be so: {g}" for g in found.guesses), (f"not known: {q}" for q in found.questions)
-    return Table(track_rows(found, trail), (*said, *guesses, *questions))
+    return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
 
 
 def foreign_impacts(path: Path) -> Table:
-    """The rows of impacts.csv that the file comes down to."""
+    """The file converted to rows of impacts.csv."""
     runs = read_foreign(path).runs
     if len(runs) != 1:
-        said = f"{len(runs)} runs of impact times in it: `benchtwin import` makes a recording of each" if runs else "no impact times in it"
-        raise MeasurementError(f"{path}: {said}")
+        several = f"{len(runs)} runs of impact times in it: `benchtwin import` makes a recording of each"
+        raise MeasurementError(f"{path}: {several if runs else 'no impact times in it'}")
     return Table(impact_rows(path, *runs[0]))
 
 
-def chosen(path: Path, found: Found, number: int | None) -> tuple[Trail, tuple[str, ...]]:
-    """The track of that number (from 1), or the one with the most places among those that fall, else among all; and a word on it."""
-    tracks = found.trails
+def choose_track(path: Path, found: Contents, number: int | None) -> tuple[PointTrack, tuple[str, ...]]:
+    """The track of that number (from 1); without a number the longest that falls, or else the longest; and a note on the choice."""
+    tracks = found.tracks
     if number is not None and not 1 <= number <= len(tracks):
         raise MeasurementError(f"{path}: --track {number}: it holds {len(tracks)} track{'s' * (len(tracks) > 1)}")
     if number is not None or len(tracks) == 1:
         return tracks[(number or 1) - 1], ()
-    falling = [t for t in tracks if falls(found, t)]
+    falling = [t for t in tracks if falls_freely(found, t)]
     best = max(falling or tracks, key=lambda t: len(t.time))
     place = next(k for k, t in enumerate(tracks, 1) if t is best)
     which = "the longest that falls" if falling else "the longest; none falls"
     return best, (f"{len(tracks)} tracks: number {place} ({best.name or 'without a name'}) is taken, {which}",)
 
 
-def falls(found: Found, trail: Trail) -> bool:
-    """Whether it falls freely: along a parabola, downwards, and as gravity wants it where units are known."""
-    fall = free_fall(trail.time, trail.x, trail.y)
+def falls_freely(found: Contents, point_track: PointTrack) -> bool:
+    """Whether a track is a free fall: a parabola, downwards, with the acceleration of gravity where units are known."""
+    fall = free_fall(point_track.time, point_track.x, point_track.y)
     if fall is None or fall.acceleration > 0:
         return False
     units_known = found.length_unit == "mm" and found.time_unit == "s"
     return not units_known or bool(found.doubt) or fits_gravity(fall.acceleration)
 
 
-def track_rows(found: Found, trail: Trail) -> pd.DataFrame:
+def track_rows(found: Contents, point_track: PointTrack) -> pd.DataFrame:
     """Rows of track.csv."""
-    time = {"t_s": trail.time} if found.time_unit == "s" else {"frame": trail.time}
-    return pd.DataFrame(time | {f"x_{found.length_unit}": trail.x, f"y_{found.length_unit}": trail.y})
+    time = {"t_s": point_track.time} if found.time_unit == "s" else {"frame": point_track.time}
+    return pd.DataFrame(time | {f"x_{found.length_unit}": point_track.x, f"y_{found.length_unit}": point_track.y})
 
 
 def impact_rows(path: Path, name: str, times: np.ndarray) -> pd.DataFrame:

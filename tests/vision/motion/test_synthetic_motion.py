@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-
-from vision.synthetic.film import Look, film, to_picture
-from vision.synthetic.motion import G, correlated_noise, draw_drop, draw_roll, draw_slide, film_track
+from synthetic.film import Look, film, to_picture
+from synthetic.motion import G, correlated_noise, draw_drop, draw_roll, draw_slide, film_track
 
 
 def test_a_drop_falls_and_bounces_by_energy():

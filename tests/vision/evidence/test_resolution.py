@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vision.evidence.grid import grid_of
 from vision.evidence.readings import summarise
+from vision.evidence.resolution import reading_step
 
 
 @pytest.mark.parametrize(
@@ -13,7 +13,7 @@ from vision.evidence.readings import summarise
      ([], 0.0)],
 )  # fmt: skip
 def test_grids(values, grid):
-    assert grid_of(np.array(values)) == grid
+    assert reading_step(np.array(values)) == grid
 
 
 @pytest.mark.parametrize("scatter, grid", [(0.02, 0.5), (0.1, 0.5), (0.3, 0.5), (0.15, 0.1)])

@@ -1,12 +1,12 @@
-"""Drawn films of the rigs with their plate in the picture: a plate that tilts under a block, a seed that rolls off a ramp."""
+"""Draws films of rigs with their plate: a block on a tilting plate, a seed that rolls off an incline."""
 
 from collections.abc import Iterator
 
 import cv2
 import numpy as np
 
-from vision.synthetic.film import Look, _digitise, _lay, draw_scene
-from vision.synthetic.motion import Motion
+from synthetic.film import Look, _digitise, _lay, draw_scene
+from synthetic.motion import Motion
 
 FINE = 4  # polygons are drawn this much larger and averaged down
 

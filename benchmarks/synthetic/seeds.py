@@ -1,4 +1,4 @@
-"""Drawn spread seeds with known truth: ellipses of known length and width, apart or touching, light or dark, shaded."""
+"""Draws photos of spread seeds: ellipses of known length and width, single or touching, with shading, shadows and noise."""
 
 from dataclasses import dataclass
 
@@ -48,7 +48,7 @@ class DrawnSeed:
 def draw_seeds(spread: Spread, shape: tuple[int, int], rng: np.random.Generator) -> tuple[np.ndarray, pd.DataFrame]:
     """The picture and its truth: x_px, y_px, length_px, width_px, angle_deg, group, cut (by the border).
 
-    Raises ValueError when the seeds do not find room.
+    Raises ValueError where there is no room for the seeds.
     """
     seeds = _place(spread, shape, rng)
     height, width = shape

@@ -1,0 +1,128 @@
+"""Finds all recordings under a folder, and the files that are not read."""
+
+import os
+from pathlib import Path
+
+from vision.evidence.photo import PHOTO_SUFFIXES
+from vision.evidence.read_keys import read_toml
+from vision.measurement import MeasurementError
+from vision.recording import (
+    RESULTS_MARK,
+    VIDEO_SUFFIXES,
+    Recording,
+    bare_recording,
+    photos_in,
+    read_recording,
+    sounds_in,
+    tool_files_in,
+    tool_recording,
+    videos_in,
+)
+
+LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
+BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # files that may lie beside evidence
+
+
+def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording | MeasurementError]:
+    """All recordings under `path`: a photo, a folder of photos, a recording, a bench folder.
+
+    In place of a recording that cannot be read there is its error, so that the others are still measured.
+    met: folders visited already, by another link.
+    """
+    path = Path(path)
+    met = set() if met is None else met
+    if path.is_dir():
+        if path.resolve() in met:
+            return []
+        met.add(path.resolve())
+    if path.is_file() or not path.is_dir() or _is_recording(path):
+        return [_attempt(read_recording, path)]
+    if path.name == "frames" and not (path / "recording.toml").is_file():
+        return [_attempt(read_recording, path.parent)]
+    defaults: dict = {}
+    if (path / "bench.toml").is_file():
+        try:
+            defaults = read_toml(path / "bench.toml")
+        except MeasurementError as error:
+            error.recording = path.resolve().name
+            return [error]
+    inside, closed = _folders(path)
+    folders = [p for p in inside if _is_candidate(p)]
+    found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_loose_files, p, defaults) for p in folders]
+    found += [find_recordings(p, met) for p in inside if p not in folders and _is_bench(p, {path.resolve()})]
+    found += [_attempt(_refuse, p) for p in closed]
+    flat = [r for entry in (*found, _loose_files(path, defaults)) for r in (entry if isinstance(entry, list) else [entry])]
+    if not flat:
+        nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no sound, no track.csv)")
+        nothing.recording = path.resolve().name
+        return [nothing]
+    return flat
+
+
+def unread_files(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
+    """(folder, names) of the files that are not read, in `path` and in the folders of the recordings `found`.
+
+    A table counts only beside evidence, where it may have been meant as such.
+    """
+    used = {f.resolve() for r in found if isinstance(r, Recording) for f in (*r.files, r.sound) if f}
+    folders = {path.resolve(): path} if path.is_dir() else {}
+    for file in used:
+        folders |= {p: p for p in file.parents if p.is_relative_to(path.resolve())}
+    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *BESIDE)
+    missed = []
+    for real, folder in sorted(folders.items()):
+        names = [f.name for f in sorted(real.iterdir()) if f.is_file() and not f.name.startswith(".") and f not in used]
+        meant = any(f.parent == real for f in used)
+        if names := [n for n in names if Path(n).suffix.lower() not in known or (meant and Path(n).suffix.lower() == ".csv")]:
+            missed.append((folder, names))
+    return missed
+
+
+def _attempt(read, *args):
+    """`read(*args)`, or its error with the name of the path."""
+    try:
+        return read(*args)
+    except MeasurementError as error:
+        trouble = error
+    except OSError as error:  # no permission, a broken link, a disk that fails
+        trouble = MeasurementError(f"{error.filename or args[0]}: {error.strerror or error}")
+    trouble.recording = args[0].name
+    return trouble
+
+
+def _folders(path: Path) -> tuple[list[Path], list[Path]]:
+    """Readable and unreadable folders in a folder, without hidden ones, lots of seeds and results."""
+    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith("."))
+    may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
+    open_ = [p for p in inside if may[p] and not any((p / name).exists() for name in (LOT_SUMMARY, RESULTS_MARK))]
+    return open_, [p for p in inside if not may[p]]
+
+
+def _refuse(folder: Path) -> Recording:
+    raise MeasurementError(f"{folder}: no permission to look into this folder")
+
+
+def _is_recording(folder: Path) -> bool:
+    named = any((folder / name).exists() for name in ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames"))
+    heard = bool(sounds_in(folder)) and not photos_in(folder)
+    return named or ((heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists())
+
+
+def _is_candidate(folder: Path) -> bool:
+    return _is_recording(folder) or bool(photos_in(folder) or tool_files_in(folder))
+
+
+def _is_bench(folder: Path, met: set[Path]) -> bool:
+    """Whether a folder contains recordings and is no folder of results; folders in `met` are not followed."""
+    if (folder / "measurements.csv").is_file() or folder.resolve() in met:
+        return False
+    met.add(folder.resolve())
+    if (folder / "bench.toml").is_file():
+        return True
+    return any(_is_recording(p) or _is_bench(p, met) for p in _folders(folder)[0])
+
+
+def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementError]:
+    """A recording for each photo and each file of another tool in a folder."""
+    tools = [_attempt(tool_recording, p, defaults) for p in tool_files_in(folder)]
+    return [_attempt(bare_recording, p) for p in photos_in(folder)] + tools

@@ -1,0 +1,50 @@
+"""Output folders that appear whole or not at all, and that replace nothing but earlier output of the same command."""
+
+import errno
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from vision.measurement import MeasurementError
+
+
+def check_out(out: Path, what: str, is_own: Callable[[Path], bool], overwrite: bool, inputs: Sequence[Path] = ()) -> None:
+    """Raise MeasurementError unless `out` can be written: absent, empty, or with `overwrite` and own output only.
+
+    what: what the folder may hold, for the message; is_own: whether a path in it is output of the command; inputs: paths that are read.
+    """
+    if out.exists() and not out.is_dir():
+        raise MeasurementError(f"{out}: is a file; --out names a folder")
+    there = sorted(out.iterdir()) if out.is_dir() else []
+    if there and not overwrite:
+        raise MeasurementError(f"{out}: exists and is not empty; choose another --out, or say --overwrite")
+    for path in there:
+        if not is_own(path):
+            raise MeasurementError(f"{out}: holds something else than {what} ({path.name}); it is not overwritten")
+    for path in inputs:
+        if there and path.resolve().is_relative_to(out.resolve()):
+            raise MeasurementError(f"{out}: holds {path}, which is to be read; choose another --out")
+
+
+def part_folder(out: Path) -> Path:
+    """A new hidden folder beside `out`, in which the output is written."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    return Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
+
+
+def put_in_place(part: Path, out: Path, is_own: Callable[[Path], bool], overwrite: bool) -> None:
+    """Rename `part` to `out`. Raises OSError, and loses nothing, where something else has come into `out` meanwhile."""
+    if out.is_dir() and not all(is_own(path) for path in out.iterdir()):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(out))
+    part.chmod(0o755)
+    old = part.with_name(f"{part.name}-old")
+    try:
+        if overwrite and out.is_dir():
+            out.replace(old)
+        part.replace(out)  # fails where `out` is not empty
+    finally:
+        if old.is_dir() and not out.exists():
+            old.replace(out)
+        shutil.rmtree(old, ignore_errors=True)

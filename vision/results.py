@@ -1,0 +1,104 @@
+"""The folder that `benchtwin measure` writes: tables, overlays, contact sheet."""
+
+import itertools
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from PIL import Image
+
+from vision.measurement import FAILED, Observation
+from vision.out_folder import check_out, part_folder, put_in_place
+from vision.overlay.contact_sheet import ContactSheet
+from vision.summary import Line, as_table, summarise
+
+COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
+TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
+LONGEST_NAME = 50  # characters of a file name, each four bytes at most
+OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
+
+
+class Results:
+    """Writes observations to a folder that appears whole or not at all.
+
+    measurements.csv, summary.csv and, where there is content, notes.csv, bounces.csv, readings.csv, seeds.csv, overlays/ (with a contact
+    sheet, index.html), tracks/. Conditions that recordings state are columns of every table.
+    """
+
+    def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
+        self.out, self.overwrite = Path(out), overwrite
+        check_out(self.out, "results", _is_own, overwrite, inputs)
+        self.part = part_folder(self.out)
+        self.stems: set[str] = set()
+        self.rows: list[dict] = []
+        self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
+        self.notes: list[tuple[str, str]] = []
+        self.not_read: list[tuple[str, str]] = []  # the notes on files that are not read
+        self.observations: list[Observation] = []  # without their pictures and tracks
+        self.sheet = ContactSheet()
+        self.summary: list[Line] = []
+
+    def add(self, observation: Observation) -> None:
+        stem = _file_name(observation.recording, self.stems)
+        self.stems.add(stem.lower())
+        overlay = ""
+        for i, (name, picture) in enumerate(observation.pictures.items()):
+            file = Path("overlays") / (f"{stem}.png" if i == 0 else f"{stem}-{name}.png")
+            (self.part / "overlays").mkdir(exist_ok=True)
+            Image.fromarray(picture).save(self.part / file, compress_level=3)
+            overlay = overlay or file.as_posix()
+            self.sheet.add(file.name, name, observation)
+        if observation.track is not None:
+            (self.part / "tracks").mkdir(exist_ok=True)
+            observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
+        for name, tables in self.tables.items():
+            if (table := getattr(observation, name)) is not None and len(table):
+                tables.append(_with_conditions(table, observation))
+        self.notes += [(observation.recording, note) for note in observation.notes]
+        for q in observation.quantities:
+            row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason, overlay)
+            self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
+        self.observations.append(replace(observation, pictures={}, track=None, bounces=None, seeds=None))
+
+    def finish(self) -> pd.DataFrame:
+        """Write the tables and put the folder in place; returns the measurements."""
+        conditions = dict.fromkeys(name for row in self.rows for name in row if name not in COLUMNS)
+        table = pd.DataFrame(self.rows, columns=[*COLUMNS, *conditions])
+        self.summary = summarise(self.observations)
+        written = {"measurements": table, **{name: pd.concat(t, ignore_index=True) for name, t in self.tables.items() if t}}
+        written["summary"] = as_table(self.summary)
+        if self.notes:
+            written["notes"] = pd.DataFrame(self.notes, columns=["recording", "note"])
+        for name, rows in written.items():  # a folder's name need not be valid UTF-8
+            rows.to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g", errors="backslashreplace")
+        if (self.part / "overlays").is_dir():
+            self.sheet.write(self.part / "overlays" / "index.html")
+        put_in_place(self.part, self.out, _is_own, self.overwrite)
+        return table
+
+    def abandon(self) -> None:
+        shutil.rmtree(self.part, ignore_errors=True)
+
+
+def _with_conditions(table: pd.DataFrame, observation: Observation) -> pd.DataFrame:
+    """The table with a column for each condition of its recording, unless it has a column of that name."""
+    return table.assign(**{name: value for name, value in observation.conditions.items() if name not in table})
+
+
+def _is_own(path: Path) -> bool:
+    return path.name in OWN
+
+
+def _file_name(name: str, taken: set[str]) -> str:
+    """An id as a valid file name without folders, different from those `taken` (in lower case)."""
+    stem = "".join(c if c.isalnum() or c in "-_. " else "_" for c in name)[:LONGEST_NAME].strip(". ") or "recording"
+    numbered = (f"{stem}-{n}" for n in itertools.count(2))
+    return stem if stem.lower() not in taken else next(other for other in numbered if other.lower() not in taken)
+
+
+def measured_anything(table: pd.DataFrame) -> bool:
+    """Whether any quantity was measured."""
+    return bool(len(table)) and bool((table["quality"] != FAILED).any()) and bool(np.isfinite(table["value"]).any())
