@@ -15,6 +15,7 @@ from vision.evidence.keys import Air, Seed
 from vision.evidence.seed_kinds import published_contact_parameters, with_published_values
 
 SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6, "drum": 3e6}  # benchmarks/modulus.py: what these change, and what they save
+STEP = {"drop": 0.2, "slide": 0.2, "roll": 0.2, "pile": 0.3, "drum": 0.2}  # of the Rayleigh time; docs/engine.md: what a pile's changes
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
 
 
@@ -25,8 +26,8 @@ class Parameters:
     restitution, static_friction, rolling_friction: seed on steel; seed_…: seed on seed. rolling_convention: which torque the
     rolling frictions mean (`sim.material.ROLLING_CONVENTIONS`). shear_modulus_pa: what the seeds' modulus is softened to; None:
     SOFT_PA of the rig. spheres, arrangement, mass_of: the seed's balls (`sim.seed.Seed.from_dimensions`). rayleigh_fraction: the
-    time step. pull_at_end, share_damping: how restitution is had (`sim.engine.world.World`). laws: further force laws by name,
-    with their numbers: {"magnus": {…}}.
+    time step; None: STEP of the rig. pull_at_end, share_damping: how restitution is had (`sim.engine.world.World`). laws: further
+    force laws by name, with their numbers: {"magnus": {…}}.
     Defaults: what the soybean paper calibrated.
     """
 
@@ -41,7 +42,7 @@ class Parameters:
     spheres: int = 5
     arrangement: str = "axial"
     mass_of: str = "union"
-    rayleigh_fraction: float = 0.2
+    rayleigh_fraction: float | None = None
     pull_at_end: bool = True
     share_damping: bool = True
     laws: dict[str, dict] = field(default_factory=dict)
@@ -62,7 +63,8 @@ class Parameters:
 
     def for_rig(self, rig: str) -> "Parameters":
         """The same with nothing left to the rig."""
-        return replace(self, shear_modulus_pa=self.shear_modulus_pa or SOFT_PA[rig])
+        modulus, step = self.shear_modulus_pa or SOFT_PA[rig], self.rayleigh_fraction or STEP[rig]
+        return replace(self, shear_modulus_pa=modulus, rayleigh_fraction=step)
 
     def to_dict(self) -> dict:
         return asdict(self)
@@ -87,11 +89,11 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
         arrangement=parameters.arrangement,
         mass_of=parameters.mass_of,
         inertia_factor=seed.inertia_factor,
-        shear_modulus_pa=parameters.for_rig(rig).shear_modulus_pa,
+        shear_modulus_pa=parameters.shear_modulus_pa or SOFT_PA[rig],
         air_density_kg_m3=air.density_kg_m3,
         air_viscosity_pa_s=air.viscosity_pa_s,
         laws=tuple(LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()),
-        rayleigh_fraction=parameters.rayleigh_fraction,
+        rayleigh_fraction=parameters.rayleigh_fraction or STEP[rig],
         pull_at_end=parameters.pull_at_end,
         share_damping=parameters.share_damping,
     )

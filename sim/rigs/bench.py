@@ -32,7 +32,8 @@ class Bench:
     density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is softened to, None for the real one. inertia_factor:
     I/(m r²) as the seed rolls across its length, r its mean half width, where it is not that of a solid one (a shell: 2/3); the
     other moments go with it. air_density_kg_m3: 0 leaves the air out. laws: plug-
-    ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping, cap_damped: as in `World`.
+    ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping, cap_damped: as in `World`. sleep: so too, of
+    heaps.
     """
 
     seed_wall: Contact = SOYBEAN_Q235
@@ -52,6 +53,7 @@ class Bench:
     pull_at_end: bool = True
     share_damping: bool = True
     cap_damped: bool = False
+    sleep: bool = True
 
     @property
     def grain(self) -> Material:

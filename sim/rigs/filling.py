@@ -16,8 +16,8 @@ from sim.seed import Seed
 
 PACKED = 0.64  # volume fraction that is never exceeded by such a rain: how many seeds are enough
 SPARE = 1.06  # that many more, to have something to strike off
-POURED = Settled(window_s=0.05, displacement=0.1, kinetic=3e-4)  # packed; rolling friction may creep on
-QUIET = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)  # rolling friction against own spin creeps by 2e-3 a window
+POURED = Settled(window_s=0.05, displacement=0.1, kinetic=3e-4)  # packed; it may creep on, with rolling friction of type A
+QUIET = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)
 LONGEST_S = 3.0
 
 Lay = Callable[[World], tuple[np.ndarray, np.ndarray]]  # a world run until its seeds lie: their places and orientations

@@ -19,8 +19,6 @@ from sim.rigs.profile import centroid_angle, outline, slope_angle
 
 RAIN_OVERLAP = 0.25  # of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
 LONGEST_S = 6.0
-SLEEP = True  # seeds at rest are left out until the forces on them change
-# Rolling friction against each seed's own spin never quite holds: such a heap creeps by some 1e-2 diameters a second.
 REST = {"window_s": 0.05, "displacement": 1e-2, "kinetic": 1e-5}
 
 
@@ -75,7 +73,7 @@ def fill_with(vessel: Vessel, bench: Bench, rng: np.random.Generator, lay: Lay) 
 
     def standing(placed: Placed) -> World:
         walls = vessel.walls(tall, vessel.lift(None))
-        return bench.world(placed, walls, contacts=vessel.contacts, most_overlap=RAIN_OVERLAP, sleep=SLEEP)
+        return bench.world(placed, walls, contacts=vessel.contacts, most_overlap=RAIN_OVERLAP, sleep=bench.sleep)
 
     return rain(bench, rng, seeds, vessel.low, vessel.high, standing, vessel.fill_height_m, lay)
 
@@ -87,7 +85,7 @@ def run_heap(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, fps: flo
 
     def world(begin_s: float | None) -> World:
         walls = vessel.walls(0.0, vessel.lift(begin_s))
-        return bench.world(filled.placed(bench), walls, domain=vessel.domain, contacts=vessel.contacts, sleep=SLEEP)
+        return bench.world(filled.placed(bench), walls, domain=vessel.domain, contacts=vessel.contacts, sleep=bench.sleep)
 
     still = world(None)
     state = settle(still, init(still, rng, allowed_overlap=0.2), "coming to rest", threads=threads, watch=watch)
