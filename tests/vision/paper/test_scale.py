@@ -10,7 +10,7 @@ from synthetic.paper import Paper, draw_paper, paper_mm, true_scale
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from vision.overlay.scale import LINE, draw_scale
-from vision.paper.grid_pitch import _CLASSES, Strengths, _name
+from vision.paper.grid_pitch import _CLASSES, Strengths, _best_pattern
 from vision.paper.scale import read_scale
 
 SHAPE = (420, 560)
@@ -114,7 +114,7 @@ def test_equal_lines_are_refused_with_the_choices():
 def test_patterns_of_strengths_are_told_apart():
     for pattern, classes in _CLASSES.items():
         value = np.roll(np.array([1.0, 1.6, 2.6])[list(classes)], 3)
-        found = _name(1.0, [Strengths(value, np.full(10, 0.02))] * 2)
+        found = _best_pattern(1.0, [Strengths(value, np.full(10, 0.02))] * 2)
         assert found.mm == {"equal": None, "fifth": None, "second": 5.0}.get(pattern, 1.0)
 
 
