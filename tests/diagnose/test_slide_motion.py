@@ -58,7 +58,7 @@ def test_a_shaken_block_slips_before_it_slides(in_a_wave):
     """The law against brute force, over the phases; in_a_wave: by how much of a the pull grows meanwhile."""
     a, hertz = 0.06, 20.0
     omega, growth = 2 * math.pi * hertz, in_a_wave * a * hertz
-    laws = np.array(Laws(shake=a, omega=omega))
+    laws = Laws(shake=a, omega=omega)
     speeds, ways = np.array([slipped(a, omega, growth, phase) for phase in np.arange(0, 2 * math.pi, 0.4)]).T
     low, high = (a / omega * (SHARE + SCATTER * chance) for chance in (-1.0, 1.0))
     assert low < speeds.mean() < high and speeds.std() < 0.6 * (high - low)

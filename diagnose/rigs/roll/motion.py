@@ -11,6 +11,7 @@ are tables, linear between points.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -64,6 +65,36 @@ class Way:
     oval: float = 0.0
 
 
+class _Numbers(NamedTuple):
+    """Numbers of a `Way` and of its tables, as the compiled functions take them."""
+
+    t0: float
+    x0: float
+    corner: float
+    f: float
+    sin: float
+    cos: float
+    mu: float
+    level: float
+    gain: float
+    keep: float
+    slip_loss: float
+    slip_time: float
+    ripple_cos: float
+    ripple_sin: float
+    turn: float
+    phase: float
+    resistance_low: float
+    resistance_step: float
+    place_low: float
+    place_step: float
+    time_low: float
+    time_step: float
+    longest_step: float
+    steps_per_way: float
+    oval: float
+
+
 def travel(
     times: np.ndarray, way: Way, resistance: Table = NOTHING, place: Table = NOTHING, time: Table = NOTHING
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -71,13 +102,13 @@ def travel(
     over t − t0.
     """
     ripple = abs(way.turn) if any(way.ripple) or len(place.values) > 1 else 0.0
-    numbers = tuple(float(n) for n in (
+    numbers = _Numbers(*(float(n) for n in (
         way.t0, way.x0, way.corner, way.f, way.sin, way.cos, way.mu, way.level, way.gain, way.keep, way.slip_loss,
         max(way.slip_time, 1e-6), *way.ripple, way.turn, way.phase,
         resistance.low, resistance.step, place.low, place.step, time.low, time.step,
         max(LONGEST_STEP_S, (times[-1] - way.t0) / MOST_STEPS),
         ripple / LONGEST_TURN, way.oval,
-    ))  # fmt: skip
+    )))  # fmt: skip
     x, v = np.empty(len(times)), np.empty(len(times))
     _travel(times, numbers, resistance.values, place.values, time.values, x, v)
     return x, v
@@ -107,28 +138,28 @@ def _look(at, low, step, values):
 
 @_compiled
 def _climb(x, p):
-    phi = p[14] * x + p[15]
-    return 0.5 * p[14] * (p[13] * np.cos(phi) - p[12] * np.sin(phi)) if p[12] != 0.0 or p[13] != 0.0 else 0.0
+    phi = p.turn * x + p.phase
+    return 0.5 * p.turn * (p.ripple_sin * np.cos(phi) - p.ripple_cos * np.sin(phi)) if p.ripple_cos != 0.0 or p.ripple_sin != 0.0 else 0.0
 
 
 @_compiled
 def _push(t, x, p, on_incline, in_place, in_time):
     """Drive over weight, whichever way the seed rolls."""
     climb = _climb(x, p)
-    extra = _look(x - p[1], p[18], p[19], in_place) + _look(t - p[0], p[20], p[21], in_time)
-    return (p[4] - p[5] * climb if on_incline else p[7] - climb) + extra
+    extra = _look(x - p.x0, p.place_low, p.place_step, in_place) + _look(t - p.t0, p.time_low, p.time_step, in_time)
+    return (p.sin - p.cos * climb if on_incline else p.level - climb) + extra
 
 
 @_compiled
 def _rate(t, x, v, heading, p, on_incline, slipping, by_speed, in_place, in_time):
-    normal = p[5] if on_incline else 1.0
-    against = p[6] + _look(abs(v), p[16], p[17], by_speed)
-    a = p[3] * (_push(t, x, p, on_incline, in_place, in_time) - heading * normal * against)
-    if p[24] != 0.0:
-        a += p[24] * v * v * _climb(x, p)
+    normal = p.cos if on_incline else 1.0
+    against = p.mu + _look(abs(v), p.resistance_low, p.resistance_step, by_speed)
+    a = p.f * (_push(t, x, p, on_incline, in_place, in_time) - heading * normal * against)
+    if p.oval != 0.0:
+        a += p.oval * v * v * _climb(x, p)
     if on_incline:
-        return a * p[8]
-    return a - p[10] / p[11] if slipping else a
+        return a * p.gain
+    return a - p.slip_loss / p.slip_time if slipping else a
 
 
 @_compiled
@@ -150,7 +181,7 @@ def _until(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_
     for _ in range(BISECTIONS):
         mid = 0.5 * (low + high)
         x1, v1 = _step(t, x, v, mid, heading, p, on_incline, slipping, by_speed, in_place, in_time)
-        if (heading * v1 <= 0.0) if stop else (x1 >= p[2]):
+        if (heading * v1 <= 0.0) if stop else (x1 >= p.corner):
             high = mid
         else:
             low = mid
@@ -159,20 +190,20 @@ def _until(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_
 
 @_compiled
 def _travel(times, p, by_speed, in_place, in_time, x_out, v_out):
-    t, x, v, heading = p[0], p[1], 0.0, 1.0
-    on_incline = x < p[2]
+    t, x, v, heading = p.t0, p.x0, 0.0, 1.0
+    on_incline = x < p.corner
     slip_end, stops = -1e300, 0
-    resting = _push(t, x, p, on_incline, in_place, in_time) <= (p[5] if on_incline else 1.0) * p[6]
+    resting = _push(t, x, p, on_incline, in_place, in_time) <= (p.cos if on_incline else 1.0) * p.mu
     for i in range(len(times)):
         while t < times[i] and not resting:
             slipping = t < slip_end
-            h = min(times[i] - t, p[22])
-            if p[23] * abs(v) * h > 1.0:
-                h = min(h, max(1.0 / (p[23] * abs(v)), SHORTEST_STEP_S))
+            h = min(times[i] - t, p.longest_step)
+            if p.steps_per_way * abs(v) * h > 1.0:
+                h = min(h, max(1.0 / (p.steps_per_way * abs(v)), SHORTEST_STEP_S))
             if slipping:
                 h = min(h, slip_end - t)
             x1, v1 = _step(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time)
-            corner = on_incline and x1 >= p[2]
+            corner = on_incline and x1 >= p.corner
             stop = heading * v1 < 0.0 and not corner
             if corner or stop:
                 h = _until(t, x, v, h, heading, p, on_incline, slipping, by_speed, in_place, in_time, stop)
@@ -181,11 +212,11 @@ def _travel(times, p, by_speed, in_place, in_time, x_out, v_out):
                 t = times[i]
             t, x, v = t + h, x1, v1
             if corner:
-                on_incline, v, slip_end = False, v * p[9], t + p[11]
+                on_incline, v, slip_end = False, v * p.keep, t + p.slip_time
             if stop:
                 v, stops = 0.0, stops + 1
                 push = _push(t, x, p, on_incline, in_place, in_time)
-                resting = abs(push) <= (p[5] if on_incline else 1.0) * p[6] * (1 + 1e-9) + 1e-12
+                resting = abs(push) <= (p.cos if on_incline else 1.0) * p.mu * (1 + 1e-9) + 1e-12
                 resting = resting or stops > MOST_STOPS
                 heading = 1.0 if push > 0 else -1.0
         x_out[i], v_out[i] = x, 0.0 if t > times[i] or resting else v

@@ -65,76 +65,76 @@ def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
 def travel(time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
     """x (n,) [m] and v (n,) [m/s]; tilt (4,): coefficients of θ [rad] in t, lowest first."""
     time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
-    return _travel(time, float(onset), tilt, np.array(laws))
+    return _travel(time, float(onset), tilt, Laws(*(float(value) for value in laws)))
 
 
 @njit(cache=True)
-def _tilt(t: float, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+def _tilt(t: float, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[float, float]:
     angle = tilt[0] + t * (tilt[1] + t * (tilt[2] + t * tilt[3]))
-    if p[12] > 0:
+    if laws.stair > 0:
         begun = tilt[0] + onset * (tilt[1] + onset * (tilt[2] + onset * tilt[3]))
-        since = t - onset + p[13] * p[17]
-        period = max(p[12] / max(tilt[1], 1e-9), p[17])
+        since = t - onset + laws.lag * laws.climb
+        period = max(laws.stair / max(tilt[1], 1e-9), laws.climb)
         stairs = math.floor(since / period)
-        return begun + p[12] * (stairs + min(1.0, (since - stairs * period) / p[17]) - p[13]), 0.0
+        return begun + laws.stair * (stairs + min(1.0, (since - stairs * period) / laws.climb) - laws.lag), 0.0
     return angle, tilt[1] + t * (2 * tilt[2] + t * 3 * tilt[3])
 
 
 @njit(cache=True)
-def _acceleration(t: float, x: float, v: float, onset: float, tilt: np.ndarray, p: np.ndarray) -> float:
-    angle, rate = _tilt(t, onset, tilt, p)
-    friction = p[0] + p[5] * v
-    if p[2] != 0.0:
-        friction += p[2] * math.exp(-((abs(v) / p[3]) ** p[4]))
-    normal = G_M_S2 * math.cos(angle) + p[6] - 2 * p[8] * rate * v
-    force = G_M_S2 * math.sin(angle) - p[8] * rate**2 * (p[9] - x if p[9] > 0 else 0.0) - friction * normal
+def _acceleration(t: float, x: float, v: float, onset: float, tilt: np.ndarray, laws: Laws) -> float:
+    angle, rate = _tilt(t, onset, tilt, laws)
+    friction = laws.friction + laws.viscous * v
+    if laws.stribeck != 0.0:
+        friction += laws.stribeck * math.exp(-((abs(v) / laws.stribeck_speed) ** laws.exponent))
+    normal = G_M_S2 * math.cos(angle) + laws.press - 2 * laws.turning * rate * v
+    force = G_M_S2 * math.sin(angle) - laws.turning * rate**2 * (laws.from_hinge - x if laws.from_hinge > 0 else 0.0) - friction * normal
     # C_d = 0.2924 (1 + 9.06/√Re)² of a sphere: Abraham 1970, Physics of Fluids 13, 2194
-    air = math.copysign(p[10] * (abs(v) + p[11] * math.sqrt(abs(v))) ** 2, v)
-    return (force - air) / max(1.0 + p[7], 0.05)
+    air = math.copysign(laws.air * (abs(v) + laws.slow_air * math.sqrt(abs(v))) ** 2, v)
+    return (force - air) / max(1.0 + laws.inertia, 0.05)
 
 
 @njit(cache=True)
-def _step(t: float, s: float, x: float, v: float, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+def _step(t: float, s: float, x: float, v: float, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[float, float]:
     """x and v one Runge–Kutta step of s later."""
-    a1 = _acceleration(t, x, v, onset, tilt, p)
-    a2 = _acceleration(t + s / 2, x + s / 2 * v, v + s / 2 * a1, onset, tilt, p)
-    a3 = _acceleration(t + s / 2, x + s / 2 * (v + s / 2 * a1), v + s / 2 * a2, onset, tilt, p)
-    a4 = _acceleration(t + s, x + s * (v + s / 2 * a2), v + s * a3, onset, tilt, p)
+    a1 = _acceleration(t, x, v, onset, tilt, laws)
+    a2 = _acceleration(t + s / 2, x + s / 2 * v, v + s / 2 * a1, onset, tilt, laws)
+    a3 = _acceleration(t + s / 2, x + s / 2 * (v + s / 2 * a1), v + s / 2 * a2, onset, tilt, laws)
+    a4 = _acceleration(t + s, x + s * (v + s / 2 * a2), v + s * a3, onset, tilt, laws)
     return x + s * v + s * s / 6 * (a1 + a2 + a3), v + s / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
 @njit(cache=True)
-def _crept(p: np.ndarray, growth: float, until: float) -> tuple[float, float]:
+def _crept(laws: Laws, growth: float, until: float) -> tuple[float, float]:
     """Way [m] and mean speed [m/s] of a shaken block's slips, `until` [s] ≤ 0 before pull equals
     friction.
 
     growth [m/s³] of the pull: v = a/ω (1 − s)^2.5, s = −growth until/a from 1 to 0 (within 0.02
     a/ω).
     """
-    left = 1.0 + growth * until / p[14] if p[14] > 0.0 and growth > 0.0 else 0.0
+    left = 1.0 + growth * until / laws.shake if laws.shake > 0.0 and growth > 0.0 else 0.0
     if left <= 0.0:
         return 0.0, 0.0
-    speed = p[14] / p[15] * left**2.5
-    return speed * left * p[14] / growth / 3.5, speed
+    speed = laws.shake / laws.omega * left**2.5
+    return speed * left * laws.shake / growth / 3.5, speed
 
 
 @njit(cache=True)
-def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _travel(time: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws) -> tuple[np.ndarray, np.ndarray]:
     """Steps from row to row; a moving block does not stick again, so a fit may try any friction."""
     place, speed = np.zeros(len(time)), np.zeros(len(time))
     longest = (time[-1] - time[0]) / STEPS
-    angle, rate = _tilt(onset, onset, tilt, p)
-    growth = G_M_S2 * rate * (math.cos(angle) + p[0] * math.sin(angle))
-    x, t = _crept(p, growth, 0.0)[0], onset
-    v = p[14] / p[15] * (SHARE + SCATTER * p[16])
+    angle, rate = _tilt(onset, onset, tilt, laws)
+    growth = G_M_S2 * rate * (math.cos(angle) + laws.friction * math.sin(angle))
+    x, t = _crept(laws, growth, 0.0)[0], onset
+    v = laws.shake / laws.omega * (SHARE + SCATTER * laws.wave_chance)
     for i in range(len(time)):
         if time[i] <= onset:
-            place[i], speed[i] = _crept(p, growth, time[i] - onset)
+            place[i], speed[i] = _crept(laws, growth, time[i] - onset)
             continue
         count = min(max(math.ceil((time[i] - t) / longest), 1), STEPS)  # a fit may try an onset long before the first row
         s = (time[i] - t) / count
         for k in range(count):
-            x, v = _step(t + k * s, s, x, v, onset, tilt, p)
+            x, v = _step(t + k * s, s, x, v, onset, tilt, laws)
             if not abs(x) < FARTHEST_M:
                 x, v = math.copysign(FARTHEST_M, x), 0.0
         t = time[i]
