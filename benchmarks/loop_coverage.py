@@ -4,7 +4,7 @@ python benchmarks/loop_coverage.py [DESIGNS [BENCHES [SEED]]]      → benchmark
 
 The design is a quick calibration's, run and fitted by the procedure itself; every bench has one pile. Responses are
 quadratics in the seed–seed parameters, of the sizes that 48 piles of loop.py showed, in units of packing noise: angle,
-centroid's angle, weights filled in and left; packing noise correlated as there. bend: sd of ten cubic coefficients, drawn
+centroid angle, weights filled in and left; packing noise correlated as there. bend: sd of ten cubic coefficients, drawn
 anew for every design; quiet: by how much packing noise is divided. rank: share of the posterior below the truth; joint: share
 of it denser than the truth.
 """

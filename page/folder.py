@@ -1,4 +1,4 @@
-"""The opened folder: nothing outside it is read or written, whatever name a request or a file brings."""
+"""The opened folder; nothing outside it is read or written, whatever name a request or a file brings."""
 
 import os
 import secrets

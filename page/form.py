@@ -66,8 +66,8 @@ class Section:
 
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     """The sections that a recording of `rig` has; content: its recording.toml; defaults: the bench.toml."""
-    beside = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
-    wanted = [*OWN_FIRST, *([rig] if rig in RIGS else []), *beside, "air"]
+    more = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
+    wanted = [*OWN_FIRST, *([rig] if rig in RIGS else []), *more, "air"]
     top = tuple(_field("", key, info, content, defaults) for key, info in Keys.model_fields.items() if not _section(info))
     sections = [Section("", "Recording", "", top)]
     for name in wanted:
@@ -81,8 +81,8 @@ def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
 
 def needed(reasons: list[str]) -> set[tuple[str, str]]:
     """Keys (section, key) that a measurement asked for by name."""
-    asked = {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
-    return asked | {("", "rig") for reason in reasons if "rig is missing" in reason}
+    named = {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
+    return named | {("", "rig") for reason in reasons if "rig is missing" in reason}
 
 
 def _section(info: FieldInfo) -> type[BaseModel] | None:
@@ -107,9 +107,9 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
         return "choice", choices, ""
     inner = parts[0]
     if typing.get_origin(inner) is typing.Annotated:
-        base, *said = typing.get_args(inner)
+        base, *limits_of = typing.get_args(inner)
     else:
-        base, said = inner, []
+        base, limits_of = inner, []
     if base is bool:
         return "yes", (), ""
     if base is str:
@@ -117,7 +117,7 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
     if typing.get_origin(base) is tuple:
         inside = typing.get_args(base)
         return "list", (), "" if Ellipsis in inside else f"{len(inside)} numbers"
-    limits = [m for s in said for m in (getattr(s, "metadata", None) or [s])]
+    limits = [m for s in limits_of for m in (getattr(s, "metadata", None) or [s])]
     low = next((m.gt if isinstance(m, Gt) else m.ge for m in limits if isinstance(m, Gt | Ge)), None)
     high = next((m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)), None)
     return "number", (), _range(low, high, reached=any(isinstance(m, Ge) for m in limits))

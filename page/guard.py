@@ -1,4 +1,4 @@
-"""Lets nobody in but the person at this machine: every request and socket passes here before anything else sees it.
+"""Access control: only the person at this machine gets in; every request and socket is checked here first.
 
 The server listens on the loopback address only. That alone does not keep out other web pages open in the same browser, so
 each request must also name this host (against DNS rebinding), come from this page if it says where from (against requests

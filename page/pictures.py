@@ -1,4 +1,4 @@
-"""Photos, thumbnails and single frames as the browser shows them; the originals stay as they are."""
+"""Photos, thumbnails and single frames as JPEG for the browser; the originals stay untouched."""
 
 import io
 from bisect import bisect_left
@@ -23,7 +23,7 @@ def photo(file: Path, changed_ns: int) -> np.ndarray:
     return read_photo(file)
 
 
-def shown(pixels: np.ndarray, largest: int = SHOWN_PX) -> tuple[bytes, float]:
+def as_jpeg(pixels: np.ndarray, largest: int = SHOWN_PX) -> tuple[bytes, float]:
     """JPEG of at most `largest` px a side, and its scale against the original."""
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)
@@ -46,7 +46,7 @@ def thumbnail(recording: Recording) -> bytes | None:
             picture.convert("RGB").save(data, "JPEG", quality=80)
             return data.getvalue()
     if recording.evidence in ("frames", "video"):
-        return shown(next(open_frames(recording).iterate()).pixels, THUMB_PX)[0]
+        return as_jpeg(next(open_frames(recording).iterate()).pixels, THUMB_PX)[0]
     return None
 
 
@@ -75,7 +75,7 @@ class Film:
                 self.kept = dict(self._decoded(self.video, first, first + self.KEPT))
             else:
                 frames = self.source.picked(self.KEPT, (first, first + self.KEPT - 1))
-                self.kept = {f.index: shown(f.pixels, FRAME_PX)[0] for f in frames}
+                self.kept = {f.index: as_jpeg(f.pixels, FRAME_PX)[0] for f in frames}
         if index not in self.kept:
             raise IndexError(index)
         return self.kept[index]
@@ -97,4 +97,4 @@ class Film:
                     return
                 if index >= first:
                     turned = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90) % 4)
-                    yield index, shown(np.ascontiguousarray(turned), FRAME_PX)[0]
+                    yield index, as_jpeg(np.ascontiguousarray(turned), FRAME_PX)[0]

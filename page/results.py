@@ -1,4 +1,4 @@
-"""What the commands left in a bench's results, as the page shows it: explanations, posterior, what to record next, cards."""
+"""Reads the results of a bench for the page: explanations, posterior, what to record next."""
 
 import json
 from dataclasses import dataclass

@@ -209,7 +209,7 @@ def _pictures(app: FastAPI, site: Site) -> None:
             image = await asyncio.to_thread(pictures.photo, file, file.stat().st_mtime_ns)
         except MeasurementError as error:
             raise Refused(str(error)) from error
-        return jpeg((await asyncio.to_thread(pictures.shown, image))[0])
+        return jpeg((await asyncio.to_thread(pictures.as_jpeg, image))[0])
 
     @app.get("/frame")
     async def frame(r: str, i: int) -> Response:
@@ -240,4 +240,4 @@ def _pictures(app: FastAPI, site: Site) -> None:
         found = await asyncio.to_thread(site.seen, site.recording(r))
         if name not in found.pictures:
             raise Refused(f"{name}: no such picture")
-        return jpeg(pictures.shown(found.pictures[name])[0])
+        return jpeg(pictures.as_jpeg(found.pictures[name])[0])

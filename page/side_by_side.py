@@ -65,7 +65,7 @@ def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:
 
 
 def _seed(recording: Recording) -> list[float] | None:
-    """Length and thickness [mm] of the seed as it is browser_data; None where nobody states them."""
+    """Length and thickness [mm] of the seed as it is drawn; None where nobody states them."""
     seed = recording.seed
     long, flat = seed.length_mm, seed.thickness_mm or seed.width_mm
     return [long, flat or long] if long else None

@@ -1,5 +1,5 @@
-"""recording.toml and bench.toml as a person writes them: changed key by key, comments kept, never half written, never
-overwriting what somebody else changed meanwhile."""
+"""Changes recording.toml and bench.toml key by key: comments are kept, files written whole, and nothing is overwritten that
+somebody else changed meanwhile."""
 
 import hashlib
 from dataclasses import dataclass

@@ -18,7 +18,7 @@ THEORY = {0.5: 3.53, 0.9: 4.81}
 
 
 def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:
-    """Share of alarms beside SNR: fitted curves, shares by bins with their intervals, and the theory's two points."""
+    """Share of alarms against SNR: fitted curves, shares by bins with their intervals, and the theory's two points."""
     traces = []
     for rig, colour in COLOURS.items():
         some = [j for j in judged if rig in ("all", j.key.rig)]
@@ -57,7 +57,7 @@ def _theory() -> dict:
 
 
 def confusion_figure(judged: list[Judged]) -> dict:
-    """What was concealed (down) beside what was said (across), as shares of each row, with the counts written in."""
+    """Confusion matrix: concealed effects (rows), diagnoses (columns), as shares of each row with the counts written in."""
     rows, columns, counts = confusion(judged)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     text = [[str(n) if n else "" for n in row] for row in counts.tolist()]
@@ -69,7 +69,7 @@ def confusion_figure(judged: list[Judged]) -> dict:
 
 
 def reliability_figure(judged: list[Judged]) -> dict:
-    """Share of right verdicts, with its 95 % bounds, beside the mean probability that they were said with; by bins."""
+    """Share of right verdicts with 95 % bounds against their mean stated probability, by bins."""
     bins = reliability(judged)
     x, y = [_logit(b.mean_p) for b in bins], [_logit(b.share) for b in bins]
     up, down = [_logit(b.bounds[1]) - v for b, v in zip(bins, y)], [v - _logit(b.bounds[0]) for b, v in zip(bins, y)]

@@ -27,7 +27,7 @@ def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float
 
 @dataclass(frozen=True)
 class Power:
-    """Share detected beside SNR: α + (1 − α) / (1 + (s₅₀/SNR)^k). NaN where the cases do not say; intervals by bootstrap."""
+    """Share detected as a function of SNR: α + (1 − α) / (1 + (s₅₀/SNR)^k). NaN where the cases do not say; intervals by bootstrap."""
 
     n: int
     middle: float

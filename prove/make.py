@@ -1,4 +1,4 @@
-"""One case: its bench folder and its key, both from the plan's line and one seed of random numbers."""
+"""Makes one case from its line of the plan and the seed: the bench folder and the answer key."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a proof leaves: prove.json, cases.csv, and one self-contained report.html."""
+"""Writes the results of a proof: prove.json, cases.csv, and one self-contained report.html."""
 
 import json
 import math
@@ -29,7 +29,7 @@ def write_all(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str
 
 
 def cases_table(judged: list[Judged]) -> pd.DataFrame:
-    """One row a case: what was concealed, what was said, and what that is worth."""
+    """One row a case: what was concealed, what was diagnosed, and how it compares."""
     return pd.DataFrame([
         {
             "case": j.key.case, "rig": j.key.rig, "kind": j.key.kind, "rendered": j.key.rendered,

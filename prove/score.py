@@ -1,4 +1,4 @@
-"""The table: every score with its target, over all rigs and for each, from judged cases."""
+"""Scores with their targets, over all rigs and rig by rig, from judged cases."""
 
 import math
 from collections.abc import Callable

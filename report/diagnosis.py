@@ -1,4 +1,4 @@
-"""The page of a diagnosis: a verdict a rig, then what it rests on, filled into diagnosis.html.j2."""
+"""The report of a diagnosis: of each rig the verdict, then the evidence, filled into diagnosis.html.j2."""
 
 import base64
 import json
@@ -44,7 +44,7 @@ def render(found: Diagnosis) -> str:
 
 
 def _sentence(text: str) -> str:
-    """A capital first letter and a full stop; unlike a calibration's, "restitution" here is nobody's column."""
+    """A capital first letter and a full stop; "restitution" is a word here, not a column."""
     text = text.strip()
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?")) else ".")
 
@@ -72,7 +72,7 @@ def _rig(rig: str, f: Finding, again) -> dict:
 
 
 def _rows(again) -> pd.DataFrame:
-    """The twins beside each recording."""
+    """How far old and new twin are from each recording."""
     return pd.DataFrame([
         {
             "recording": c.recording, "what": c.quantity, "old twin off by": c.before, "new twin off by": c.after,

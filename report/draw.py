@@ -1,4 +1,4 @@
-"""What the figures are drawn with: colours, names in words, lines, bands, axes. Plain Plotly JSON."""
+"""Parts of figures: colours, names in words, lines, bands, axes. Plain Plotly JSON."""
 
 from collections.abc import Iterable
 
@@ -16,7 +16,7 @@ NAMES = {
     "slide_angle_deg": "sliding angle (°)",
     "run_out_mm": "run-out (mm)",
     "repose_angle_deg": "angle of repose (°)",
-    "centroid_angle_deg": "centroid's angle (°)",
+    "centroid_angle_deg": "centroid angle (°)",
     "filled_mass_g": "mass filled in (g)",
     "retained_mass_g": "mass left (g)",
 }

@@ -1,4 +1,4 @@
-"""Numbers as a reader wants them: as many digits as the uncertainty bears."""
+"""Numbers with as many digits as their uncertainty bears, and names of columns in words."""
 
 import math
 import re
@@ -26,7 +26,7 @@ SAID = {
     "slide_angle_deg": "sliding angle",
     "run_out_mm": "run-out",
     "repose_angle_deg": "angle of repose",
-    "centroid_angle_deg": "centroid's angle",
+    "centroid_angle_deg": "centroid angle",
     "filled_mass_g": "filled mass",
     "retained_mass_g": "retained mass",
 }

@@ -1,4 +1,4 @@
-"""The page itself: a Calibration as sections of words, tables and figures, filled into page.html.j2."""
+"""The report of a calibration: words, tables and figures, filled into page.html.j2."""
 
 import json
 from importlib.resources import files
@@ -70,19 +70,19 @@ def _answer(c: Calibration) -> dict:
         }
         for r in parameters(c).itertuples()
     ]
-    told = []
+    notes = []
     if c.pile is not None:
-        told.append(sentence(c.pile.optimum.statement))
-        told.append(sentence(c.pile.sheet.statement))
+        notes.append(sentence(c.pile.optimum.statement))
+        notes.append(sentence(c.pile.sheet.statement))
     if c.joint is not None and len(c.joint.directions):
-        told += [sentence(s) for s in c.joint.directions.loc[~c.joint.directions["resolved"], "statement"]]
+        notes += [sentence(s) for s in c.joint.directions.loc[~c.joint.directions["resolved"], "statement"]]
     following = c.joint.narrowing.iloc[0] if c.joint is not None and len(c.joint.narrowing) else None
     if following is not None:
-        told.append(
+        notes.append(
             f"What would narrow them most: {following['candidate']}; it would leave {following['variance_left']:.0%} of the "
             "variance of the three seed–seed parameters."
         )
-    return {"rows": rows, "told": told}
+    return {"rows": rows, "notes": notes}
 
 
 def _rigs(c: Calibration) -> list[dict]:

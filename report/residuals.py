@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: what baseline and model leave of every recording, and what was recorded. Plain Plotly JSON."""
+"""Figures of a diagnosis: residuals of baseline and model for every recording, and the recordings. Plain Plotly JSON."""
 
 import numpy as np
 

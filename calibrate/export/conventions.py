@@ -1,4 +1,4 @@
-"""Where engines differ in what a parameter means: pure formulas, each with its source.
+"""Conversions between the conventions of DEM engines: pure formulas, each with its source.
 
 Rolling friction is a torque over normal force and a length, and engines take different lengths. With one radius R for both
 spheres, or a sphere of radius R on a wall, the length is R times `ARM`. Between unequal spheres no factor converts one into

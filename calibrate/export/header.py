@@ -1,4 +1,4 @@
-"""The comment that stands above every card: where the numbers came from, and what became of them."""
+"""The comment above every card: where the numbers came from, and how they were converted."""
 
 import math
 import textwrap

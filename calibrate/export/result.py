@@ -1,4 +1,4 @@
-"""What a card needs of DIR/result.json, checked: a missing key is named with its file and what it should hold."""
+"""Reads what a card needs from DIR/result.json; a missing key is named with its file and what it should hold."""
 
 import hashlib
 import json

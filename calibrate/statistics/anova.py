@@ -1,4 +1,4 @@
-"""Analysis of variance of a response surface, in the order Design-Expert users know, and the contributions read from it.
+"""Analysis of variance of a response surface, in Design-Expert's order, and the contributions of the factors.
 
 Term sums of squares are partial (each term added last): SS_j = β_j² / [(XᵀX)⁻¹]_jj. Residual = lack of fit + pure error.
 """

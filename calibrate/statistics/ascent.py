@@ -76,8 +76,9 @@ def choose_centre(path: pd.DataFrame, response: str, bench: float, factors: tupl
 
 
 def crossing(path: pd.DataFrame, response: str, bench: float, factors: tuple[str, ...]) -> dict[str, float] | None:
-    """Where between its groups the path meets the bench: by a straight line through the response of all groups, which packing
-    noise moves less than it moves any one of them. A first answer, before any design. None where that is outside the path.
+    """Where the path meets the bench, by a straight line through the response of all groups; None where that is outside the path.
+
+    A first answer, before any design. Packing noise moves the line less than any one group.
 
     Valid for a path of equal steps over which the response bends little.
     """
@@ -90,7 +91,7 @@ def crossing(path: pd.DataFrame, response: str, bench: float, factors: tuple[str
 
 
 def check_published(path: pd.DataFrame, response: str, bench: float, levels: pd.DataFrame, *, said_centre: int) -> list[str]:
-    """What a published path and the levels said to come from it contradict, as sentences; empty where all agrees.
+    """Contradictions between a published path and the levels taken from it, as sentences; empty where all agrees.
 
     path: as in `choose_centre`; levels: columns coded (−1, 0, 1) and the factors, as published; said_centre: the group the
     text names.

@@ -1,4 +1,4 @@
-"""What a fitted surface says and how far to believe it: coefficients, R² and its kin, predictions with intervals.
+"""Assessment of a fitted surface: coefficients, R² and related figures, predictions with intervals.
 
 Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.), chapter 2.
 """

@@ -1,4 +1,4 @@
-"""Columns of tables that people hand in: there, numbers, finite, with their unit. Errors name the column."""
+"""Checked numeric columns of tables; errors name the column."""
 
 from collections.abc import Sequence
 

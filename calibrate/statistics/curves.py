@@ -19,9 +19,7 @@ PRIOR_DF = 4  # the pooled variance counts this many degrees of freedom beside a
 
 
 class Curve(ABC):
-    """What both curves share: each is a surrogate of one parameter, so that the posterior can take a rig of its own beside the
-    pile.
-    """
+    """A surrogate of one parameter."""
 
     x_name: str
     low: float

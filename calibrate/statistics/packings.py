@@ -1,4 +1,4 @@
-"""Runs that share packings: how strongly, and the square root that makes them independent.
+"""Runs that share packings: their correlation, and the matrix that decorrelates them.
 
 Runs on packing b scatter together, y = Xβ + u_b + e, V = cov(y)/σ_e² = 1 + λ ZZᵀ, λ = σ_u²/σ_e². λ maximises the restricted
 likelihood

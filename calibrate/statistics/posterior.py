@@ -1,4 +1,4 @@
-"""What the bench's observables say of the parameters: the posterior over the box, surrogate error included.
+"""Posterior of the parameters over the box, given the bench's observables and the surrogates' errors.
 
 For one observable with bench mean ȳ and surrogate f̂(θ):
     ȳ − f̂(θ) ~ t with scale √(s_bench² + s_measuring² + var f̂(θ)) and Welch–Satterthwaite degrees of freedom,
@@ -48,7 +48,7 @@ class Posterior:
     """Draws from the posterior and how far they are to be believed.
 
     draws: (n,) rows of the factors, natural units; log_density: (n,) not normalised; r_hat, ess: per factor (NaN on a grid);
-    converged: every r_hat < 1.01 and every ess as large as asked; tension: per observable at the best draw: observable, bench,
+    converged: every r_hat < 1.01 and every ess large enough; tension: per observable at the best draw: observable, bench,
     predicted, z, reached (|z| < 3: some parameters of the box give it); note: what to say of it.
     """
 
@@ -77,7 +77,7 @@ def log_posterior(
     z, scale, df = (np.array(v) for v in zip(*(residual(natural, o, prior) for o in observables)))
     r = np.eye(m) if correlation is None else np.asarray(correlation, dtype=float)
     out = out - np.log(scale).sum(axis=0)
-    for block in np.arange(m)[:, None] if correlation is None else _tied(r):
+    for block in np.arange(m)[:, None] if correlation is None else _correlated_groups(r):
         size, own = len(block), r[np.ix_(block, block)]
         free = np.maximum(df[block].min(axis=0), size)
         square = np.einsum("in,ij,jn->n", z[block], np.linalg.inv(own), z[block])
@@ -86,8 +86,8 @@ def log_posterior(
     return out
 
 
-def _tied(correlation: np.ndarray) -> list[np.ndarray]:
-    """Places of observables whose errors are correlated, directly or through others."""
+def _correlated_groups(correlation: np.ndarray) -> list[np.ndarray]:
+    """Indices of observables whose errors are correlated, directly or through others, one array a group."""
     count, label = csgraph.connected_components(correlation != 0, directed=False)
     return [np.flatnonzero(label == k) for k in range(count)]
 

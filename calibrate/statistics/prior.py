@@ -1,4 +1,4 @@
-"""What is held of the parameters before a pile is looked at: anywhere in the box alike, or near a stated value, never outside."""
+"""Prior of the parameters: uniform over the box, or normal about a stated value and cut off at the box."""
 
 from dataclasses import dataclass
 

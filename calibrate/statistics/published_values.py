@@ -1,4 +1,4 @@
-"""Printed values beside recomputed ones: does a published number follow from the table it is said to come from?"""
+"""Compares printed values with recomputed ones: does a published number follow from its table?"""
 
 import re
 

@@ -1,4 +1,4 @@
-"""How often a design must be run so that packing noise does not hide the main effects, and what common packings save.
+"""How many replicates a design needs against packing noise, and what shared packings save.
 
 A main effect is the change of the response from a factor's low to its high, 2β. With every row of a design X run r times,
     se(β_j) = σ √([(XᵀX)⁻¹]_jj / r),   power = P(|t'(ν, |β_j|/se)| > t_{1−α/2}(ν)),   ν = n r − p.
@@ -67,9 +67,9 @@ def power(
 class Plan:
     """How often every design point is to be run.
 
-    replicates: needed if the noise is as high as it may well be (its upper limit); replicates_at_estimate: if it is as measured;
-    table: replicates, runs, power, power_cautious; reached: whether
-    the stated power is had within the largest number allowed; statement: this in words.
+    replicates: needed if the noise is at its upper limit; replicates_at_estimate: if it is as measured.
+    table: replicates, runs, power, power_cautious. reached: whether the power is reached within the largest number allowed.
+    statement: this in words.
     """
 
     replicates: int
@@ -152,7 +152,7 @@ def common_packing(table: pd.DataFrame, response: str, *, point: str, packing: s
     rest = wide - by_packing - wide.mean(axis=1, keepdims=True) + wide.mean()
     ms_packing, ms_rest = n * np.var(by_packing, ddof=1), float(np.sum(rest**2)) / ((n - 1) * (m - 1))
     if ms_rest <= 0:
-        raise ValueError(f"{response}: runs of a packing differ by nothing but the point; noise cannot be told")
+        raise ValueError(f"{response}: runs of a packing differ by nothing but the point; the noise is not known")
     ratio = ms_packing / ms_rest
     quantile = stats.f.ppf([0.95, 0.05], m - 1, (n - 1) * (m - 1))
     value, low, high = ((f - 1) / (f + n - 1) for f in (ratio, *(ratio / quantile)))

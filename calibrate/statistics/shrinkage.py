@@ -1,4 +1,4 @@
-"""A response surface for the posterior: effects that the runs do not show are held near nothing, and what bends is allowed for.
+"""Response surface with shrinkage, for the posterior: effects that the runs do not show are held near zero; cubic terms are added.
 
 Coded coefficients but the intercept's are normal about 0 beforehand, with sd σ√g·r^(order − 1): main effects √g, squares and
 interactions r times that, cubes r² times. Given g and r all is closed form (n runs, A = XᵀX + Λ⁻¹, V = A⁻¹, β̂ = VXᵀy):
@@ -23,8 +23,11 @@ STEEPNESS = (0.2, 0.5, 1.0)  # r
 
 @dataclass(frozen=True, eq=False)
 class ShrinkageSurface:
-    """coefficients: (p,) of coded terms; covariance: (p, p) of what is not known of them; noise_sd: scatter of one run on
-    noise_df degrees of freedom; df: of a prediction's variance; residuals: (n,), independent where packings are shared."""
+    """A fitted surface.
+
+    coefficients: (p,) of coded terms; covariance: (p, p). noise_sd: scatter of one run, on noise_df degrees of freedom.
+    df: of a prediction's variance. residuals: (n,), decorrelated where packings are shared.
+    """
 
     box: Box
     terms: tuple[polynomial.Term, ...]
@@ -42,7 +45,7 @@ class ShrinkageSurface:
 
 
 def shrink(surface: Surface) -> ShrinkageSurface:
-    """The same runs, and cubes of those factors that have squares. Noise and packings as the surface knows them."""
+    """Fit the surface's runs anew, with cubic terms in the factors that have squares; packings as the surface has them."""
     terms = (*surface.terms, *cubes(surface.terms))
     order = np.array([sum(t) for t in terms])
     x, y = polynomial.matrix(surface.points, terms), surface.response

@@ -84,7 +84,7 @@ class Surface:
 
     @cached_property
     def lack_sd(self) -> float:
-        """How far the surface is off beyond noise, √(MS_lack − MS_pure), where lack of fit is believed (p < LACK_P); else 0."""
+        """Error of the surface beyond noise, √(MS_lack − MS_pure), where lack of fit is significant (p < LACK_P); else 0."""
         df = self.residual_df - self.pure_df
         if df < 1 or self.pure_df < 1 or self.pure_ss <= 0:
             return 0.0

@@ -1,4 +1,4 @@
-"""The pages that people see, one a file."""
+"""The pages, one a file."""
 
 from page.server import Site
 

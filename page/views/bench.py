@@ -1,4 +1,4 @@
-"""A bench: its recordings as pictures, what holds for all of them, runs, and what they left."""
+"""The page of a bench: its recordings, keys common to all, runs, results."""
 
 import asyncio
 from collections import Counter

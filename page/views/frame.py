@@ -1,4 +1,4 @@
-"""What every page has: heading, way back, style, the words for what went wrong."""
+"""Common to all pages: heading, navigation, style, error messages."""
 
 import inspect
 from collections.abc import Callable, Iterator

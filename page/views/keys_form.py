@@ -1,4 +1,4 @@
-"""What is known of a recording, as a form; saved as TOML that a person would write."""
+"""The keys of a recording or bench as a form, saved in its TOML file."""
 
 import math
 from collections.abc import Callable

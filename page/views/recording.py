@@ -1,4 +1,4 @@
-"""One recording: its picture with what was found, corrections by hand, what is known of it."""
+"""The page of a recording: picture with overlays, corrections by hand, its keys."""
 
 import asyncio
 from dataclasses import asdict

@@ -1,4 +1,4 @@
-"""Runs of a bench: asked for, followed, stopped, gone on with."""
+"""Runs of a bench: started, followed, stopped, resumed."""
 
 import re
 from pathlib import Path
@@ -91,7 +91,7 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
             def turn(event) -> None:
                 (opened.add if event.value else opened.discard)(name)
 
-            with ui.expansion("What it said", value=name in opened or one.status == FAILED, on_value_change=turn).classes("w-full"):
+            with ui.expansion("Output", value=name in opened or one.status == FAILED, on_value_change=turn).classes("w-full"):
                 ui.label(one.log).classes("log")
 
 

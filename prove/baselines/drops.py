@@ -1,4 +1,4 @@
-"""A bench folder's drop tracks cut into flights, and linear candidates for what may be missing: what the baselines share."""
+"""Drop tracks of a bench cut into flights, and linear candidate effects: common to all baselines."""
 
 import tomllib
 from dataclasses import dataclass

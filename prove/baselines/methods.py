@@ -1,4 +1,4 @@
-"""The baselines: white-noise BIC, sparse regression of derivatives, a Gaussian process for the discrepancy, everything free."""
+"""Baselines: white-noise BIC, sparse regression of derivatives, a Gaussian process for the discrepancy, all parameters free."""
 
 import warnings
 from collections.abc import Callable, Sequence

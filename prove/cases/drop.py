@@ -16,7 +16,7 @@ from prove.cases.stated import UNSTATED_PLUMB_SD_DEG, draw_distance_mm, draw_sca
 
 CONTACT_S = 1e-4  # half a swing of seed on plate; Hertz at 1 GPa: 0.07 ms
 LEAST_IMPACT_M_S = 0.22
-RUN_SD = 0.003  # of one seed's restitution beside the lot's
+RUN_SD = 0.003  # of one seed's restitution about the lot's
 PUSH_SD_M_S, DEPTH_SD_MM = 0.01, 0.5  # of a release: sideways and to the camera
 SHAPES = (((0.985, 0.985), (0.998, 0.998)), ((0.94, 0.94), (0.985, 0.985)), ((0.78, 0.68), (0.9, 0.78)))
 TURNING = {"magnus", "silhouette-wobble", "shape-conversion"}  # without the seed's turning there is nothing to tell them by
@@ -32,7 +32,7 @@ class Run:
     axes: tuple[float, float, float]
     turned: tuple[float, float, float, float]
     spin: tuple[float, float, float]
-    pull: float  # this seed's drag beside the lot's
+    pull: float  # this seed's drag over the lot's
     e_off: float  # its restitution
     push: tuple[float, float]  # and its release, sideways and away from the camera [m/s]
     depth_mm: float  # so far behind the plane that the scale is stated for

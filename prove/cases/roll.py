@@ -41,7 +41,7 @@ class Run:
     start_off_mm: float
     phase: float
     late_s: float
-    pull: float  # its drag beside the lot's
+    pull: float  # its drag over the lot's
     astray: float
     noise_seed: int
     follows: float = 0.0

@@ -1,4 +1,4 @@
-"""The meshes that are drawn: cut finely enough for their size in the picture, and as large as their silhouette is in truth."""
+"""Meshes of seeds for drawing: their level of detail, and the scale that keeps the true silhouette."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ Array = np.ndarray
 
 
 def level_for(radius_px: float, seeds: int) -> int:
-    """How finely to cut seeds of `radius_px` (2 to 4): flat faces miss the outline by radius·δ²/8 at most, δ an edge's angle.
+    """Subdivision level (2 to 4) for seeds of `radius_px`: flat faces miss the outline by radius·δ²/8 at most, δ an edge's angle.
 
     Below 0.1 px is fine enough; of more than 100 seeds level 3 is, 0.2 % of the radius: their number counts, not each outline.
     """
@@ -41,7 +41,7 @@ def area(mesh: Mesh) -> float:
 
 
 def flat(mesh: Mesh) -> Mesh:
-    """Every face with corners and a normal of its own, so that edges are sharp."""
+    """Give every face its own corners and normal, so that edges are drawn sharp."""
     corners = mesh.vertices_m[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]

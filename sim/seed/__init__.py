@@ -1,4 +1,4 @@
-"""Seeds as rigid clumps of overlapping balls: where the balls are, and the mass and inertia of what they enclose."""
+"""Seeds as rigid clumps of overlapping balls, with mass and moments of inertia."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""Where the balls of a clump go, so that their union comes close to an ellipsoid."""
+"""Arrangements of balls whose union approximates an ellipsoid: in a row, or in a plane."""
 
 import numpy as np
 from scipy.optimize import least_squares

@@ -1,4 +1,4 @@
-"""From a closed shape to n overlapping balls: by its distance map, by its medial axis, and fitted to its surface.
+"""Fits n overlapping balls to a closed shape: by its distance map, by its medial axis, or by least squares to its surface.
 
 Sources. distance-map: Angelidakis, Nadimi, Otsubo, Utili, SoftwareX 15 (2021) 100735 (CLUMP). medial-axis: balls that touch
 the surface from inside, found by shrinking (Ma, Bae, Choi, Vis. Comput. 28 (2012) 7-19), chosen as Ferellec & McDowell,
@@ -77,7 +77,7 @@ def connected(centres: Array, radii: Array) -> bool:
 
 
 def _distance_map(shape: Shape, spheres: int) -> Balls:
-    """The largest ball of the inside, again and again; of each, the inner part is taken out before the next is sought."""
+    """Repeatedly the largest inscribed ball; its inner part is removed before the next is sought."""
     low, high = shape.vertices_m.min(axis=0), shape.vertices_m.max(axis=0)
     pitch = float((high - low).max()) / VOXELS
     grid = [np.arange(a + pitch / 2, b, pitch) for a, b in zip(low, high)]
@@ -163,12 +163,12 @@ Fit = tuple[Array, Array, float]  # centres, radii, sum of squares
 
 
 def _cost(fit: Fit) -> float:
-    """The sum of squares; a clump in pieces is worth less than any in one piece."""
+    """The sum of squares, with a penalty for a clump in several pieces."""
     return fit[2] if connected(fit[0], fit[1]) else 1e6 + fit[2]
 
 
 def _improve(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
-    """The fit after its balls were moved, one at a time, as long as that helps; at most MOVES times as many moves as balls."""
+    """Move one ball at a time as long as the cost falls; at most MOVES times the number of balls."""
     for _ in range(MOVES * len(fit[1])):
         moved = _move_one_ball(points, fit, candidates, gaps)
         if _cost(moved) >= _cost(fit) * (1 - 1e-4):
@@ -178,7 +178,7 @@ def _improve(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
 
 
 def _add_balls(points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int) -> Balls:
-    """The balls and so many candidates, each where it helps most, that there are `spheres`."""
+    """Add candidate balls, each time the one that lowers the cost most, until there are `spheres`."""
     centres, radii = balls
     while len(radii) < spheres:
         least = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
@@ -188,7 +188,7 @@ def _add_balls(points: Array, balls: Balls, candidates: Balls, gaps: Array, sphe
 
 
 def _move_one_ball(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
-    """One ball taken from where the others miss it least and put where it helps most; the best of three tries."""
+    """Remove one of the three least needed balls and add the best candidate; the best of the three tries."""
     centres, radii, _ = fit
     n = len(radii)
     if n < 2:
@@ -206,7 +206,7 @@ def _move_one_ball(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> F
 
 
 def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
-    """Balls whose surface is nearest to the points in the mean square; each point belongs to the ball that it is deepest in."""
+    """Least-squares balls (damped Gauss–Newton); each point belongs to the ball that it is deepest in."""
     n, damping = len(radii), 1e-3
     gap, toward, ball = _assign_points(points, centres, radii)
     cost = float(gap @ gap)
@@ -233,7 +233,7 @@ def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
 
 
 def _assign_points(points: Array, centres: Array, radii: Array) -> tuple[Array, Array, Array]:
-    """Of each point the gap to its ball, the direction from the ball's centre to it, and which ball."""
+    """Of each point: gap to its ball, direction from the ball's centre, and number of the ball."""
     offset = points[:, None] - centres
     far = np.sqrt(np.einsum("kij,kij->ki", offset, offset))
     ball = np.argmin(far - radii, axis=1)
@@ -242,7 +242,7 @@ def _assign_points(points: Array, centres: Array, radii: Array) -> tuple[Array, 
 
 
 def _drop_hidden(centres: Array, radii: Array) -> Balls:
-    """The balls without those wholly inside another, largest first."""
+    """The balls, largest first, without those wholly inside another."""
     order = np.argsort(-radii, kind="stable")
     centres, radii = centres[order], radii[order]
     inside = np.linalg.norm(centres[:, None] - centres, axis=2) + radii[:, None] <= radii * (1 + 1e-9)

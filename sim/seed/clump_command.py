@@ -1,4 +1,4 @@
-"""`benchtwin clump`: a mesh or a voxel picture of one seed in, overlapping balls for several DEM codes out."""
+"""`benchtwin clump`: fits overlapping balls to a mesh or to voxels of one seed, for several DEM codes."""
 
 import sys
 from pathlib import Path

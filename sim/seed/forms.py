@@ -1,4 +1,4 @@
-"""Parametrised forms of seeds as closed meshes, each enlarged to enclose its closed-form volume: vertices [m] and faces."""
+"""Closed meshes of parametrised seed forms, each scaled to enclose its closed-form volume: vertices [m] and faces."""
 
 import math
 
@@ -168,6 +168,6 @@ def _join_rings(rows: Array, first: Array, last: Array) -> Surface:
 
 
 def _enlarge_to_volume(vertices: Array, faces: Array, volume_m3: float) -> Surface:
-    """Enlarged all round so that the flat faces enclose the volume of the curved form; by some tenths of a percent at most."""
+    """Scale the vertices so that the flat faces enclose the curved form's volume (by tenths of a percent)."""
     return vertices * (volume_m3 / enclosed_volume(vertices, faces)) ** (1 / 3), faces
 

@@ -1,4 +1,4 @@
-"""A lot of seeds measured one by one: what heaps are drawn from."""
+"""A lot of seeds measured one by one, from which simulated seeds are drawn."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from sim.seed import Seed
 
 @dataclass(frozen=True, eq=False)
 class Lot:
-    """Different seeds of one lot, each as common as the next; every one has its `dimensions_m`."""
+    """The seeds of one lot, all equally frequent; each has its `dimensions_m`."""
 
     seeds: tuple[Seed, ...]
 
@@ -25,9 +25,7 @@ class Lot:
         return np.array([seed.dimensions_m for seed in self.seeds])
 
     def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
-        """`count` seeds in random order, each of the lot as often as the next (± 1), so that the lot's means and covariances
-        hold as nearly as they can.
-        """
+        """`count` seeds in random order, each of the lot equally often (± 1): means and covariances of the lot are kept."""
         order = np.concatenate([rng.permutation(len(self.seeds)) for _ in range(-(-count // len(self.seeds)))])
         return [self.seeds[k] for k in order[:count]]
 

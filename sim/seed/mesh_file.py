@@ -1,4 +1,4 @@
-"""A seed's mesh from a file, STL, PLY or OBJ: its unit asked for, holes closed or refused, too many faces thinned."""
+"""Reads a seed's mesh from STL, PLY or OBJ: unit stated, small holes closed, faces thinned; open meshes are refused."""
 
 from pathlib import Path
 from typing import Any
@@ -98,7 +98,7 @@ def _repair(vertices: Array, faces: Array) -> tuple[Array, Array, list[str]]:
 
 
 def _merge_vertices(vertices: Array, faces: Array) -> tuple[Array, Array]:
-    """Vertices at one place made one, faces without area and doubles left out."""
+    """Merge coinciding vertices; drop duplicate faces and faces without area."""
     size = float(np.ptp(vertices, axis=0).max())
     if not size > 0:
         raise ValueError("all its vertices are at one place")
@@ -135,7 +135,7 @@ def _contains(outer: Array, inner: Array) -> bool:
 
 
 def _orient_faces(vertices: Array, faces: Array, notes: list[str]) -> Array:
-    """Faces turned so that neighbours agree."""
+    """Orient all faces alike."""
     import trimesh
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
@@ -147,7 +147,7 @@ def _orient_faces(vertices: Array, faces: Array, notes: list[str]) -> Array:
 
 
 def _close_holes(vertices: Array, faces: Array, notes: list[str]) -> tuple[Array, Array]:
-    """A fan to its middle over every hole that is small; ValueError for a large one."""
+    """Close every small hole by a fan of triangles to its middle; ValueError for a large one."""
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     codes = ends @ [len(vertices), 1]
     single = ends[~np.isin(codes, ends @ [1, len(vertices)])]
