@@ -8,7 +8,7 @@ tracked centre is off by (cos 2φ, sin 2φ), φ the seed's angle in the picture.
 nearer looks larger.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,9 +29,6 @@ class Camera:
     distortion: float = 0.0
     wobble_mm: float = 0.0
     distance_mm: float = np.inf
-
-    def with_(self, **changes: Any) -> "Camera":
-        return replace(self, **changes)
 
 
 def magnification(camera: Camera, depth_mm: Any) -> Any:

@@ -123,8 +123,8 @@ def test_perspective_acts_whether_or_not_the_distance_is_stated():
     x, _ = project(near, np.array([40.0]), np.array([0.0]), np.zeros(1), np.array([-20.0]))
     assert x[0] == pytest.approx(40 / (1 - 20 / 500))
     scene = drop.draw(Request(), RNG(9))
-    scene = replace(scene, cameras=tuple(c.with_(distance_mm=400.0) for c in scene.cameras))
-    far = replace(scene, cameras=tuple(c.with_(distance_mm=np.inf) for c in scene.cameras))
+    scene = replace(scene, cameras=tuple(replace(c, distance_mm=400.0) for c in scene.cameras))
+    far = replace(scene, cameras=tuple(replace(c, distance_mm=np.inf) for c in scene.cameras))
     moved = [
         np.abs(a.track.x_mm - b.track.x_mm).max() for a, b in zip(*(drop_bench.bench(s, {}).recordings for s in (scene, far)))
     ]
@@ -136,6 +136,6 @@ def test_a_near_camera_hides_a_force_that_a_far_one_shows():
     scene = drop.draw(Request(("updraught",)), RNG(11))
     snr = []
     for distance in (400.0, 2e4):
-        moved = replace(scene, cameras=tuple(c.with_(distance_mm=distance) for c in scene.cameras))
+        moved = replace(scene, cameras=tuple(replace(c, distance_mm=distance) for c in scene.cameras))
         snr.append(drop_snr.visibility(moved, {"updraught": 3.0}, "updraught").snr)
     assert snr[0] < 0.95 * snr[1]
