@@ -306,7 +306,7 @@ def page(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Of this machine; 0: a free one.")] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
-    """Open a page in the browser on a folder: drop files in, look, drag, run, believe. Only this machine can reach it.
+    """Open benches in the browser: add files, correct, calibrate, diagnose, see the results. Only this machine reaches it.
 
     Exit code 0: ended with Ctrl+C; 2: the folder or the port cannot be used.
     """

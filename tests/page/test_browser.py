@@ -176,7 +176,7 @@ def test_what_is_missing_is_asked_for_and_saved_as_toml(window):
     assert (window.folder / "drop-01" / "recording.toml").read_text() == text
 
 
-def test_the_second_of_two_pages_is_told(window):
+def test_a_second_page_does_not_overwrite_the_first_one_s_change(window):
     readings(window.folder, "drop-02")
     window.go("/recording?r=drop-02")
     window.until(lambda: "needed: Release" in window.text())
@@ -200,7 +200,7 @@ def test_a_run_is_followed_and_its_results_stand_in_a_frame(window):
     assert not window.troubles()
 
 
-def test_files_that_cannot_be_taken_are_named_and_the_rest_is_brought(window, tmp_path):
+def test_unreadable_files_are_named_and_the_others_added(window, tmp_path):
     bad, good = tmp_path / "<i>x.exe", tmp_path / "drop 9.csv"
     bad.write_text("x")
     good.write_text("t_s\n0.25\n0.5\n0.7\n")
@@ -210,7 +210,7 @@ def test_files_that_cannot_be_taken_are_named_and_the_rest_is_brought(window, tm
     assert (window.folder / "drop 9" / "impacts.csv").read_text() == good.read_text()
 
 
-def test_a_recording_that_is_gone_is_said(window):
+def test_a_recording_that_is_gone_gives_a_message(window):
     window.go("/recording?r=nowhere")
     window.until(lambda: "no longer there" in window.text())
     window.go("/recording?r=../../etc")
@@ -333,7 +333,7 @@ def test_the_posterior_turns_and_explanations_have_their_probabilities(window, c
     assert not window.troubles()
 
 
-def test_the_sound_of_a_link_out_of_the_folder_is_not_given_away(window, tmp_path):
+def test_a_sound_linked_from_outside_the_folder_is_refused(window, tmp_path):
     secret = tmp_path / "secret"
     secret.write_text("no sound")
     (window.folder / "linked").mkdir()
@@ -347,7 +347,7 @@ def test_the_sound_of_a_link_out_of_the_folder_is_not_given_away(window, tmp_pat
     window.troubles()
 
 
-def test_what_to_record_next_prints_and_cards_are_taken_away(window, calibrated):
+def test_the_list_of_what_to_record_and_the_cards_are_downloaded(window, calibrated):
     fetched = """const done = arguments[arguments.length - 1];
         fetch(arguments[0]).then(async r => done([r.status, (await r.arrayBuffer()).byteLength, r.headers.get('content-disposition')]))"""
     window.go("/bench?b=.&tab=Results")

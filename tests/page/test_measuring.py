@@ -12,7 +12,7 @@ from vision.pile.repose import PileOptions, measure_repose
 from vision.recording import read_recording
 
 
-def test_a_dragged_base_line_and_window_do_not_look_for_the_seeds_again(tmp_path, monkeypatch):
+def test_dragging_base_line_or_window_does_not_segment_the_photo_again(tmp_path, monkeypatch):
     picture = draw_pile(PileScene(angle_deg=30, size=(900, 600), pile_height=180), np.random.default_rng(0))
     Image.fromarray(picture).save(tmp_path / "heap.png")
     recording = read_recording(tmp_path / "heap.png")

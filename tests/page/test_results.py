@@ -103,7 +103,7 @@ def test_cards_are_those_of_the_command(bench, tmp_path):
         downloads.card_files(bench / "results", "lammps")
 
 
-def test_the_zip_unpacked_is_the_bench_with_results_that_are_no_recordings(bench, tmp_path):
+def test_the_unpacked_zip_is_the_bench_and_its_results_are_no_recordings(bench, tmp_path):
     left = bench / "results" / "calibrated"
     shutil.copytree(bench / "drop-phone", left / "twin" / "drop" / "key")
     file = packed_bench(bench, Folder(tmp_path))

@@ -103,7 +103,7 @@ def test_a_waiting_run_is_taken_from_the_queue(bench, folder):
     until(lambda: runs.read_run(first).status == runs.DONE)
 
 
-def test_a_machine_that_was_switched_off_leaves_a_run_that_can_go_on(bench, folder):
+def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder):
     place = sleeper(bench, folder, 1)
     runs.advance(bench, folder)
     until(lambda: "/100" in runs.read_run(place).progress)

@@ -41,7 +41,7 @@ def test_the_waveform_is_loud_where_the_sound_is():
     assert {k: v for k, v in enumerate(drawn) if v} == {100: 1.0, 150: pytest.approx(2 / 3, abs=1e-3)}
 
 
-def test_a_sound_without_impacts_shows_what_is_sudden_and_takes_those_that_are_pointed_out(tmp_path):
+def test_impacts_can_be_added_by_clicks_where_none_were_found(tmp_path):
     """Two clicks alone, growing louder, are no bounces; set by hand they are two impacts."""
     rng, rate = np.random.default_rng(1), 48_000
     samples = (1e-3 * rng.standard_normal(2 * rate)).astype(np.float32)

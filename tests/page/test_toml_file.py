@@ -35,7 +35,7 @@ def test_by_hand_is_marked_and_a_table_left_empty_goes(file):
     assert tomllib.loads(file.read_text()) == tomllib.loads(TEXT)
 
 
-def test_the_second_of_two_pages_is_told(file):
+def test_a_second_page_does_not_overwrite_the_first_one_s_change(file):
     first, second = toml_file.read(file), toml_file.read(file)
     toml_file.change(first, {("drop", "height_mm"): 310})
     with pytest.raises(Refused, match="changed meanwhile"):

@@ -49,7 +49,7 @@ def test_noise_moves_the_crossing_less_than_one_group(path):
     assert abs(np.mean(found) - 29.0) < 0.1 and np.std(found) < 0.5  # one group: 1.0
 
 
-def test_the_papers_levels_are_flagged_and_consistent_ones_are_not(path, levels):
+def test_contradicting_published_levels_are_flagged_and_consistent_ones_are_not(path, levels):
     flags = check_published(path, "repose_angle_deg", 31.0, levels, said_centre=5)
     assert flags == ["the text takes group 5 as level 0, the levels used are groups 3, 4, 5 as −1, 0, +1"]
     shifted = levels.assign(restitution=[0.6, 0.65, 0.7], static_friction=[0.5, 0.6, 0.7], rolling_friction=[0.04, 0.05, 0.06])

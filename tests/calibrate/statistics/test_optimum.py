@@ -33,7 +33,7 @@ def test_the_default_solution_is_the_one_nearest_the_centre(surface):
 
 
 @pytest.mark.parametrize(("target", "outcome", "side"), [(40.0, "target above all", "high"), (20.0, "target below all", "low")])
-def test_a_target_nothing_reaches_is_an_outcome(surface, target, outcome, side):
+def test_a_target_out_of_reach_is_a_result_and_no_error(surface, target, outcome, side):
     found = optimum(surface, target)
     assert found.outcome == outcome and set(found.boundary.values()) == {side} and "a finding" in found.statement
     grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, 41)] * 3), axis=-1).reshape(-1, 3)

@@ -101,7 +101,7 @@ def test_packings_that_tell_nothing_are_refused():
         fit_surface(pd.DataFrame({"e": np.linspace(0, 1, 6), "y_deg": np.arange(6.0) ** 2}), "y_deg", box, packing="packing")
 
 
-def test_a_few_readings_take_scatter_from_elsewhere_unless_it_contradicts_theirs():
+def test_scatter_of_few_readings_is_pooled_unless_the_f_test_contradicts():
     alone = pooled_mean([30.0], name="pile", scatter_sd=1.5, df=20)
     assert (alone.scatter_sd, alone.df, alone.n) == (1.5, 20, 1)
     both = pooled_mean([29.0, 31.0], name="pile", scatter_sd=1.5, df=20)

@@ -54,7 +54,7 @@ def test_the_power_stated_is_the_power_had(design, box, rng):
     assert np.mean(found) == pytest.approx(stated, abs=0.085) and 0.3 < stated < 0.9
 
 
-def test_more_noise_smaller_effects_and_surer_answers_need_more_runs(design, box):
+def test_more_noise_smaller_effects_and_more_power_need_more_runs(design, box):
     coded = box.coded(box.points(design))
     measured = Noise(1.3, 5, 1.0, 2.2, 0.8)
     base = plan(coded, 1.5, measured)

@@ -41,7 +41,7 @@ def test_where_nothing_shows_the_surface_is_nearly_flat():
 
 
 @pytest.mark.parametrize("sd", [0.1, 1.0])
-def test_what_is_stated_of_a_prediction_covers_its_error_where_the_truth_has_a_cubic_part(sd):
+def test_prediction_intervals_cover_a_truth_with_a_cubic_part(sd):
     """Also in the corners, which a Box–Behnken design has not."""
     rng, held = np.random.default_rng(2), []
     for k in range(80):
