@@ -8,6 +8,10 @@ from calibrate.export.header import MEANING, digits, header, shared_damping_note
 from calibrate.export.result import Calibrated, Pair, Solid
 
 VERSION = "Altair EDEM 2022 to 2025"
+CREEP = (
+    "benchtwin holds a seed at rest by rolling friction. Where a code applies the torque with its full size in every step, piles "
+    "creep, the faster the longer the step: compare a pile's angle at two steps, 20 % and 5 % of the Rayleigh time."
+)
 MODELS = {"edem": "Standard Rolling Friction", "type_a": "RVD Rolling Friction", "type_c": "Type C Rolling Friction"}
 
 
@@ -22,6 +26,7 @@ def card(calibrated: Calibrated) -> str:
     }
     notes = [
         shared_damping_note(),
+        *([CREEP] if c.rolling == "edem" else []),
         "set the units of EDEM's fields to those named here (Tools > Options > Units).",
         "the spheres stand in seed.spheres.tsv about the centre of mass along the principal axes, as EDEM wants them; "
         "let it calculate the properties and compare mass and moments with those below.",

@@ -71,8 +71,9 @@ def _notes(c: Calibrated) -> list[str]:
     if min(c.on_seed.restitution.value, c.on_wall.restitution.value) <= 0.05:
         notes.append("LIGGGHTS refuses a coefficient of restitution of 0.05 or less, which one of these is.")
     notes += [
-        "`cdt` is a constant torque (a pile creeps, a seed at rest trembles), `epsd2` an elastic-plastic one with the same cap "
-        "and a spring k_t R*^2: one table serves both; exchange the word in pair_style and fix wall/gran to have seeds rest.",
+        "`cdt` is a torque of constant size (a pile creeps, the faster the longer the step), `epsd2` an elastic-plastic one with the "
+        "same cap and a spring k_t R*^2, under which seeds rest as they do in benchtwin: one table serves both; exchange the word "
+        "in pair_style and fix wall/gran.",
         length_note(c, "R*"),
         shared_damping_note(),
     ]
