@@ -81,7 +81,12 @@ def observed(
     wide = box if steel is None else Box(names, np.r_[box.low, steel.low], np.r_[box.high, steel.high])
     inside = (abs(box.coded(box.points(piles))) <= 1 + 1e-9).all(axis=1)
     piles, notes, found, errors, used, angle = piles[inside].reset_index(drop=True), [], [], {}, [], None
+    weighed = [column for column in readings.further if column.endswith("_mass_g")]
+    if weighed and not alike:
+        notes.append(f"not used in the posterior: {' and '.join(weighed)}, weighed of the pile as described, not of the slice")
     for column, values in {PILE_RESPONSE: readings.values, **readings.further}.items():
+        if column in weighed and not alike:
+            continue
         source = column if column in piles and piles[column].notna().any() else f"true_{column}"
         if source not in piles or piles[source].nunique() < 8:
             continue

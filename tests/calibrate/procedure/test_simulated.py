@@ -196,11 +196,17 @@ def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, foun
             weigh = [140 - 30 * r.values.get("seed_static_friction", 0) + np.random.default_rng(r.rng).normal() for r in runs]
             return super().__call__(runs).assign(true_filled_mass_g=weigh)
 
-    weighed = bench.parent / "weighed"
-    shutil.copytree(bench, weighed)
-    with (weighed / "pile" / "recording.toml").open("a") as file:
-        file.write(f"[pile]\nfilled_mass_g = {140 - 30 * TRUE['seed_static_friction']}\n")
-    both = calibrate_simulated(weighed, Weighing(), effort=EASY, seed=7)
+    def weighed(name: str, shape: str):
+        """Calibrated on a bench whose pile, of that shape, was weighed."""
+        shutil.copytree(bench, bench.parent / name)
+        with (bench.parent / name / "pile" / "recording.toml").open("a") as file:
+            file.write(f"[pile]\n{shape}\nfilled_mass_g = {140 - 30 * TRUE['seed_static_friction']}\n")
+        return calibrate_simulated(bench.parent / name, Weighing(), effort=EASY, seed=7)
+
+    both = weighed("slice", "slab = true\nbox_mm = [105, 30, 200]\ngate_mm = [30, 200]\nplate_mm = [200, 30]\nfill_height_mm = 60")
+    box = weighed("box", "box_mm = [105, 105, 200]")  # the control: its slice weighs something else
+    assert "pile: filled_mass_g" not in box.joint.posterior.tension["observable"].tolist()
+    assert any("filled_mass_g, weighed of the pile as described" in note for note in box.pile.notes)
     sd, before = (c.joint.table.set_index("factor").loc["seed_static_friction", "sd"] for c in (both, found))
     assert "pile: filled_mass_g" in both.joint.posterior.tension["observable"].tolist() and sd < 0.7 * before
     assert {"restitution", "static_friction"} <= set(both.joint.posterior.draws)
