@@ -37,7 +37,7 @@ RIGS = {
 }  # fmt: skip
 CONCEALED = {"roll": {"slope_deg": SLOPE_DEG, "axis_sd_deg": 1.0}}
 FPS = {"drop": 1000.0, "slide": 100.0, "roll": 200.0}
-COUNT = {"drop": 8, "slide": 5, "roll": 8, "pile": 6}
+COUNT = {"drop": 8, "slide": 5, "roll": 8, "pile": 10}
 PHOTO = {"width_px": 3200, "height_px": 900, "mm_per_px": 0.1, "target_mm": [148, 0, 33]}
 TOLD = ("length_mm", "width_mm", "thickness_mm", "mass_g")
 SEED = 2031
@@ -54,7 +54,7 @@ def make(folder: Path) -> None:
         for rig, count in COUNT.items():
             for k in range(count):
                 name = f"{rig}-{k + 1:02d}"
-                _write(made / name, _job(rig, k).run(Path(scratch) / name), rng)
+                _write(made / name, _job(rig, k).run(Path(scratch) / name, threads=1), rng)
                 print(name, flush=True)
         conceal(made, {"rig": "roll", "effect": "slope", "parameter": -SLOPE_DEG, "unit": "deg", "parameters": TRUTH | ON_SEED})
         shutil.rmtree(folder, ignore_errors=True)

@@ -151,7 +151,8 @@ def test_the_readme_shows_what_measuring_the_sample_bench_prints():
     arguments, shown = blocks(README)["measure"]
     assert not differences(shown, printed(arguments), share=0.02)
     pile = re.search(r"pile repose_angle +[\d.]+ ± ([\d.]+)", shown)
-    assert pile and float(pile[1]) <= 1.2 and "pile" not in shown.partition("look at these")[2]
+    assert pile and float(pile[1]) <= 2.0  # ten heaps of 520 seeds, of which one packing differs from the next by 2°
+    assert "pile" not in shown.partition("look at these")[2]
 
 
 def test_the_calibration_that_the_readme_shows_holds_what_the_bench_was_made_with():
