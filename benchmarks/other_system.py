@@ -54,7 +54,7 @@ SYSTEMS: dict[str, dict] = {
     },
     "drum": {"drum_mm": [90, 20], "fill_share": 0.35, "wait_s": 1.0, "film_s": 1.5},
 }
-SEED, PACKINGS = 2032, 6
+SEED, PACKINGS = 2032, 4
 
 
 def truth(number: int) -> dict[str, float]:
