@@ -22,7 +22,7 @@ from loop_truth import SEEDS, SLAB, STEEL
 from calibrate.calibrate_command import Asked, calibrate_command
 from calibrate.predict_command import Asked as Predicted
 from calibrate.predict_command import predict_into
-from calibrate.prediction.predict import QUANTITIES, RIG_OF, rows
+from calibrate.prediction.predict import RIG_OF, rows
 from calibrate.procedure.simulator import Run, campaign, seed_numbers
 from calibrate.statistics.predictive import NORMAL_95
 from twin import Parameters
@@ -126,12 +126,12 @@ def checked(name: str, rig: str) -> pd.DataFrame:
     own = [seed_numbers(SEED, name, rig, k) for k in range(PACKINGS)]
     with campaign(OUT / name / "truth", workers=1) as simulate:
         runs = simulate([Run(of, truth(number), rng, description) for rng in own])
-    table = rows(found).assign(bench=name)
-    for k, quantity in enumerate(QUANTITIES[rig]):
-        angles, p = runs[f"true_{quantity}"].dropna(), found.of[quantity]
-        table.loc[k, ["true_mean", "true_sd"]] = angles.mean(), angles.std()
-        table.loc[k, "z"] = (angles.mean() - p.mean) / (p.half_width(len(angles)) / NORMAL_95)
-    return table
+    beside = []
+    for quantity, p in found.of.items():
+        angles = runs[f"true_{quantity}"].dropna()
+        z = (angles.mean() - p.mean) / (p.half_width(len(angles)) / NORMAL_95)
+        beside.append({"true_mean": angles.mean(), "true_sd": angles.std(), "z": z})
+    return pd.concat([rows(found), pd.DataFrame(beside)], axis=1).assign(bench=name)
 
 
 def main(names: list[str]) -> None:
