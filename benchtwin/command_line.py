@@ -187,6 +187,37 @@ def calibrate(
     raise typer.Exit(calibrate_command(asked))
 
 
+@app.command()
+def predict(
+    calibrated: Annotated[Path, typer.Argument(metavar="CALIBRATED", help="What `benchtwin calibrate … --out DIR` left.")],
+    rig: Annotated[str, typer.Option(help="cylinder (a heap left by a lifted cylinder) or drum (rotating).")],
+    out: Annotated[Path, typer.Option(help="Folder for predicted.csv, prediction.json, prediction.svg, and the runs.")],
+    beside: Annotated[Path | None, typer.Option(help="Recordings of that rig to compare with: a bench folder, or one.")] = None,
+    setting: Annotated[list[str], typer.Option("--set", help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …")] = [],  # noqa: B006
+    like: Annotated[Path | None, typer.Option("--from", help="A recording.toml whose rig and seed to copy.")] = None,
+    draws: Annotated[int, typer.Option(help="Parameter sets drawn from the posterior, a run each.")] = 12,
+    packings: Annotated[int, typer.Option(help="Runs at the posterior's mean: how much packings scatter.")] = 4,
+    rendered: Annotated[bool, typer.Option(help="Film every run and measure the pictures: slower.")] = False,
+    rng: Annotated[int, typer.Option(min=0, help="Seed of the random numbers: the same one gives the same result.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes that simulate; else one a core.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="tcp://host:port of a dask scheduler to simulate on.")] = None,
+    overwrite: Annotated[bool, typer.Option(help="Replace an existing prediction; finished runs are kept.")] = False,
+    quiet: Annotated[bool, typer.Option(help="Print nothing but errors.")] = False,
+) -> None:
+    """Predict another system from calibrated parameters, with intervals; beside recordings, whether they agree.
+
+    Run again, a stopped prediction goes on where it was.
+    Exit code 0: predicted; 1: stopped, or too many runs gave nothing; 2: the command was misused.
+    """
+    from calibrate.predict_command import Asked, predict_command
+
+    asked = Asked(
+        calibrated, rig, out, beside=beside, like=like, settings=tuple(setting), draws=draws, packings=packings,
+        rendered=rendered, rng=rng, workers=workers, scheduler=scheduler, overwrite=overwrite, quiet=quiet,
+    )  # fmt: skip
+    raise typer.Exit(predict_command(asked))
+
+
 @app.command("compare-engines")
 def compare_engines(
     out: Annotated[Path, typer.Option(help="Folder for compared.csv, compared.html, runs.csv, and the simulated runs.")],

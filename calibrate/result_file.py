@@ -70,6 +70,7 @@ def content(c: Calibration, rolling: str = "edem") -> dict:
             "provenance": list(c.bench.provenance),
             "means": {n: _mean(f) for n, f in c.steel.items()} | ({"pile": _mean(c.pile)} if c.pile else {}),
             "sha256": c.bench.hashes,
+            "described": c.bench.seed,
         },
         "verification": {n: asdict(v) for n, v in _verifications(c).items()},
         "pile": _pile(c),

@@ -48,11 +48,14 @@ class Seen:
     further: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def read_bench(folder: Path) -> list[Seen]:
-    """Every recording under `folder`, measured; one that could not be measured says why. FileNotFoundError without a folder."""
+def read_bench(folder: Path, rig: str | None = None) -> list[Seen]:
+    """Every recording under `folder`, or those of one rig, measured; one that could not be measured says why.
+
+    FileNotFoundError without a folder.
+    """
     if not Path(folder).exists():
         raise FileNotFoundError(f"{folder}: no such file or folder")
-    return [_seen(entry) for entry in find_all([Path(folder)])]
+    return [_seen(entry) for entry in find_all([Path(folder)]) if rig is None or getattr(entry, "rig", rig) == rig]
 
 
 def hashes(folder: Path) -> dict[str, str]:

@@ -1,0 +1,73 @@
+"""A prediction as an SVG that needs nothing beside it: a row a quantity, its runs, intervals, and
+what was measured."""
+
+from html import escape
+
+import numpy as np
+
+from calibrate.prediction.beside import Comparison, Measured
+from calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction
+
+WIDTH, LEFT, RIGHT, ROW, TOP = 760, 150, 20, 110, 40
+BLUE, LIGHT, GREY, RED = "#1f5fa8", "#c7d9f0", "#9ca3af", "#b3261e"
+STYLE = "font-family:system-ui,sans-serif;font-size:13px;fill:#222"
+
+
+def picture(
+    found: Prediction, seen: Measured | None = None, compared: list[Comparison] | None = None
+) -> str:
+    """Blue bar: 95 % of single packings; dark part: of the mean over packings; dots: runs; red:
+    recordings and their mean."""
+    said = [c.said for c in compared or []]
+    height = TOP + ROW * len(found.of) + 22 * len(said) + 40
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" style="{STYLE}">',
+        f'<rect width="{WIDTH}" height="{height}" fill="white"/>',
+        f'<text x="12" y="24" style="font-size:16px">Predicted {escape(found.rig)}: degrees</text>',
+    ]
+    for k, quantity in enumerate(found.of):
+        parts += _row(
+            found, quantity, TOP + ROW * k, None if seen is None else seen.values[quantity]
+        )
+    below = TOP + ROW * len(found.of)
+    key = "Grey: runs at drawn parameters. Light: 95 % of single packings; dark: of their mean."
+    lines = [key + (" Red: recordings, and their mean." if seen is not None else ""), *said]
+    parts += [
+        f'<text x="12" y="{below + 20 + 22 * k}">{escape(line)}</text>'
+        for k, line in enumerate(lines)
+    ]
+    return "\n".join([*parts, "</svg>"]) + "\n"
+
+
+def _row(found: Prediction, quantity: str, top: float, measured: np.ndarray | None) -> list[str]:
+    p, red = found.of[quantity], np.zeros(0) if measured is None else measured
+    one, many = p.half_width(), p.half_width(np.inf)
+    runs = found.runs.loc[found.runs["kind"] == DRAWN, quantity].dropna().to_numpy()
+    shown = np.concatenate([runs, [p.mean - one, p.mean + one], red])
+    low, high = np.floor(shown.min() - 0.5), np.ceil(shown.max() + 0.5)
+
+    def x(value: float) -> float:
+        return round(LEFT + (WIDTH - LEFT - RIGHT) * (value - low) / (high - low), 1)
+
+    def bar(half: float, colour: str) -> str:
+        left, width = x(p.mean - half), x(p.mean + half) - x(p.mean - half)
+        return f'<rect x="{left}" y="{top + 40}" width="{width:.1f}" height="14" fill="{colour}"/>'
+
+    def dot(value: float, y: float, look: str) -> str:
+        return f'<circle cx="{x(value)}" cy="{y}" r="3.5" {look}/>'
+
+    def upright(value: float, first: float, last: float, look: str) -> str:
+        return f'<line x1="{x(value)}" x2="{x(value)}" y1="{first}" y2="{last}" stroke={look}/>'
+
+    name, axis = QUANTITIES[found.rig][quantity], top + 76
+    parts = [f'<text x="12" y="{top + 52}">{name}</text>', bar(one, LIGHT), bar(many, BLUE)]
+    parts += [dot(v, top + 28, f'fill="{GREY}"') for v in runs]
+    parts.append(upright(p.mean, top + 36, top + 58, '"#111" stroke-width="2"'))
+    parts += [dot(v, top + 66, f'fill="none" stroke="{RED}"') for v in red]
+    if red.size:
+        parts.append(upright(float(red.mean()), top + 36, top + 72, f'"{RED}" stroke-width="2"'))
+    for value in np.arange(low, high + 1e-9, max(1, round((high - low) / 8))):
+        parts.append(upright(value, axis, axis + 5, '"#222"'))
+        parts.append(f'<text x="{x(value)}" y="{axis + 20}" text-anchor="middle">{value:g}</text>')
+    ends = f'x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{axis}" y2="{axis}"'
+    return [*parts, f'<line {ends} stroke="#222"/>']

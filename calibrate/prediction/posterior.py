@@ -1,0 +1,89 @@
+"""A calibration's folder, read back: draws from its posterior, the seeds it was made with, its
+convention."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibrate.procedure.rigs import PARAMETERS, SEED_FACTORS
+from calibrate.procedure.simulated import NOT_FOUND
+from twin.bench_folder import read_numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """draws: (n, 6) of all PARAMETERS, natural units; described: the lot's [seed] and [air];
+    rolling: the rolling friction's convention; notes: sentences on what a prediction from it
+    assumes."""
+
+    draws: pd.DataFrame
+    described: dict
+    rolling: str
+    notes: tuple[str, ...]
+
+    def some(self, n: int, seed: int) -> pd.DataFrame:
+        """n draws, different ones; more of them begin with the same. ValueError where there are not
+        so many."""
+        if n > len(self.draws):
+            raise ValueError(f"--draws {n}: the calibration keeps {len(self.draws)}")
+        return self.draws.iloc[
+            np.random.default_rng(seed).permutation(len(self.draws))[:n]
+        ].reset_index(drop=True)
+
+
+def read_posterior(folder: Path) -> Kept:
+    """What `benchtwin calibrate … --out folder` left. FileNotFoundError without one; ValueError
+    names what is missing in it."""
+    file = folder / "result.json"
+    if not file.is_file():
+        raise FileNotFoundError(
+            f"{file}: not there; CALIBRATED is what `benchtwin calibrate … --out DIR` wrote"
+        )
+    try:
+        content = json.loads(file.read_text(encoding="utf8"))
+        rolling, pile, mode = content["conventions"]["rolling"], content["pile"], content["mode"]
+        bench, refused = content["bench"], content["not_calibrated"]
+        options = dict(content["options"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{file}: not a calibration's result: {error!r}") from error
+    if pile is None:
+        why = refused.get("pile", "no pile was recorded")
+        raise ValueError(
+            f"{file}: no pile was calibrated ({why}), so nothing is known of seed on seed, "
+            "and nothing can be predicted"
+        )
+    if "described" not in bench:
+        raise ValueError(
+            f"{file}: bench.described, the lot's seeds, is missing; calibrate again with "
+            "--overwrite: finished runs are kept"
+        )
+    draws, assumed = _draws(folder / "tables" / "posterior.csv")
+    notes = [
+        f"{n} was not calibrated: {v:g} is assumed, as in the calibration"
+        for n, v in assumed.items()
+    ]
+    if mode != "simulated":
+        notes.append("calibrated on simulations of another program; predicted with benchtwin's")
+    if options.get("engine"):
+        notes.append(
+            f"calibrated with the engine {options['engine']}; predicted with benchtwin's own"
+        )
+    return Kept(draws, bench["described"], rolling, tuple(notes))
+
+
+def _draws(file: Path) -> tuple[pd.DataFrame, dict[str, float]]:
+    """The posterior's draws with a column for every parameter, and the values of those that were
+    not calibrated."""
+    if not file.is_file():
+        raise FileNotFoundError(
+            f"{file}: not there; it should hold draws from the posterior, a column a parameter"
+        )
+    limits = dict.fromkeys(PARAMETERS, (0.0, 5.0))
+    draws = read_numbers(
+        file, {n: limits[n] for n in SEED_FACTORS}, {n: limits[n] for n in NOT_FOUND}
+    )
+    assumed = {n: v for n, v in NOT_FOUND.items() if n not in draws}
+    return draws.assign(**assumed)[list(PARAMETERS)], assumed
