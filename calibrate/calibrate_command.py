@@ -212,12 +212,12 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     """The answer in the terminal, and where to look."""
     console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
     show_parameters(console, parameters(c).to_dict("records"))
-    lines = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
-    lines += [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
+    refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]  # columns and keys as the files have them
+    lines = [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
     lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
     lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
-    for line in (*map(words, lines), f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):
+    for line in (*refused, *map(words, lines), f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):
         console.print(line, markup=False, soft_wrap=True)
 
 

@@ -81,7 +81,7 @@ def distributions() -> Mapping[str, list[str]]:
 def imported(places: tuple[str, ...]) -> set[str]:
     """Distributions that files of ours import; a module that none provides stands for itself."""
     owners = distributions()
-    local = {f.stem for f in files(BESIDE)} | {place.removesuffix(".py") for place in (*OURS, *BESIDE)}
+    local = {name for f in files(BESIDE) for name in (f.stem, f.parent.name)} | {place.removesuffix(".py") for place in (*OURS, *BESIDE)}
     tops = {module.split(".")[0] for file in files(places) for module in modules(file)} - sys.stdlib_module_names - local
     found = {owner.lower().replace("_", "-") for top in tops for owner in owners.get(top, [top])}
     return found - set(NOT_DECLARED)

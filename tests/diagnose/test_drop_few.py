@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_few_flights import flights
+from test_drop_few_rows import flights
 
 from diagnose.rigs.drop.diagnose import diagnose_drop
 from twin.tracks import read_drops

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_few_slides import way
+from test_slide_few_rows import way
 
 from diagnose.rigs.slide.diagnose import diagnose_slide
 from twin.slides import read_slides

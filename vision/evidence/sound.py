@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -170,7 +171,7 @@ def _first_picture(file: Path) -> float:
     return float(frame.time) if frame is not None and frame.time is not None else 0.0
 
 
-def open_media(file: Path, kind: str = "a sound or film"):
+def open_media(file: Path, kind: str = "a sound or film") -> Any:
     """Open a sound or film with PyAV; MeasurementError naming the file where it is not `kind` that can be read."""
     import av
 

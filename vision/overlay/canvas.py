@@ -122,7 +122,7 @@ def _eight_bits(image: np.ndarray) -> np.ndarray:
 def plain(text: str) -> str:
     """The text in letters that this OpenCV has."""
     if not ASCII_ONLY:
-        return text
+        return text.encode("utf8", "replace").decode()  # half a surrogate pair, as in a folder's name that is no text, ends OpenCV
     for mark, ascii_mark in ASCII.items():
         text = text.replace(mark, ascii_mark)
     return text.encode("ascii", "replace").decode()
