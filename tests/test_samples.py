@@ -81,7 +81,7 @@ def test_the_imported_drop_is_what_its_script_draws_and_meets_its_truth_directly
 def test_the_readme_names_only_what_is_there():
     text = COMMANDS
     for option in set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text)):
-        verbs = [command.callback.__name__.removesuffix("_") for command in app.registered_commands]
+        verbs = [command.name or command.callback.__name__ for command in app.registered_commands]
         helps = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200).output for verb in verbs]
         assert any(option in text for text in helps), option
     for path in re.findall(r"`((?:samples|docs|benchmarks)/[\w/.-]+)`|\((docs/[\w./-]+)\)", text):
@@ -91,7 +91,7 @@ def test_the_readme_names_only_what_is_there():
 
 
 def simulate_commands():
-    """Every `benchtwin simulate …` of README and samples/twin, split into its arguments."""
+    """Every `benchtwin simulate …` of README and samples/rigs, split into its arguments."""
     texts = [COMMANDS, *(p.read_text() for p in (SAMPLES / "rigs").glob("*.toml"))]
     return [shlex.split(line, comments=True) for text in texts for line in re.findall(r"benchtwin (simulate \w+ --?.*)", text)]
 
