@@ -22,7 +22,7 @@ import numpy as np
 from sim.engine import step
 from sim.engine.walls import Plane
 from sim.engine.world import Placed, Scattered, World
-from sim.lammps.program import program
+from sim.lammps.program import installed
 from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact, Material
 from sim.seed import Seed
 
@@ -93,7 +93,7 @@ def beside_lammps(name: str, bed: lammps.Bed, steps: int, rounds: int) -> list[s
             begin = time.perf_counter()
             end = step.run(world, settled, steps=steps, threads=cores)
             ours.append(len(bed.radii_m) * steps / (time.perf_counter() - begin))
-            if program():
+            if installed():
                 timing = lammps.run(bed, law, steps, ranks=cores, warm_up=200)
                 theirs.append(timing.particle_steps_per_s)
                 contacts = (contacts_of(bed, end), timing.contacts_per_ball)
@@ -153,7 +153,7 @@ def main() -> None:
     loose = {"spheres": lammps.loose_spheres(rng, 20_000 // share), "clumps": lammps.loose_clumps(rng, 4_000 // share)}
     print(f"{'settled bed':28}{'cores':>6}{'M ball-steps/s':>14}{'LAMMPS':>10}{'ratio':>8}{'contacts':>12}{'LAMMPS':>9}")
     for name, bed in loose.items():
-        if program():
+        if installed():
             bed = lammps.settled(name, bed, lammps.SOFT_SOYBEAN)
         for row in beside_lammps(f"{len(bed.mass_kg)} {name}", bed, arguments.steps, arguments.rounds):
             print(row, flush=True)

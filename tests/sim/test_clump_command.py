@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from sim.lammps.program import program
+from sim.lammps.program import installed, program
 from sim.seed.clump_command import DONE, MISUSED, clump_command
 from sim.seed.shape import Shape
 
@@ -38,7 +38,7 @@ def test_table_and_files_hold_the_same_balls_and_the_shapes_own_mass(mesh, tmp_p
     assert (out / "clump.png").stat().st_size > 2000
 
 
-@pytest.mark.skipif(program() is None, reason="needs lammps and mpich")
+@pytest.mark.skipif(not installed(), reason="needs lammps and mpich")
 def test_lammps_reads_the_molecule_and_takes_its_mass(mesh, tmp_path):
     out = tmp_path / "clump"
     clump_command(mesh, out, **HOW)

