@@ -1,5 +1,4 @@
-"""`benchtwin predict` as a person meets it: what was typed, the progress, the prediction, the exit
-code."""
+"""Command-line front end of `benchtwin predict`: options, progress, printed prediction, exit code."""
 
 import json
 import sys

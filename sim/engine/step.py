@@ -212,6 +212,8 @@ def run(
     if last is not None and last < state.step:
         raise ValueError(f"run: until = {until} s lies before the state's t = {state.time_s:g} s")
     state = state.copy()
+    if not world.sleep:
+        state.calm[:] = 0  # who slept in another world is awake in this one
     due = [_next_look(look, state) for look in looks]
     while True:
         for k, look in enumerate(looks):

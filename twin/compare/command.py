@@ -1,4 +1,4 @@
-"""`benchtwin compare-engines` as a person meets it: what was typed, the progress, the table, the exit code."""
+"""Command-line front end of `benchtwin compare-engines`: options, progress, printed table, exit code."""
 
 import json
 import sys
