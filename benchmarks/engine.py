@@ -67,11 +67,12 @@ def world_of(bed: lammps.Bed, law: lammps.ContactLaw) -> World:
         placed = Placed((seed,), material, centres, q)
     else:
         one = Seed.from_spheres(np.zeros((1, 3)), np.array([1e-3]))
+        radii, first, size = np.unique(bed.radii_m, return_index=True, return_inverse=True)
         shapes = tuple(
             replace(one, radii_m=np.array([r]), mass_kg=m, inertia_kg_m2=np.full(3, 0.4 * m * r * r))
-            for r, m in zip(bed.radii_m, bed.mass_kg, strict=True)
+            for r, m in zip(radii, bed.mass_kg[first], strict=True)
         )
-        placed = Placed(shapes, material, bed.centres_m, shape_of=np.arange(n))
+        placed = Placed(shapes, material, bed.centres_m, shape_of=size)
     return World((placed,), walls, (contact,), time_step_s=law.step_s)
 
 

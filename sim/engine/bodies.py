@@ -10,13 +10,17 @@ import math
 import numpy as np
 from numba import njit
 
-from sim.engine import turning
+from sim.engine import sleeping, turning
 from sim.engine.compiled import OPTIONS
+from sim.engine.sleeping import CALM
 from sim.engine.tiles import LANES
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
-LOAD = 8  # columns of `load`: force, torque, the most that rolling friction brakes the spin by (`turning.braked`), and stir
+# Columns of `load` after force (3) and torque (3): the most that rolling friction brakes the spin by (`turning.braked`). Contacts
+# add up one more, the squared speeds at which they touch the body, which wake it.
+BRAKE, STIR = 6, 7
+LOAD, FROM_CONTACTS = 7, 8
 # Columns of `shape`: principal moments inverted, mass, diameter of the sphere of equal volume, bounding radius, whether all
 # moments agree, whether it is one ball about the centre of mass, mass inverted.
 J1, J2, J3, SHAPE_MASS, DIAMETER, BOUND, ROUND, SINGLE, INVERSE_MASS = range(9)
@@ -69,9 +73,7 @@ def predict(
                 way = put_ball(ball_start[n], m[X], m[X + 1], m[X + 2], ball, path)
             else:
                 turned = turning.turned(P, t)
-                way = place_balls(
-                    ball_start[n], m[X], m[X + 1], m[X + 2], turned, shape_of[n], shape_start, shape_ball, ball, path
-                )
+                way = place_balls(ball_start[n], m[X], m[X + 1], m[X + 2], turned, shape_of[n], shape_start, shape_ball, ball, path)
             farthest = max(farthest, way)
     return farthest, lost
 
@@ -87,7 +89,7 @@ def start_step(t, dt, P, m, q, spun, f, inverse_mass):
     P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = q[0], q[1], q[2], q[3]
     P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = spun[0] + kx, spun[1] + ky, spun[2] + kz
     P[turning.KX + t], P[turning.KY + t], P[turning.KZ + t] = kx, ky, kz
-    P[turning.BRAKE + t] = h * f[6]
+    P[turning.BRAKE + t] = h * f[BRAKE]
 
 
 def end_step(t, P, m, q, spun):
@@ -125,13 +127,6 @@ def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, pat
 HAS_BODY = False
 HAS_BRAKE = False
 
-# Sleeping (`World.sleep`): every SLEEP_EVERY steps all contacts are computed. A body that was slow and balanced at CALM of these
-# in a row sleeps: it stands, and contacts between two sleepers are left out in between. It wakes when the forces on it no
-# longer balance, so that a load is handed on from neighbour to neighbour, or at once where something fast touches it.
-# Forces are in shares of the body's weight, torques of weight × radius, speeds of √(g d).
-SLEEP_EVERY, CALM = 16, 8
-CALM_SPEED, CALM_FORCE, WAKING_FORCE, WAKING_SPEED = 4e-3, 0.05, 0.1, 0.02
-
 
 def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
     """Force and torque of the chosen body laws together; `kernels.build` binds them in its place."""
@@ -149,14 +144,13 @@ def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fre
     g = math.sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2])
     for n in range(first, last):
         asleep = calm[n] >= CALM
+        m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
         if asleep and not look:
-            if fresh[n - first, 7] > WAKING_SPEED * WAKING_SPEED * g * shape[shape_of[n], DIAMETER]:
+            if sleeping.is_struck(new[STIR], g, shape[shape_of[n], DIAMETER]):
                 calm[n] = 0
-                for k in range(LOAD):
-                    load[n, k] = 0.0
+                f[:] = 0.0
                 woken[slot] = 1
             continue
-        m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
         gx, gy, gz, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if HAS_BODY:
             gx, gy, gz, hx, hy, hz = body_law(
@@ -166,36 +160,31 @@ def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fre
         fx = new[0] + m[MASS] * gravity[0] + gx
         fy = new[1] + m[MASS] * gravity[1] + gy
         fz = new[2] + m[MASS] * gravity[2] + gz
+        tx, ty, tz = new[3] + hx, new[4] + hy, new[5] + hz
         if look:
-            force2, torque = fx * fx + fy * fy + fz * fz, math.sqrt((new[3] + hx) ** 2 + (new[4] + hy) ** 2 + (new[5] + hz) ** 2)
-            size, weight = shape[shape_of[n], DIAMETER], m[MASS] * g
-            limit = (WAKING_FORCE if asleep else CALM_FORCE) * weight
-            balanced = force2 <= limit * limit and torque <= new[6] + 0.5 * size * limit
+            size = shape[shape_of[n], DIAMETER]
+            balanced = sleeping.is_balanced(asleep, fx, fy, fz, tx, ty, tz, new[BRAKE], size, m[MASS] * g)
+            slow = sleeping.is_slow(m[V], m[V + 1], m[V + 2], m[W], m[W + 1], m[W + 2], g, size)
             if asleep:
                 if not balanced:  # from rest
                     calm[n] = 0
-                    f[0], f[1], f[2] = fx, fy, fz
-                    f[3], f[4], f[5], f[6] = new[3] + hx, new[4] + hy, new[5] + hz, new[6]
+                    f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = fx, fy, fz, tx, ty, tz, new[BRAKE]
                 continue
-            turning2 = 0.25 * size * size * (m[W] * m[W] + m[W + 1] * m[W + 1] + m[W + 2] * m[W + 2])
-            moving2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
-            calm[n] = calm[n] + 1 if balanced and moving2 + turning2 < CALM_SPEED * CALM_SPEED * g * size else 0
+            calm[n] = calm[n] + 1 if balanced and slow else 0
             if calm[n] >= CALM:
                 m[V : V + 6] = 0.0
-                spin[n] = 0.0
+                spun[:] = 0.0
                 continue
         half = h * trait[2 * n]
         m[V] += half * (fx - f[0])
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
-        f[0], f[1], f[2] = fx, fy, fz
-        tx, ty, tz = new[3] + hx, new[4] + hy, new[5] + hz
         lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
-        f[3], f[4], f[5], f[6] = tx, ty, tz, new[6]
+        f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = fx, fy, fz, tx, ty, tz, new[BRAKE]
         j = trait[2 * n + 1]
         if j > 0.0:
             if HAS_BRAKE:
-                lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * new[6])
+                lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * new[BRAKE])
                 lost += taken
             m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
         else:
@@ -204,7 +193,7 @@ def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fre
             a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
             p1, p2, p3 = a * lx + d * ly + o * lz, b * lx + e * ly + u * lz, c * lx + k * ly + i * lz
             if HAS_BRAKE:
-                p1, p2, p3, taken = turning.braked(p1, p2, p3, j1, j2, j3, h * new[6])
+                p1, p2, p3, taken = turning.braked(p1, p2, p3, j1, j2, j3, h * new[BRAKE])
                 lost += taken
                 lx, ly, lz = a * p1 + b * p2 + c * p3, d * p1 + e * p2 + k * p3, o * p1 + u * p2 + i * p3
             p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3

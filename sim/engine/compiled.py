@@ -18,10 +18,13 @@ from typing import Any
 
 import numba
 
-# No fastmath: a force must not depend on how a loop was cut into vectors. error_model numpy drops the division checks, which keep
-# loops from becoming vectors. Without _nrt numba counts references to every array that it slices or hands on, by locked
-# instructions: 90 % of a one-seed run was spent on that. The price is that a kernel cannot allocate: scratch is handed in.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "boundscheck": False, "_nrt": False}
+# Of fastmath only "contract", a·b + c rounded once: sums are not reordered, which would make a force depend on how a loop was cut
+# into vectors. error_model numpy drops the division checks, which keep loops from becoming vectors. Without _nrt numba counts
+# references to every array that it slices or hands on, by locked instructions: 90 % of a one-seed run was spent on that. The price is
+# that a kernel cannot allocate: scratch is handed in.
+OPTIONS: dict[str, Any] = {
+    "fastmath": {"contract"}, "error_model": "numpy", "nogil": True, "boundscheck": False, "_nrt": False,
+}  # fmt: skip
 ALLOCATING: dict[str, Any] = {**OPTIONS, "_nrt": True}
 
 

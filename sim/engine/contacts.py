@@ -11,9 +11,10 @@ import numpy as np
 from numba import njit
 
 from sim.engine import gathering, tiles
-from sim.engine.bodies import CALM, LOAD
+from sim.engine.bodies import FROM_CONTACTS
 from sim.engine.compiled import OPTIONS
 from sim.engine.gathering import S_CONTACTS
+from sim.engine.sleeping import CALM
 from sim.engine.surfaces import nearest, shares_feature
 from sim.engine.tiles import LANES
 
@@ -218,7 +219,7 @@ def block_forces(b, dt, look, woken, s, scratch):
     between sleeping bodies too; woken: whether a body has just woken."""
     P, active, meet, share, rows, early = scratch.tile, scratch.active, scratch.meet, scratch.share, scratch.rows, scratch.early
     base = s.block_window[b] - s.block_body[b]
-    s.window[s.block_window[b] * LOAD : s.block_window[b + 1] * LOAD] = 0.0
+    s.window[s.block_window[b] * FROM_CONTACTS : s.block_window[b + 1] * FROM_CONTACTS] = 0.0
     s.wall_push[b, :, :] = 0.0
     sums = s.sums[b]
     sums[:] = 0.0
@@ -273,11 +274,11 @@ def gather_forces(c, block_body, block_window, window, fresh):
     """Contact forces on the bodies of block c: the windows of all blocks that reach them, added in block order, into `fresh`."""
     first, last = block_body[c], block_body[c + 1]
     for n in range(first, last):
-        for k in range(LOAD):
+        for k in range(FROM_CONTACTS):
             fresh[n - first, k] = 0.0
     for b in range(c + 1):
         shift = block_window[b] - block_body[b]
         end = min(last, block_body[b] + block_window[b + 1] - block_window[b])
         for n in range(first, end):
-            for k in range(LOAD):
-                fresh[n - first, k] += window[LOAD * (shift + n) + k]
+            for k in range(FROM_CONTACTS):
+                fresh[n - first, k] += window[FROM_CONTACTS * (shift + n) + k]

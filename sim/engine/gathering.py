@@ -1,7 +1,7 @@
 """Between the arrays of a state and a tile: contacts' bodies, parameters and memory in, forces, torques and memory out."""
 
 from sim.engine import tiles
-from sim.engine.bodies import LOAD, MASS, V, W, X
+from sim.engine.bodies import FROM_CONTACTS, MASS, V, W, X
 from sim.engine.tiles import LANES, STRIDE
 
 LAST_LANE = LANES - 1  # "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check of every index
@@ -109,7 +109,7 @@ def keep(P, t, memory):
 
 def push(P, t, window, row):
     """Force, torque, brake and stir on side i."""
-    for c in range(LOAD):
+    for c in range(FROM_CONTACTS):
         window[row + c] += P[tiles.FX + c * STRIDE + t]
 
 
@@ -117,7 +117,7 @@ def push_back(P, t, window, row):
     """The opposite force, and its own torque, brake and stir, on side j."""
     for c in range(3):
         window[row + c] -= P[tiles.FX + c * STRIDE + t]
-    for c in range(LOAD - 3):
+    for c in range(FROM_CONTACTS - 3):
         window[row + 3 + c] += P[tiles.TJX + c * STRIDE + t]
 
 
@@ -160,8 +160,8 @@ def scatter_pairs(P, s, active, base, sums):
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
-        push(P, t, s.window, (base + s.owner[s.pair_i[k]]) * LOAD)
-        push_back(P, t, s.window, (base + s.owner[s.pair_j[k]]) * LOAD)
+        push(P, t, s.window, (base + s.owner[s.pair_i[k]]) * FROM_CONTACTS)
+        push_back(P, t, s.window, (base + s.owner[s.pair_j[k]]) * FROM_CONTACTS)
         keep(P, t, s.pair_memory[k])
         s.pair_touch[k] = 1
         add_up(P, t, sums, False)
@@ -172,7 +172,7 @@ def scatter_walls(P, s, active, base, wall_push, sums):
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
-        push(P, t, s.window, (base + s.owner[s.wall_i[k]]) * LOAD)
+        push(P, t, s.window, (base + s.owner[s.wall_i[k]]) * FROM_CONTACTS)
         push_wall(P, t, wall_push[s.prim_wall[s.wall_p[k]]])
         keep(P, t, s.wall_memory[k])
         s.wall_touch[k] = 1

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from sim.engine import assemble, bodies, contacts, gathering, quadrature, surfaces, tiles, turning
+from sim.engine import assemble, bodies, contacts, gathering, quadrature, sleeping, surfaces, tiles, turning
 from sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
 from sim.engine.gathering import S_OVERLAP
 from sim.engine.parallel import barrier, take
@@ -97,7 +97,7 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
         if me == 0:
             counters[NEXT_BODIES] = 0
             s.woken[(start + done + 1) % 2] = 0
-        look = not s.sleeps or (start + done + 1) % bodies.SLEEP_EVERY == 0
+        look = not s.sleeps or (start + done + 1) % sleeping.SLEEP_EVERY == 0
         b = take(counters, NEXT_CONTACT, threads, 0)
         while b < blocks:
             block_forces(b, dt, look, woken, s, scratch)
@@ -208,7 +208,7 @@ def scratch_for(view: View) -> Scratch:
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
         np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most),
-        np.zeros((bodies_a_block, bodies.LOAD)), np.full(tiles.LANES, -1), np.zeros(tiles.LANES, np.int64),
+        np.zeros((bodies_a_block, bodies.FROM_CONTACTS)), np.full(tiles.LANES, -1), np.zeros(tiles.LANES, np.int64),
         np.zeros(tiles.LANES, np.int64),
     )  # fmt: skip
 

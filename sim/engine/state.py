@@ -18,8 +18,8 @@ class State:
 
     step: steps done; dt [s]; ids (n,): place of each body at `init`; motion (n, 10): centre [m], velocity [m/s], spin [rad/s],
     mass [kg]; turn (n, 4): unit quaternion (w, x, y, z), principal frame to world; spin (n, 3): angular momentum [kg m²/s]; load
-    (n, 8): force [N], torque [N m], the most that rolling friction brakes the spin by [N m], and a column that is 0; calm (n,): looks in a
-    row at which it lay still (`bodies.CALM`: it sleeps); shape_of, material (n,); ball (m, 4): centre and radius [m];
+    (n, 7): force [N], torque [N m], and the most that rolling friction brakes the spin by [N m]; calm (n,): looks in a row at
+    which it lay still (`sleeping.CALM`: it sleeps); shape_of, material (n,); ball (m, 4): centre and radius [m];
     owner, ball_id (m,); path (m,): how far each ball has come since the lists were made, bends included [m].
     pair_*, wall_*: listed pairs, what contacts remember, whether they touch. block_*: first body, pair, wall pair, window row
     of each block. wall_push_ns (walls, 3): time

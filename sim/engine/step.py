@@ -147,7 +147,7 @@ def _view(world: World, tables: Tables, s: State) -> View:
     """What the kernels see: the arrays of `s` themselves, of its world, and scratch."""
     w = tables.walls
     blocks = len(s.block_body) - 1
-    window = np.zeros(bodies.LOAD * int(s.block_window[-1]))
+    window = np.zeros(bodies.FROM_CONTACTS * int(s.block_window[-1]))
     trait = bodies.traits(tables.shape, s.shape_of)
     view = View(
         s.motion.ravel(), s.motion, s.turn, s.spin, s.load, s.calm, trait, s.shape_of,

@@ -58,7 +58,7 @@ class World:
     independent of the number of balls that touch; False is EDEM's way, each ball damping with the whole masses.
     cap_damped: whether the caps of friction and rolling take the whole normal force, damping included (LAMMPS's way), instead of
     its elastic part (EDEM's).
-    sleep: seeds that lie still are left out until the forces on them change (`bodies.CALM_FORCE`): a heap whose most seeds rest
+    sleep: seeds that lie still are left out until the forces on them change (`sleeping.CALM_FORCE`): a heap whose most seeds rest
     costs less. Of the seeds' push on walls only that of waking ones is counted between two looks. Not together with `ledger`.
     ledger: keep account of where the energy goes (`observe.energy`); costs a few per cent.
     most_overlap: a run stops when an overlap exceeds this part of the smaller ball's radius. most_speed_m_s: or a seed this

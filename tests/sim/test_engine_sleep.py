@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from sim.engine.bodies import CALM, SLEEP_EVERY
+from sim.engine.sleeping import CALM, SLEEP_EVERY
 from sim.engine.state import State
 from sim.engine.step import init, load, run, save
 from sim.engine.walls import Plane, Rectangle, Slide, box
