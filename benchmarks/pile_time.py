@@ -2,8 +2,9 @@
 
     python benchmarks/pile_time.py [PACKINGS] [--first N] [--drawn]     default 24; a row a run goes to stdout as it ends
 
---drawn: each packing with seed–seed parameters of its own, uniform over RANGE, and only the first way and the last. One thread. The pile is the slice that calibrations simulate: 30 mm wide between smooth sides, filled to 60 mm, some 530 seeds of
-five balls, the soybean paper's parameters. Step in shares of the Rayleigh time.
+--drawn: each packing with seed–seed parameters of its own, uniform over RANGE, and only the first way and the last. One thread.
+The pile is the slice that calibrations simulate: 30 mm wide between smooth sides, filled to 60 mm, some 530 seeds of five balls;
+without --drawn with the soybean paper's parameters. Step in shares of the Rayleigh time.
 """
 
 import argparse
