@@ -82,6 +82,7 @@ def apart(code: str, count: int, cores: int) -> dict:
     watcher = threading.Thread(target=watch)
     watcher.start()
     lines = []
+    assert process.stdout is not None  # a pipe was asked for
     for line in process.stdout:
         lines.append(line)
         if line.strip() == "ready":

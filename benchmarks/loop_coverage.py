@@ -1,15 +1,19 @@
 """How often the pile posterior holds the truth, over many designs and many benches: closed forms with packing noise, no DEM.
 
 python benchmarks/loop_coverage.py [DESIGNS [BENCHES [SEED]]]      → benchmarks/tables/loop/coverage.csv     (three minutes a row)
+python benchmarks/loop_coverage.py --more [DESIGNS [BENCH_PILES [SEED]]]  → benchmarks/tables/loop/more_piles.csv
 
-The design is a quick calibration's, run and fitted by the procedure itself; every bench has one pile. Responses are
-quadratics in the seed–seed parameters, of the sizes that 48 piles of loop.py showed, in units of packing noise: angle,
-centroid angle, weights filled in and left; packing noise correlated as there. bend: sd of ten cubic coefficients, drawn
+The design is a quick calibration's, run and fitted by the procedure itself; every bench has one pile. --more: each design has one
+bench of BENCH_PILES piles; the same with the design repeated, and with piles added where they tell most
+(procedure/more_piles.py).
+Responses are quadratics in the seed–seed parameters, of the sizes that 48 piles of loop.py showed, in units of packing noise:
+angle, centroid angle, weights filled in and left; packing noise correlated as there. bend: sd of ten cubic coefficients, drawn
 anew for every design; quiet: by how much packing noise is divided. rank: share of the posterior below the truth; joint: share
 of it denser than the truth.
 """
 
 import argparse
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from unittest import mock
@@ -20,6 +24,7 @@ import pandas as pd
 from calibrate.procedure import pile_runs
 from calibrate.procedure.bench import RigReadings
 from calibrate.procedure.effort import QUICK
+from calibrate.procedure.more_piles import add_piles
 from calibrate.procedure.pile_runs import measure_noise, run_design
 from calibrate.procedure.pile_stage import RANGES, PileStage
 from calibrate.procedure.pile_surrogate import observed, riding, steel_box
@@ -70,10 +75,10 @@ class Piles:
         return pd.DataFrame(rows)
 
 
-def readings(pile: np.ndarray) -> RigReadings:
-    """One bench pile."""
-    further = {c.removeprefix("true_"): np.array([v]) for c, v in zip(COLUMNS[1:], pile[1:])}
-    return RigReadings("pile", COLUMNS[0], pile[:1], np.zeros(1), 0.0, {}, pd.DataFrame(), (), further)
+def readings(piles: np.ndarray) -> RigReadings:
+    """A bench's piles (n, columns)."""
+    further = {c.removeprefix("true_"): v for c, v in zip(COLUMNS[1:], piles.T[1:])}
+    return RigReadings("pile", COLUMNS[0], piles[:, 0], np.zeros(len(piles)), 0.0, {}, pd.DataFrame(), (), further)
 
 
 @cache
@@ -81,33 +86,42 @@ def _ridden(shape: bytes, rows: int, factors: int) -> np.ndarray:
     return riding(np.frombuffer(shape).reshape(rows, -1), factors)
 
 
-def design(piles: Piles, found: dict) -> tuple[pd.DataFrame, Box, bool]:
-    """All piles of a quick design, the box of its seed–steel parameters, and whether its piles share packings."""
+def design(piles: Piles, found: dict, *, times: int = 1) -> tuple[PileStage, bool]:
+    """A stage that has run all piles of a quick design, so many times over, and whether its piles share packings."""
     steel = steel_box(found, {rig.parameter: rig.limits for rig in STEEL.values()})
     assert steel is not None  # there is something found
     fixed, levels = {n: v for n, (v, _) in found.items()}, Box.of(RANGES)
-    stage = PileStage(readings(np.ones(len(COLUMNS))), fixed, {}, piles, QUICK, 1, RANGES, levels, None, steel)
+    stage = PileStage(readings(np.ones((1, len(COLUMNS)))), fixed, {}, piles, QUICK, 1, RANGES, levels, None, steel, found)
     noise, pairing, _, _ = measure_noise(stage, levels)
     # the pattern is the same for every design: searched once
     with mock.patch.object(pile_runs, "riding", lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k)):
-        run_design(stage, levels, noise, pairing, 0.0)
-    return pd.concat(stage.done, ignore_index=True), steel, pairing.worth_it
+        for _ in range(times):
+            run_design(stage, levels, noise, pairing, 0.0)
+    return stage, pairing.worth_it
 
 
-def bench(piles: Piles, designed: tuple[pd.DataFrame, Box, bool], found: dict, rng: np.random.Generator) -> dict:
-    """Ranks of one bench's truth in its posterior."""
-    table, steel, shared = designed
+def bench(stage: PileStage, shared: bool, truth: dict, rng: np.random.Generator) -> dict:
+    """Ranks of one bench's truth in its posterior, and the seed–seed parameters' sds in those of the prior."""
+    steel, found = stage.steel, stage.steel_found
+    assert steel is not None
+    table = pd.concat(stage.done, ignore_index=True)
     names, ends = (*RANGES, *steel.names), np.array([*RANGES.values(), *zip(steel.low, steel.high)])
     prior = Prior(Box(names, ends[:, 0], ends[:, 1]), found)
-    truth = {n: float(rng.uniform(*RANGES[n])) for n in RANGES} | STEEL_TRUE
-    seen = observed(table, readings(piles.pile(truth)), Box.of(RANGES), steel, alike=True, shared=shared)
+    seen = observed(table, stage.readings, Box.of(RANGES), steel, alike=True, shared=shared)
     points = np.vstack([[truth[n] for n in names], prior.draw(POINTS, rng)])
     density = log_posterior(points, list(seen.observables), prior, seen.correlation.to_numpy())
     log_weight = (density - prior.log_density(points))[1:]  # the points carry the prior already
     weight = np.exp(log_weight - log_weight.max())
     weight /= weight.sum()
     ranks = {f"rank_{n}": float(weight @ (points[1:, j] < truth[n])) for j, n in enumerate(RANGES)}
-    return ranks | {"joint": float(weight @ (density[1:] > density[0])), "points": 1 / float(np.sum(weight**2))}
+    sd = np.sqrt(weight @ (points[1:] - weight @ points[1:]) ** 2) / prior.sd
+    of = {"joint": float(weight @ (density[1:] > density[0])), "points": 1 / float(np.sum(weight**2)), "piles": len(table)}
+    return ranks | of | {f"sd_{n}": float(sd[j]) for j, n in enumerate(RANGES)}
+
+
+def drawn(rng: np.random.Generator) -> dict[str, float]:
+    """True parameters of a bench."""
+    return {n: float(rng.uniform(*RANGES[n])) for n in RANGES} | STEEL_TRUE
 
 
 def study(designs: int, benches: int, *, bend: float, quiet: float, seed: int) -> pd.DataFrame:
@@ -117,8 +131,32 @@ def study(designs: int, benches: int, *, bend: float, quiet: float, seed: int) -
         rng = np.random.default_rng([seed, d])
         piles = Piles(rng, bend, quiet)
         found = {n: (STEEL_TRUE[n] + sd * rng.standard_normal(), sd) for n, sd in STEEL_SD.items()}
-        designed = design(piles, found)
-        rows += [{"design": d} | bench(piles, designed, found, rng) for _ in range(benches)]
+        stage, shared = design(piles, found)
+        for _ in range(benches):
+            truth = drawn(rng)
+            of = replace(stage, readings=readings(piles.pile(truth)[None]))
+            rows.append({"design": d} | bench(of, shared, truth, rng))
+    return pd.DataFrame(rows)
+
+
+WAYS = {"the design": (1, 0), "the design twice": (2, 0), "the design four times": (4, 0), "8 piles more": (1, 8),
+        "24 piles more": (1, 24)}  # fmt: skip  # times, piles added at most
+
+
+def study_more(designs: int, bench_piles: int, *, bend: float, quiet: float, seed: int) -> pd.DataFrame:
+    """One row a design, bench and way: ranks, joint, piles, sds."""
+    rows = []
+    for d in range(designs):
+        for way, (times, more) in WAYS.items():
+            rng = np.random.default_rng([seed, d])
+            piles, truth = Piles(rng, bend, quiet), drawn(rng)
+            found = {n: (STEEL_TRUE[n] + sd * rng.standard_normal(), sd) for n, sd in STEEL_SD.items()}
+            at_bench = readings(np.array([piles.pile(truth) for _ in range(bench_piles)]))
+            stage, shared = design(piles, found, times=times)
+            stage = replace(stage, readings=at_bench, effort=replace(QUICK, more=more))
+            if more:
+                add_piles(stage, Box.of(RANGES), shared=shared)
+            rows.append({"way": way, "design": d} | bench(stage, shared, truth, rng))
     return pd.DataFrame(rows)
 
 
@@ -144,8 +182,27 @@ def main(designs: int, benches: int, seed: int) -> None:
     pd.concat(parts).to_csv(TABLE, index=False, float_format="%.4g")
 
 
+def main_more(designs: int, bench_piles: int, seed: int) -> None:
+    parts = []
+    for bend, quiet in CASES:
+        found = study_more(designs, bench_piles, bend=bend, quiet=quiet, seed=seed)
+        for way, rows in found.groupby("way", sort=False):
+            held = rates(rows)
+            held = held[held["level"] == 0.95].set_index("set")["rate"].add_prefix("holds_95_")
+            of = rows[["piles", *(f"sd_{n}" for n in RANGES)]].mean()
+            parts.append({"bend": bend, "quiet": quiet, "bench_piles": bench_piles, "designs": designs, "way": way} | dict(of) | dict(held))
+            print({k: v if isinstance(v, str) else round(float(v), 3) for k, v in parts[-1].items()}, flush=True)
+        pd.DataFrame(parts).to_csv(TABLE.with_name("more_piles.csv"), index=False, float_format="%.4g")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name, default in (("designs", 150), ("benches", 8), ("seed", 2)):
-        parser.add_argument(name, type=int, nargs="?", default=default)
-    main(**vars(parser.parse_args()))
+    parser.add_argument("designs", type=int, nargs="?", default=150)
+    parser.add_argument("benches", type=int, nargs="?", help="benches of a design, default 8; with --more piles of a bench, default 5")
+    parser.add_argument("seed", type=int, nargs="?", default=2)
+    parser.add_argument("--more", action="store_true")
+    asked = parser.parse_args()
+    if asked.more:
+        main_more(asked.designs, asked.benches or 5, asked.seed)
+    else:
+        main(asked.designs, asked.benches or 8, asked.seed)

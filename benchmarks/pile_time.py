@@ -9,7 +9,6 @@ without --drawn with the soybean paper's parameters. Step in shares of the Rayle
 
 import argparse
 import time
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -26,8 +25,11 @@ READ = {"repose_angle_deg": "deg", "centroid_angle_deg": "deg", "crest_mm": "mm"
 
 def contact(packing: int, drawn: bool) -> Contact:
     """Seed on seed for a packing: drawn for it, or the paper's optimum."""
+    if not drawn:
+        return SOYBEAN_SOYBEAN
     rng = np.random.default_rng([8, packing])
-    return replace(SOYBEAN_SOYBEAN, **{name: rng.uniform(*ends) for name, ends in RANGE.items()}) if drawn else SOYBEAN_SOYBEAN
+    e, mu, mu_r = (rng.uniform(*ends) for ends in RANGE.values())
+    return Contact(("soybean", "soybean"), e, mu, mu_r)
 
 
 def piles(packings: range, drawn: bool) -> pd.DataFrame:

@@ -10,7 +10,8 @@ class Effort:
     """levels: values a seed–steel parameter is simulated at; repeats: runs of each; verify: verification runs of a rig; path:
     piles a group of the ascent; noise: piles of one point that tell the packing noise; design: the piles' second-order
     design, "box-behnken" or "central-composite" (face-centred); centre: its centre points; most: largest number of
-    replicates a design point gets; piles: verification piles; power: with which main effects are to be found; slab,
+    replicates a design point gets; more: most piles beyond the
+    design; piles: verification piles; power: with which main effects are to be found; slab,
     fill_mm: width and filling of the slice that stands for the bench's pile, None for the pile as described; draws:
     effective ones from the posterior.
     """
@@ -23,7 +24,8 @@ class Effort:
     noise: int = 5
     design: str = "box-behnken"
     centre: int = 5
-    most: int = 3
+    most: int = 2
+    more: int = 24
     piles: int = 10
     power: float = 0.80
     slab: float | None = SLAB_MM
@@ -37,7 +39,7 @@ class Effort:
 
 
 FULL = Effort("full")
-QUICK = Effort("quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1, piles=3)
+QUICK = Effort("quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1, more=8, piles=3)
 
 
 def pile_description(stated: dict, effort: Effort) -> tuple[dict, tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""Seed–seed piles simulated: noise, path, replicates, design with common packings, verification."""
+"""Seed–seed piles simulated: noise, path, design with common packings, piles where they tell most, verification."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ import pandas as pd
 from scipy import stats
 
 from calibrate.procedure.effort import Effort
+from calibrate.procedure.more_piles import add_piles
 from calibrate.procedure.pile import PileFit, fit_pile
 from calibrate.procedure.pile_stage import PileStage
 from calibrate.procedure.pile_surrogate import KNOWN, Seen, brought, candidates, observed, riding, shown
@@ -55,7 +56,7 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
     elif stage.path is not None:
         path = walk(stage, stage.path, bench, noise)
     design, chosen, more = run_design(stage, box, noise, pairing, reach)
-    notes += more
+    notes += more + add_piles(stage, box, shared=pairing.worth_it)
     packing = "packing" if pairing.worth_it else None
     piles = pd.concat(stage.done, ignore_index=True)
     seen = observed(piles, stage.readings, box, stage.steel, alike=stage.alike, shared=pairing.worth_it)

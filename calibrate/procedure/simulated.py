@@ -137,7 +137,7 @@ class State:
         own = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
         steel = self.wishes.steel or steel_box(own, {rig.parameter: rig.limits for rig in STEEL.values()})
         return PileStage(readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels,
-                         self.wishes.near, steel, alike=not said, path=self.wishes.path)  # fmt: skip
+                         self.wishes.near, steel, own, alike=not said, path=self.wishes.path)  # fmt: skip
 
     def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
         """The pile."""
