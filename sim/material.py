@@ -50,8 +50,8 @@ class Material:
                 f"material {self.name!r}: shear_modulus_pa = {shear_modulus_pa:g} Pa: must be below the real "
                 f"{self.shear_modulus_pa:g} Pa"
             )
-        said = f"{self.source}; shear modulus softened from {self.shear_modulus_pa:g} Pa"
-        return replace(self, shear_modulus_pa=shear_modulus_pa, source=said)
+        source = f"{self.source}; shear modulus softened from {self.shear_modulus_pa:g} Pa"
+        return replace(self, shear_modulus_pa=shear_modulus_pa, source=source)
 
     def rayleigh_step_s(self, radius_m: float) -> float:
         """Rayleigh time of a ball, π R √(ρ/G) / (0.1631 ν + 0.8766) [s]; steps of 10 to 20 % of the smallest ball's are usual.

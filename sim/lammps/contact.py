@@ -28,12 +28,12 @@ def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
     for chosen in bench.laws:
         if chosen.law.name not in WRITTEN:
             raise ValueError(f"laws.{chosen.law.name}: --engine lammps has no such law; leave it out or use our own engine")
-    said = []
+    notes = []
     before = bench.seed_seed.rolling_convention
     if before != "sds":
         seed, wall = bench.seed_seed, bench.seed_wall
         on_seed, on_wall = seed.rolling_friction_in("sds", on_wall=False), wall.rolling_friction_in("sds", on_wall=True)
-        said.append(
+        notes.append(
             f"rolling friction: LAMMPS has no {before!r} model; spring-dashpot-slider (sds) in the R* convention was used, between "
             f"seeds {seed.rolling_friction:g} as {on_seed:g}, on walls {wall.rolling_friction:g} as {on_wall:g}"
         )
@@ -43,14 +43,14 @@ def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
         )  # fmt: skip
     if not any(c.law.name == "rolling_sds" for c in bench.laws):
         spring, dashpot = _rolling_spring(bench)
-        said.append(f"rolling spring: {spring:.4g} N/m, dashpot {dashpot:.4g} N s/m in every contact")
+        notes.append(f"rolling spring: {spring:.4g} N/m, dashpot {dashpot:.4g} N s/m in every contact")
         bench = replace(bench, laws=(*bench.laws, LAWS["rolling_sds"].use(spring=spring, dashpot=dashpot)))
     if bench.share_damping:
-        said.append("damping: every ball of a seed damps with the seed's whole mass, as LAMMPS and EDEM have it")
+        notes.append("damping: every ball of a seed damps with the seed's whole mass, as LAMMPS and EDEM have it")
     if not bench.cap_damped:
-        said.append("caps of friction and rolling: of the whole normal force, damping included, as LAMMPS has it")
-    said.append("friction at its cap: LAMMPS leaves its spring the cap less the dashpot's part, ours the whole cap; not converted")
-    return replace(bench, share_damping=False, cap_damped=True), tuple(said)
+        notes.append("caps of friction and rolling: of the whole normal force, damping included, as LAMMPS has it")
+    notes.append("friction at its cap: LAMMPS leaves its spring the cap less the dashpot's part, ours the whole cap; not converted")
+    return replace(bench, share_damping=False, cap_damped=True), tuple(notes)
 
 
 def _rolling_spring(bench: Bench) -> tuple[float, float]:

@@ -83,11 +83,11 @@ def cores_here() -> int:
 
 def run(folder: Path, arguments: list[str], *, ranks: int, look: Callable[[], None]) -> str | None:
     """Run LAMMPS in `folder`, calling `look` now and then; returns None, or its last words where it stopped with an error."""
-    said, found = folder / "screen.txt", needed(ranks)
-    with said.open("w") as screen:
+    screen, found = folder / "screen.txt", needed(ranks)
+    with screen.open("w") as output:
         child = subprocess.Popen(
             found.command(ranks, arguments), cwd=folder, env=found.environment, stdin=subprocess.DEVNULL,
-            stdout=screen, stderr=subprocess.STDOUT, start_new_session=True,
+            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
         try:
             pause = 0.01
@@ -100,7 +100,7 @@ def run(folder: Path, arguments: list[str], *, ranks: int, look: Callable[[], No
             raise
     if child.returncode == 0:
         return None
-    lines = said.read_text(errors="replace").strip().splitlines()
+    lines = screen.read_text(errors="replace").strip().splitlines()
     errors = [line for line in lines if "ERROR" in line] or lines[-1:] or [f"ended with code {child.returncode}"]
     return errors[0]
 

@@ -33,8 +33,8 @@ def balls_of(shape: Seed) -> Balls:
     """The balls of a `Seed`, one at its centre of mass added where there is none; ValueError for one that LAMMPS cannot carry."""
     moments = np.asarray(shape.inertia_kg_m2, float)
     if not moments.min() > THINNEST * moments.max():
-        told = ", ".join(f"{v:.3g}" for v in moments)
-        raise ValueError(f"seed: moments of inertia {told} kg m²: LAMMPS's fix rigid/small carries no body without all three")
+        shown = ", ".join(f"{v:.3g}" for v in moments)
+        raise ValueError(f"seed: moments of inertia {shown} kg m²: LAMMPS's fix rigid/small carries no body without all three")
     centres, radii = np.asarray(shape.centres_m, float).reshape(-1, 3), np.atleast_1d(np.asarray(shape.radii_m, float))
     off = np.linalg.norm(centres, axis=1)
     types = np.full(len(radii), TOUCHING)

@@ -51,14 +51,14 @@ def run_drum(rig: Drum, bench: Bench, rng: np.random.Generator, *, fps: float = 
     world = bench.world(filled.placed(bench), _walls(rig, bench), contacts=_contacts(rig, bench))
     frames, whole = Frames(len(filled.shape_of), fps, rig.wait_s), rig.wait_s + rig.film_s
 
-    def told(world: World, state) -> None:
+    def report(world: World, state) -> None:
         watch("turning", min(state.time_s / whole, 0.99))
 
     def seen(world: World, state) -> None:
         if state.time_s >= rig.wait_s - 0.5 / fps:
             frames(world, state)
 
-    run(world, init(world, rng, allowed_overlap=0.2), whole, [Every(1 / fps, seen), Every(0.05, told)], threads=threads)
+    run(world, init(world, rng, allowed_overlap=0.2), whole, [Every(1 / fps, seen), Every(0.05, report)], threads=threads)
     motion = Motion(shapes=filled.shapes, shape_of=filled.shape_of, parts=(_rim(rig),), **frames.columns())
     motion.truth["flowing_angle_deg"] = float(np.mean([flowing_angle(motion, rig.drum_m[0] / 2, k) for k in range(motion.frames)]))
     return motion

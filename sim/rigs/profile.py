@@ -55,11 +55,11 @@ def slope_angle(x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] =
             return float("nan")
         first, last = x_m[chosen[0]], x_m[chosen[-1]]
         margin = 0.17 * (last - first)
-        again = side & (x_m >= first) & (x_m <= last)
+        fitted = side & (x_m >= first) & (x_m <= last)
         wider = side & (x_m >= first - margin) & (x_m <= last + margin)
-        if (again == inside).all():
+        if (fitted == inside).all():
             break
-        inside = again
+        inside = fitted
     return float(-np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0])))
 
 
