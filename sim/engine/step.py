@@ -3,6 +3,7 @@
 import math
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -214,7 +215,7 @@ def run(
     state = state.copy()
     if not world.sleep:
         state.calm[:] = 0  # who slept in another world is awake in this one
-    due = [_next_look(look, state) for look in looks]
+    due, pace = [_next_look(look, state) for look in looks], Pace(threads)
     while True:
         for k, look in enumerate(looks):
             if state.step >= due[k]:
@@ -223,7 +224,7 @@ def run(
                 due[k] = _next_look(look, state, after=True)
         if last is not None and state.step >= last:
             return state
-        state = _advance(world, state, min([*due, last] if last is not None else due) - state.step, threads)
+        state = _advance(world, state, min([*due, last] if last is not None else due) - state.step, pace)
 
 
 def _next_look(look: Every, state: State, *, after: bool = False) -> int:
@@ -237,21 +238,53 @@ def _next_look(look: Every, state: State, *, after: bool = False) -> int:
     return due
 
 
-def _advance(world: World, state: State, steps: int, threads: int) -> State:
+class Pace:
+    """How many threads get on fastest, up to `most`: on a machine that does something else too, two wait for each other and are
+    slower than one. What is computed does not depend on it.
+    """
+
+    TRY_AGAIN, TRIAL, KEPT = 32, 0.1, 0.4  # calls after which the slower number is tried again; a trial's length; share of the past
+
+    def __init__(self, most: int) -> None:
+        self.numbers = (most, 1) if most > 1 else (1,)
+        self.calls = 0
+        self.spent = dict.fromkeys(self.numbers, (0.0, 0.0))  # seconds and ball-steps, the past counting less and less
+
+    def next_call(self) -> tuple[int, float]:
+        """Number of threads for the next call, and its length as a share of the usual one."""
+        self.calls += 1
+        for number in self.numbers:
+            if not self.spent[number][1]:
+                return number, self.TRIAL if len(self.numbers) > 1 else 1.0
+        fastest = min(self.numbers, key=lambda number: self.spent[number][0] / self.spent[number][1])
+        if len(self.numbers) > 1 and self.calls % self.TRY_AGAIN == 0:
+            return self.numbers[1 - self.numbers.index(fastest)], self.TRIAL
+        return fastest, 1.0
+
+    def took(self, threads: int, seconds: float, ball_steps: int) -> None:
+        """What a call came to."""
+        before = self.spent[threads]
+        self.spent[threads] = (self.KEPT * before[0] + seconds, self.KEPT * before[1] + ball_steps)
+
+
+def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
     """The same state `steps` steps later (its arrays are used up)."""
     tables = tables_of(world)
     loop = _kernel_of(world, tables)
-    view, scratch = _room(world, tables, state, threads)
+    view, scratch = _room(world, tables, state, pace.numbers[0])
     status, most = np.array([DONE, 0, 0]), 1 + BALL_STEPS_A_CALL // len(state.ball)
     while steps > 0:
-        _in_threads(loop, scratch, min(steps, most), state, world, view, status)
+        threads, share = pace.next_call()
+        began = time.perf_counter()
+        _in_threads(loop, scratch[:threads], min(steps, max(1, int(share * most))), state, world, view, status)
+        pace.took(threads, time.perf_counter() - began, int(status[1]) * len(state.ball))
         steps -= int(status[1])
         state = replace(state, step=state.step + int(status[1]))
         if status[0] in (SQUEEZED, RUNAWAY):
             raise Stopped(_why(world, state, int(status[0])), state)
         if status[0] == STALE:
             state = relist(tables, state, world.domain)
-            view, scratch = _room(world, tables, state, threads)
+            view, scratch = _room(world, tables, state, pace.numbers[0])
     return state
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from sim.engine.observe import Settled, Track
 from sim.engine.state import State
-from sim.engine.step import Every, Stopped, init, load, run, save, step
+from sim.engine.step import Every, Pace, Stopped, init, load, run, save, step
 from sim.engine.walls import Cylinder, Mesh, Plane, Rectangle, Slide, Turn, box
 from sim.engine.world import Placed, Scattered, World
 from sim.laws import LAWS
@@ -39,14 +39,39 @@ def heap():
     return world, run(world, init(world, RNG(4)), 0.06)
 
 
+@pytest.fixture
+def all_threads(monkeypatch):
+    """Every call on as many threads as are allowed, however slow."""
+    monkeypatch.setattr(Pace, "next_call", lambda self: (self.numbers[0], 1.0))
+
+
 @pytest.mark.parametrize("threads", [2, 3])
-def test_threads_do_not_change_a_bit(heap, threads):
+def test_threads_do_not_change_a_bit(heap, threads, all_threads):
     world, state = heap
     assert len(state.block_body) > 3
     assert same(run(world, state, steps=700), run(world, state, steps=700, threads=threads))
 
 
-def test_a_checkpoint_continues_bit_for_bit(heap, tmp_path):
+def calls(pace: Pace, ns_of: dict[int, float], count: int) -> list[int]:
+    """Threads of so many calls, where a ball-step takes so long with each number of them."""
+    used = []
+    for _ in range(count):
+        threads, share = pace.next_call()
+        used.append(threads)
+        pace.took(threads, 1e-9 * ns_of[threads] * 1e6 * share, int(1e6 * share))
+    return used
+
+
+def test_the_quicker_number_of_threads_is_used_and_the_other_tried_now_and_then():
+    pace = Pace(2)
+    assert np.mean(np.array(calls(pace, {1: 80.0, 2: 45.0}, 200)) == 2) > 0.95
+    busy = calls(pace, {1: 90.0, 2: 900.0}, 200)
+    assert np.mean(np.array(busy) == 1) > 0.9 and 2 in busy[20:]
+    assert calls(pace, {1: 80.0, 2: 45.0}, 200)[-50:].count(2) > 45  # the machine is free again
+    assert set(calls(Pace(1), {1: 80.0}, 100)) == {1}
+
+
+def test_a_checkpoint_continues_bit_for_bit(heap, tmp_path, all_threads):
     world, state = heap
     whole = run(world, state, steps=900)
     half = run(world, state, steps=411)

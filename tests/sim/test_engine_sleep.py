@@ -7,7 +7,7 @@ import pytest
 
 from sim.engine.sleeping import CALM, SLEEP_EVERY
 from sim.engine.state import State
-from sim.engine.step import init, load, run, save
+from sim.engine.step import Pace, init, load, run, save
 from sim.engine.walls import Plane, Rectangle, Slide, box
 from sim.engine.world import Placed, Scattered, World
 from sim.laws import LAWS
@@ -43,7 +43,8 @@ def test_a_bed_falls_asleep_and_then_stands(bed):
     assert np.abs(later.positions - state.positions).max() < 1e-3 * 6e-3
 
 
-def test_threads_and_a_checkpoint_do_not_change_a_bit(bed, tmp_path):
+def test_threads_and_a_checkpoint_do_not_change_a_bit(bed, tmp_path, monkeypatch):
+    monkeypatch.setattr(Pace, "next_call", lambda self: (self.numbers[0], 1.0))  # two threads, however slow
     world, _ = bed
     start = run(world, init(world, np.random.default_rng(3)), 0.2)  # some sleep, some fall
     assert 0.05 < asleep(start).mean() < 0.95
