@@ -94,7 +94,7 @@ def _with_recording_options(options: PileOptions, recording: Recording) -> PileO
 
 def observe_seeds_photo(recording: Recording) -> Observation:
     """Measure a photo of spread seeds: mean length and width (sd of the mean, with that of the scale), and a row for each seed."""
-    from vision.shape.seed_photo import observe_seeds
+    from vision.shape.lot_photos import observe_seeds
 
     if recording.evidence != "photos":
         raise MeasurementError(f"{recording.path}: seeds are measured on photos, not on {recording.evidence}")

@@ -1,6 +1,5 @@
 """The folder that `benchtwin measure` writes: tables, overlays, contact sheet."""
 
-import itertools
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,13 +10,12 @@ import pandas as pd
 from PIL import Image
 
 from vision.measurement import FAILED, Observation
-from vision.out_folder import check_out, part_folder, put_in_place
+from vision.out_folder import check_out, file_name, part_folder, put_in_place
 from vision.overlay.contact_sheet import ContactSheet
 from vision.summary import Line, as_table, summarise
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
-LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
 
 
@@ -42,7 +40,7 @@ class Results:
         self.summary: list[Line] = []
 
     def add(self, observation: Observation) -> None:
-        stem = _file_name(observation.recording, self.stems)
+        stem = file_name(observation.recording, self.stems)
         self.stems.add(stem.lower())
         overlay = ""
         for i, (name, picture) in enumerate(observation.pictures.items()):
@@ -56,7 +54,8 @@ class Results:
             observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
         for name, tables in self.tables.items():
             if (table := getattr(observation, name)) is not None and len(table):
-                tables.append(_with_conditions(table, observation))
+                stated = {k: v for k, v in observation.conditions.items() if k not in table}
+                tables.append(table.assign(**stated))
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
             row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason, overlay)
@@ -83,20 +82,8 @@ class Results:
         shutil.rmtree(self.part, ignore_errors=True)
 
 
-def _with_conditions(table: pd.DataFrame, observation: Observation) -> pd.DataFrame:
-    """The table with a column for each condition of its recording, unless it has a column of that name."""
-    return table.assign(**{name: value for name, value in observation.conditions.items() if name not in table})
-
-
 def _is_own(path: Path) -> bool:
     return path.name in OWN
-
-
-def _file_name(name: str, taken: set[str]) -> str:
-    """An id as a valid file name without folders, different from those `taken` (in lower case)."""
-    stem = "".join(c if c.isalnum() or c in "-_. " else "_" for c in name)[:LONGEST_NAME].strip(". ") or "recording"
-    numbered = (f"{stem}-{n}" for n in itertools.count(2))
-    return stem if stem.lower() not in taken else next(other for other in numbered if other.lower() not in taken)
 
 
 def measured_anything(table: pd.DataFrame) -> bool:

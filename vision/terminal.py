@@ -76,13 +76,6 @@ def _show_rows(console: Console, table: pd.DataFrame) -> None:
         console.print(shown)
 
 
-def _show_reasons(console: Console, table: pd.DataFrame) -> None:
-    """One line for each recording and reason: what is doubtful or failed there, and why."""
-    for (recording, quality, reason), rows in table.groupby(["recording", "quality", "reason"], sort=False):
-        what = ", ".join(rows["quantity"])
-        console.print(f"{_escape(recording)}: {what} [{COLOURS[quality]}]{quality}[/]: {_escape(reason)}", highlight=False)
-
-
 def _show_means(console: Console, lines: Sequence[Line]) -> None:
     """Print the means over repeats."""
     if not lines:

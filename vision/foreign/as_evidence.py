@@ -10,7 +10,7 @@ import pandas as pd
 from vision.evidence.tables import Table
 from vision.foreign import read_foreign
 from vision.foreign.contents import Contents, PointTrack
-from vision.foreign.free_fall import fits_gravity, free_fall
+from vision.foreign.unit_inference import fits_gravity, free_fall
 from vision.measurement import MeasurementError
 
 

@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, ParseError
 import defusedxml.ElementTree
 from defusedxml.common import DefusedXmlException
 
-from vision.evidence.separators import Separators, separators
+from vision.evidence.separators import separators
 from vision.foreign.workbook import sheets_of
 from vision.measurement import MeasurementError
 
@@ -49,6 +49,10 @@ class Source:
     def is_xml(self) -> bool:
         return _decoded(self.head[:400]).lstrip("\ufeff \r\n\t").startswith("<")
 
+    @property
+    def is_text(self) -> bool:
+        return not (self.is_zip or self.is_xml or self.is_workbook)
+
     @cached_property
     def text(self) -> str:
         """The whole file as text."""
@@ -71,15 +75,15 @@ class Source:
     def members(self) -> list[str]:
         """Names of the files in a packed one."""
         try:
-            with zipfile.ZipFile(self.path) as is_zip:
-                return [m.filename for m in is_zip.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
+            with zipfile.ZipFile(self.path) as archive:
+                return [m.filename for m in archive.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
         except Exception as error:  # the library raises many kinds for a damaged file
             raise MeasurementError(f"{self.path}: the zip file is damaged or cut short ({error})") from error
 
     def member(self, name: str) -> bytes:
         """What a packed file holds under `name`."""
         try:
-            with zipfile.ZipFile(self.path) as is_zip, is_zip.open(name) as file:
+            with zipfile.ZipFile(self.path) as archive, archive.open(name) as file:
                 content = file.read(MOST_BYTES + 1)
         except Exception as error:
             raise MeasurementError(f"{self.path}: {name} in it is damaged or locked ({error})") from error
@@ -90,6 +94,15 @@ class Source:
     @cached_property
     def xml(self) -> Element:
         return self.parsed(self.path.read_bytes())
+
+    def number(self, text: str | None, name: str) -> float | None:
+        """The number that `text` is, None without a text; MeasurementError for words, naming what it stands for."""
+        if text is None or not text.strip():
+            return None
+        try:
+            return float(text)
+        except ValueError as error:
+            raise MeasurementError(f"{self.path}: {name} = {text[:30]!r} is not a number") from error
 
     def parsed(self, content: bytes) -> Element:
         """Parsed XML; entities, whose expansion could fill the memory, are refused."""
@@ -107,7 +120,11 @@ class Source:
     def sheets(self) -> dict[str, Rows]:
         """The tables in the file by name: sheets of a workbook, members of a packed file, or the file's own."""
         if self.is_workbook:
-            return self._workbook()
+            try:
+                sheets = sheets_of(self.path)
+            except ValueError as error:
+                raise MeasurementError(f"{self.path}: {error}") from error
+            return {k: [[_cell(c, ".") for c in row] for row in rows] for k, rows in sheets.items()}
         if self.is_zip:
             tables = [n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))][:MOST_TABLES]
             return {n.rpartition(".")[0]: self._rows(_decoded(self.member(n))) for n in tables}
@@ -117,13 +134,6 @@ class Source:
     def rows(self) -> Rows:
         """The cells of a text table, its numbers as floats."""
         return self._rows(self.text)
-
-    def _workbook(self) -> dict[str, Rows]:
-        try:
-            raw = sheets_of(self.path)
-        except ValueError as error:
-            raise MeasurementError(f"{self.path}: {error}") from error
-        return {name: [[_cell(c, ".") for c in row] for row in rows] for name, rows in raw.items()}
 
     def _rows(self, text: str) -> Rows:
         try:
@@ -138,7 +148,14 @@ def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
     ValueError, where it is strict, for decimals that are ambiguous or cells that are too long.
     """
     lines = [line for line in lines if line.strip()]
-    by = _separators(lines)
+    few = lines[:200]
+    # Tab, semicolon or comma, whichever is in most lines and in those with words (decimal commas are not).
+    words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
+    often = (
+        c for c in ("\t", ";", ",")
+        if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words)
+    )  # fmt: skip
+    by = separators(next(often, " "), lines)
     if not by.decimal and strict:
         raise ValueError("numbers with points and with commas, or with thousands marked; save it with one kind")
     if by.column == " ":
@@ -150,14 +167,6 @@ def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
             return []
         raise ValueError(f"not a table ({error})") from error
     return [[_cell(c, by.decimal) for c in row] for row in rows]
-
-
-def _separators(lines: Sequence[str]) -> Separators:
-    """Separators of a table: tab, semicolon or comma, whichever is in most lines and in those with words (decimal commas are not)."""
-    few = lines[:200]
-    words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
-    often = (c for c in ("\t", ";", ",") if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words))
-    return separators(next(often, " "), lines)
 
 
 def _decoded(content: bytes) -> str:

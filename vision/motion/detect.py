@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.motion.colour import dot, in_sds, weighted_product
-from vision.motion.ellipse_fit import Patch
-from vision.motion.scene import Scene, colours
+from vision.motion.ellipse import Patch
+from vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
 
 MOVES_SD = 6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
 FAINTEST = 0.03  # of the strongest difference in the frame: below it are codec errors and reflected light

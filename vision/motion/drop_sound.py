@@ -14,8 +14,7 @@ import pandas as pd
 
 from vision.evidence.sound import Sound, film_fps, has_sound, read_sound
 from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
-from vision.motion.impact_chain import Chain, find_chain
-from vision.motion.impact_corrections import correct_impacts
+from vision.motion.impact_chain import Chain, correct_impacts, find_chain
 from vision.motion.impacts import measure_impacts
 from vision.motion.onsets import Onsets, find_onsets
 from vision.overlay.sound import draw_sound

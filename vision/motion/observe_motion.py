@@ -8,16 +8,15 @@ import pandas as pd
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
-from vision.foreign.free_fall import free_falls, unit_doubt
+from vision.foreign.unit_inference import free_falls, unit_doubt
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
-from vision.motion.camera_moved import camera_moved
 from vision.motion.drop_sound import combine_with_sound, observe_sound, sound_of
+from vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
 from vision.motion.impacts import measure_impacts
 from vision.motion.rebound import Rebound, all_failed, gravity_axes, measure_rebound
 from vision.motion.roll import measure_roll
 from vision.motion.roll_path import roll_path
 from vision.motion.rolling_shutter import average_over_readouts
-from vision.motion.silhouette_size import size_doubt, stated_area_px
 from vision.motion.slide import measure_slide_track
 from vision.motion.slide_few_rows import measure_slide
 from vision.motion.tilting_plate import PlateOverlay, track_slide

@@ -14,7 +14,7 @@ import numpy as np
 from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
 from vision.motion.detect import Silhouette, find_silhouettes
-from vision.motion.ellipse_track import fit_ellipses
+from vision.motion.ellipse import fit_ellipses
 from vision.motion.scene import Scene, learn_scene
 from vision.motion.track import Track, make_track
 from vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike

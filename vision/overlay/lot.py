@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 
 from vision.overlay.canvas import SHOWN_PX, write
-from vision.shape.fourier import from_fourier_terms
 from vision.shape.lot import SIZES, Lot
+from vision.shape.outline import from_fourier_terms
 
 SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
 PAPER, INK, LINE, BOLD, BAR = 255, (60, 60, 60), (190, 170, 140), (160, 60, 30), (200, 160, 110)

@@ -6,8 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from vision.paper.grid_find import Level
-from vision.paper.grid_follow import Fit
-from vision.paper.grid_map import GridMap
+from vision.paper.grid_follow import Fit, GridMap
 
 # A strong wave may be any harmonic of the 10-mm period; the finest lines lie at these multiples of the wave's length.
 RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 3.0, 4.0, 5.0)

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from vision.paper.grid_find import Level, find_candidates, pyramid
-from vision.paper.grid_follow import Fit, cut_windows, follow_grid, start_map
-from vision.paper.grid_map import GridMap, fit_map
+from vision.paper.grid_follow import Fit, GridMap, cut_windows, fit_map, follow_grid, start_map
 from vision.paper.grid_pitch import Pitch, find_pitch
 
 PAPER_SD = 0.001  # relative: commercial graph paper keeps its millimetres to about 0.1–0.2 % (print, moisture)

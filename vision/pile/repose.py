@@ -14,12 +14,11 @@ from itertools import pairwise
 import numpy as np
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
-from vision.pile.base_line import BASES, find_base_line, find_horizontal, in_reduced_px, stated_base_line
+from vision.pile.base_line import BASES, find_base_line, find_horizontal, foot_line, in_reduced_px, stated_base_line
 from vision.pile.centroid import centroid_angle
-from vision.pile.flank_line import FlankLine, fit_flank
-from vision.pile.foot_line import foot_line
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from vision.pile.heap_region import Region, find_region
+from vision.pile.line import FlankLine, fit_flank
 from vision.pile.surface import Background, Silhouette, fit_background, silhouettes, subpixel_edge
 from vision.recording import Camera
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.paper.scale import Scale
-from vision.shape.caliper import centroid, ellipse_agreement, feret, solidity
+from vision.shape.outline import centroid, ellipse_agreement, feret, solidity
 from vision.shape.silhouettes import Piece, Relief, make_relief, split, touching_patch, without_thin_parts
 from vision.shape.subpixel_outline import Edge, find_edge
 

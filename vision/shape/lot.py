@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.stats import t as student
 
 from vision.measurement import MeasurementError
-from vision.shape.fourier import from_fourier_terms
+from vision.shape.outline import from_fourier_terms
 
 SEEDS, OUTLINES, SUMMARY = "seeds.csv", "outlines.csv", "lot.toml"
 WHOLE, TOUCHING, BROKEN, HUSK, CUT, OTHER = "whole", "touching another", "broken", "husk", "cut by the border", "other"

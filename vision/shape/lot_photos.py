@@ -10,12 +10,11 @@ import pandas as pd
 
 from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, GOOD, MeasurementError
-from vision.paper.scale import Scale
-from vision.shape.caliper import solidity
-from vision.shape.fourier import aligned_outline, fourier_terms
-from vision.shape.grains import Grain, Grains
+from vision.overlay.grains import draw_grains
+from vision.paper.scale import Scale, read_scale
+from vision.shape.grains import Grain, Grains, measure_seeds
 from vision.shape.lot import BROKEN, CUT, HUSK, OTHER, OUTLINE_COLUMNS, SEED_COLUMNS, TOUCHING, WHOLE
-from vision.shape.seed_photo import observe_seeds
+from vision.shape.outline import aligned_outline, fourier_terms, solidity
 
 BROKEN_SHARE = 0.6  # of the median area: smaller things are parts of seeds
 DENTED = 0.94  # solidity below which a seed has lost a piece
@@ -216,3 +215,23 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
 
 def _scale_words(scale: Scale | float) -> str:
     return "graph paper in the picture" if isinstance(scale, Scale) else f"stated: {scale:g} mm per px"
+
+
+def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:
+    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from graph paper, else sizes are in px.
+
+    Raises MeasurementError, naming the file, where the picture cannot be read or shows no seeds.
+    """
+    image = read_photo(path)
+    try:
+        try:
+            paper, trouble = read_scale(image), ""
+        except MeasurementError as error:
+            paper, trouble = None, str(error)
+        scale = paper if mm_per_px is None else mm_per_px
+        grains = measure_seeds(image, scale, mm_per_px_sd=mm_per_px_sd, paper=paper)
+    except MeasurementError as error:
+        raise MeasurementError(f"{path}: {error}") from error
+    if scale is None:
+        grains = replace(grains, notes=(*grains.notes, f"sizes are in px: no mm_per_px was given and {trouble}"))
+    return grains, draw_grains(image, grains, paper)

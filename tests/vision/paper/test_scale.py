@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from synthetic.paper import Paper, draw_paper, paper_mm, true_scale
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
-from vision.overlay.scale import LINE, draw_scale
+from vision.overlay.grains import LINE, draw_scale
 from vision.paper.grid_pitch import _CLASSES, Strengths, _best_pattern
 from vision.paper.scale import read_scale
 

@@ -13,10 +13,9 @@ from typer.testing import CliRunner
 
 from benchtwin.command_line import app
 from vision.measurement import MeasurementError
-from vision.shape.caliper import centroid, feret
-from vision.shape.fourier import aligned_outline, fourier_terms, from_fourier_terms
 from vision.shape.lot import OUTLINES, SEEDS, TOUCHING, WHOLE, read_lot, shape_modes
 from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
+from vision.shape.outline import aligned_outline, centroid, feret, fourier_terms, from_fourier_terms
 
 T = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 FLAT = View(0.1, 2e-5, math.inf)
