@@ -58,10 +58,7 @@ def unread_notes(paths: Sequence[Path], entries: list[Recording | MeasurementErr
 def measure(
     paths: str | Path | Sequence[str | Path], options: PileOptions | None = None, trim: bool = False
 ) -> Iterator[Observation]:
-    """Observations of all recordings under `paths` (one path or several), one after the other.
-
-    A recording that cannot be measured has one failed quantity with the reason. Observations of several recordings together come last.
-    """
+    """Observations of all recordings under `paths` (one path or several), one after the other; those of several together last."""
     rolls: list[tuple[Recording, Observation]] = []
     for entry in find_all([Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]):
         found = observe_or_fail(entry, lambda recording: observe(recording, options, trim))
@@ -88,10 +85,7 @@ def observe_together(rolls: list[tuple[Recording, Observation]]) -> list[Observa
 def in_order(
     entries: Sequence[Recording | MeasurementError], one: Callable[[int, Recording | MeasurementError], Observation]
 ) -> Iterator[Observation]:
-    """`one(number, entry)` of every entry, in order; photos are measured ahead in threads, one for each processor.
-
-    At most 8 threads, as each photo takes up to 0.5 GB.
-    """
+    """`one(number, entry)` of every entry, in order; photos are measured ahead in at most 8 threads (0.5 GB each)."""
     workers = min(os.cpu_count() or 1, 8)
     begun: dict[int, Future] = {}
     with ThreadPoolExecutor(workers) as pool:

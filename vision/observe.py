@@ -103,8 +103,7 @@ def observe_seeds_photo(recording: Recording) -> Observation:
         Quantity(f"seed_{row.quantity}", row.mean, row.mean_sd, row.unit) for row in grains.distribution().itertuples()
     )
     doubt = "in px: no scale is known" if grains.scale is None else getattr(grains.scale, "reason", "")
-    if doubt:
-        quantities = tuple(q.doubt(doubt) for q in quantities)
+    quantities = tuple(q.doubt(doubt) for q in quantities)
     rows = grains.distribution().itertuples()
     spread = [f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g} {r.unit}" for r in rows]
     table = grains.table()
@@ -115,7 +114,7 @@ def observe_seeds_photo(recording: Recording) -> Observation:
 def seed_questions(seed: Seed) -> list[str]:
     """A question for a size, a mass and a density that no seed has; they are used as stated."""
     questions = []
-    sizes = [s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s]
+    sizes = seed.sizes_mm
     if odd := [s for s in sizes if not _within(s, PLAUSIBLE_MM)]:
         questions.append(f"a seed of {odd[0]:,g} mm: is it in millimetres? It is taken as stated")
     if seed.mass_g and not _within(seed.mass_g, PLAUSIBLE_G):

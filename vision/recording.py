@@ -77,11 +77,7 @@ class Recording:
 
 
 def read_recording(path: Path, defaults: dict | None = None) -> Recording:
-    """Read one recording folder (with recording.toml) or one bare photo.
-
-    `defaults` is the content of bench.toml; without it, a bench.toml beside the folder is read.
-    Raises MeasurementError naming the file and the field.
-    """
+    """Read one recording folder or one bare photo; defaults: the content of bench.toml, by default of that beside the folder."""
     path = Path(path)
     if path.is_file():
         return bare_recording(path)

@@ -28,10 +28,7 @@ class Frame:
 
 @dataclass
 class FrameSource(ABC):
-    """The frames of one recording.
-
-    count: number of frames expected; notes: what was skipped, with frame numbers.
-    """
+    """The frames of one recording; count: frames expected; notes: what was skipped, with frame numbers."""
 
     path: Path
     count: int

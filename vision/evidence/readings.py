@@ -8,7 +8,7 @@ from scipy.stats import t as student
 
 from vision.evidence.resolution import reading_step
 from vision.evidence.tables import READING_COLUMNS, Table, read_readings
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
+from vision.measurement import MeasurementError, Observation, Quantity
 from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, rolling_friction_eq3
 from vision.recording import Recording
 
@@ -35,10 +35,7 @@ class Summary:
 
 
 def summarise(values: np.ndarray, trim: bool = False) -> Summary:
-    """Mean, sample sd, sd of the mean, n and range of `values` (n ≥ 1).
-
-    trim: leave out the highest and the lowest reading (needs n ≥ 4). The sd of the remaining ones understates the scatter.
-    """
+    """Statistics of `values` (n ≥ 1); trim: without the highest and the lowest (n ≥ 4), whose scatter is then understated."""
     values = np.sort(np.asarray(values, dtype=float))
     if trim and values.size >= 4:
         values = values[1:-1]
@@ -68,7 +65,7 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         common = float(np.hypot(s.sd_rounding, INSTRUMENT_SD[unit]))
         new = [_quantity(name, s.mean, s.sd_mean, common, unit, s.n), *_derived(recording, column_rig, s, common, notes)]
         doubts = list(_doubts(recording, column_rig, values, s))
-        quantities += [q.doubt("; ".join(doubts)) for q in new] if doubts else new
+        quantities += [q.doubt(*doubts) for q in new]
         left_out = values.size - s.n
         rows.append((recording.id, name, s.mean, s.sd, s.sd_mean, s.n, s.low, s.high, unit, left_out))
         trimmed = "; one highest and one lowest left out" if left_out else ""
@@ -94,8 +91,8 @@ def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
 
 def _quantity(name: str, value: float, sd: float, common: float, unit: str, n: int) -> Quantity:
     """sd: of the mean, from the scatter; common: sd that repeats do not reduce."""
-    reason = "a single reading: no standard deviation" if n == 1 else ""
-    return Quantity(name, value, float(np.hypot(sd, common)), unit, DOUBTFUL if reason else GOOD, reason, sd_common=common)
+    found = Quantity(name, value, float(np.hypot(sd, common)), unit, sd_common=common)
+    return found.doubt("a single reading: no standard deviation" if n == 1 else "")
 
 
 def _derived(recording: Recording, rig: str, s: Summary, common: float, notes: list[str]) -> list[Quantity]:

@@ -22,10 +22,7 @@ SILENT = 1e-7  # of full scale: below the last bit of 16
 
 @dataclass(frozen=True, eq=False)
 class Sound:
-    """Mono samples (n,) of full scale 1 at `rate_hz`; the first one at `start_s`, 0 being the time of the first picture, if any.
-
-    lossy: encoded as AAC, MP3, Opus or Vorbis.
-    """
+    """Mono samples (n,) of full scale 1; the first at `start_s`, 0 being the time of the first picture. lossy: AAC, MP3, Opus, Vorbis."""
 
     path: Path
     samples: np.ndarray
@@ -68,10 +65,9 @@ def only_sound(file: Path) -> bool:
 
 
 def read_sound(file: Path) -> Sound:
-    """The sound of a film or a sound file.
+    """The sound of a film or a sound file; MeasurementError where there is none, only silence, or nothing that can be decoded.
 
-    Several channels are averaged; where time stamps leave a gap it is filled with silence and noted. Raises MeasurementError
-    where there is no sound, only silence, or nothing that can be decoded.
+    Several channels are averaged; where time stamps leave a gap it is filled with silence and noted.
     """
     if file.stat().st_size == 0:
         raise MeasurementError(f"{file}: the file is empty (0 bytes)")

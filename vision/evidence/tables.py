@@ -47,10 +47,10 @@ class Table:
 
 
 def read_track(path: Path) -> Table:
-    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA.
+    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA; files of other tools are converted.
 
-    Rows with a missing position or time are left out and noted; rows out of order are sorted and noted. Two rows of one time, a missing
-    or unknown column and text in place of a number are errors. Files of other tools are converted (vision/foreign).
+    Rows with a missing position or time are left out, rows out of order are sorted; both are noted. Errors: two rows of one
+    time, a missing or unknown column, text in place of a number.
     """
     if _of_another_tool(path):
         from vision.foreign.as_evidence import foreign_track
@@ -83,11 +83,10 @@ def read_track(path: Path) -> Table:
 
 
 def read_gates(path: Path, rig: str) -> Table:
-    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s at which the seed's centre passed it, and,
-    if known, sd_s and sd_mm.
+    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s of the seed's centre, sd_s, sd_mm.
 
-    Rows are sorted by time; gates that did not fire (empty cells) are left out and noted. Errors: fewer than LEAST_GATES, two passages at
-    one time or of one gate, a seed that turns back, an sd that is not positive.
+    Rows are sorted by time; gates that did not fire (empty cells) are left out and noted. Errors: fewer than LEAST_GATES, two
+    passages at one time or of one gate, a seed that turns back, an sd that is not positive.
     """
     where, rows = GATE_PLACE[rig], _read_csv(path)
     columns = (where, "t_s")
@@ -112,8 +111,7 @@ def read_gates(path: Path, rig: str) -> Table:
 
 
 def read_impacts(path: Path) -> Table:
-    """Read impacts.csv: rows of t_s, strictly increasing, at least two, and sd_s if known; or another tool's file of them
-    (vision/foreign)."""
+    """Read impacts.csv: at least two rows of t_s, strictly increasing, and sd_s if known; or another tool's file of them."""
     if _of_another_tool(path):
         from vision.foreign.as_evidence import foreign_impacts
 
@@ -166,10 +164,10 @@ Range = tuple[float, float]
 
 
 def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str, Range] | None = None) -> pd.DataFrame:
-    """Read a CSV table of numbers: the columns `needed` and those of `optional` that are there, {name: (least, greatest)}.
+    """Read the columns `needed` and those of `optional` that are there, {name: (least, greatest)}, of a CSV table of numbers.
 
-    Other columns are left out; the order is the file's. Raises MeasurementError naming file, column and row where a column is
-    missing or comes twice, and where a cell is empty, no number or outside its range.
+    MeasurementError naming file, column and row where a column is missing or comes twice, or a cell is empty, no number or
+    outside its range.
     """
     rows = _read_csv(path)
     _check_present(path, rows, needed)

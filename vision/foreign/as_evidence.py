@@ -16,10 +16,7 @@ from vision.measurement import MeasurementError
 
 @dataclass(frozen=True)
 class Evidence:
-    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else, else ""; keys: of recording.toml that the file states.
-
-    unitless: its lengths have no unit.
-    """
+    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else, else ""; keys: that the file states."""
 
     kind: str
     rig: str

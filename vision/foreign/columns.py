@@ -39,10 +39,7 @@ def heading_row(rows: Rows) -> int:
 
 
 def column(path: Path, rows: Rows, at: int, name: str, first_line: int) -> np.ndarray:
-    """One column of numbers; an empty cell is NaN. MeasurementError naming column and line for words.
-
-    rows: those below the headings; first_line: the number of the first of them among the file's lines that are not empty.
-    """
+    """One column of numbers, NaN for an empty cell; MeasurementError naming column and line for words. first_line: of `rows`."""
     values = np.full(len(rows), np.nan)
     for k, row in enumerate(rows):
         cell = row[at] if at < len(row) else ""

@@ -48,10 +48,7 @@ class Contents:
 
 
 def point_track(path: Path, name: str, time: np.ndarray, x: np.ndarray, y: np.ndarray) -> PointTrack | None:
-    """A track of the rows without NaN, sorted by time; None where they are fewer than LEAST_ROWS. x to the right, y up.
-
-    MeasurementError for two places at one time.
-    """
+    """A track of the rows without NaN, sorted by time; None for fewer than LEAST_ROWS, an error for two places at one time."""
     there = np.isfinite(time) & np.isfinite(x) & np.isfinite(y)
     time, x, y = time[there], x[there], y[there]
     if len(time) < LEAST_ROWS:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.motion.ellipse import Patch
 from vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
 
 MOVES_SD = 6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
@@ -24,6 +23,16 @@ LIKE_SHADOW = (-0.5, 0.25)  # relative brightness over the background within whi
 CLEAR_SD = 6.0  # off every shadow of the background, at which colour separates a thing from them
 SHADE_PX = 3.0  # over which the illumination changes
 LEAST_SHADE = 0.02  # relative change of the illumination; less is noise
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Coverage of the pixels about one thing, (h, w), and its sd (infinite where it is unknown); x0, y0: column and row of the first."""
+
+    coverage: np.ndarray
+    error: np.ndarray
+    x0: int
+    y0: int
 
 
 @dataclass(frozen=True)
@@ -104,10 +113,7 @@ def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> 
 
 @dataclass(frozen=True)
 class _Outline:
-    """mask (h, w): filled, at about half coverage; share (h, w): approximate coverage, smoothed by a pixel.
-
-    level: median difference from the background; contrast, colour, background_sds: as in Silhouette.
-    """
+    """mask (h, w): filled, at about half coverage; share (h, w): approximate coverage; level: median difference from the background."""
 
     mask: np.ndarray
     share: np.ndarray

@@ -10,7 +10,7 @@ import numpy as np
 
 from vision.measurement import MeasurementError
 from vision.motion.flight import Flights, Gravity, drag_shift
-from vision.motion.least_squares import variance_factor
+from vision.motion.least_squares import all_stated, variance_factor
 
 FEW_ROWS = 16  # with fewer, no rows are left out about a contact, and outliers are not detected
 STILL = 0.01  # of the fall: rows so near the first are those of a seed that is held
@@ -20,11 +20,8 @@ SLACK = 0.05  # of the time between two rows, by which noise may move the impact
 def fit_few_flights(
     time: np.ndarray, frame: np.ndarray, height: np.ndarray, across: np.ndarray, sd: np.ndarray, gravity: Gravity, *, gates: bool
 ) -> Flights:
-    """Fit both flights, as flight.fit_flights does; sd (n,): of each height, or NaN; `frame` and `across` are not used.
-
-    Raises MeasurementError where no impact lies between two of the rows, or the rows are too few.
-    """
-    stated = bool(np.isfinite(sd).all() and (sd > 0).all())
+    """Fit both flights, as flight.fit_flights does; sd (n,): of each height, or NaN; `frame` and `across` are not used."""
+    stated = all_stated(sd)
     unknowns = 4 + (gravity.value is None)
     least = unknowns + (not stated)
     begin = _release_row(height)
@@ -84,7 +81,7 @@ def _linear(time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarr
         here = np.isin(used, r)
         bare[here, 2 * k], bare[here, 2 * k + 1] = 1.0, tau[here]
     bend, known = -(tau**2) / 2, gravity.value
-    stated = bool(np.isfinite(sd).all() and (sd > 0).all())
+    stated = all_stated(sd)
     weight, shift = np.ones(len(used)), np.zeros(len(used))
     for _ in range(3):
         columns = bare if known is not None else np.column_stack([bare, bend])
@@ -119,4 +116,3 @@ def _linear(time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarr
 def is_few(flights: Flights) -> bool:
     """Whether the flights were fitted here: no rows are left out about the contacts."""
     return flights.guard == 0.0
-

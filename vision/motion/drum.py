@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from vision.evidence.frames import FrameSource, open_frames
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
-from vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas, Colour
+from vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas
 from vision.pile.image import binarise
 from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 from vision.recording import Recording
@@ -44,10 +44,13 @@ def observe_drum(recording: Recording, progress: Callable[[float], None] | None 
     level, level_sd, notes = _horizontal(recording)
     angles = np.array([line.angle_deg - level for line in found])
     sd = float(student.ppf(0.975, len(angles) - 1) / 1.96 * angles.std(ddof=1) / np.sqrt(len(angles)))
-    value = Quantity("flowing_angle", abs(float(angles.mean())), float(np.hypot(sd, level_sd)), "deg", GOOD, "", level_sd)
-    for doubt in _doubts(angles, found):
-        value = value.doubt(doubt)
-    picture = _overlay(first, _mean(surfaces), found, value)
+    sd = float(np.hypot(sd, level_sd))
+    value = Quantity("flowing_angle", abs(float(angles.mean())), sd, "deg", sd_common=level_sd)
+    value = value.doubt(*_doubts(angles, found))
+    seen = np.isfinite(surfaces)
+    total, count = np.where(seen, surfaces, 0.0).sum(axis=0), seen.sum(axis=0)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    picture = _overlay(first, mean, found, value)
     share = f"{100 * (WINDOW[1] - WINDOW[0]):.0f} %"
     notes += [f"line through the middle {share} of the surface; {len(found)} stretches of the film", *source.notes]
     return Observation(recording.id, "drum", (value,), tuple(notes), {"drum": picture})
@@ -117,11 +120,6 @@ def _largest(mask: np.ndarray, grain: int) -> np.ndarray:
     return labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
 
 
-def _mean(surfaces: np.ndarray) -> np.ndarray:
-    seen = np.isfinite(surfaces)
-    return np.where(seen.any(axis=0), np.where(seen, surfaces, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1), np.nan)
-
-
 def _line(surface: np.ndarray) -> Line | None:
     there = np.flatnonzero(np.isfinite(surface))
     if len(there) < 40:
@@ -155,16 +153,11 @@ def _overlay(first: np.ndarray, surface: np.ndarray, lines: list[Line], value: Q
     factor = max(1.0, max(first.shape[:2]) / LONGEST_PX)
     canvas.curve(np.arange(len(surface)) * factor, surface * factor, GREEN, 1.5)
     for line in lines:
-        _draw(canvas, factor, line.x_low, float(line.at(line.x_low)), line.x_high, float(line.at(line.x_high)), YELLOW, 0.5)
+        x = np.array([line.x_low, line.x_high])
+        canvas.curve(factor * x, factor * line.at(x), YELLOW, 0.5)
     slope, x = np.mean([line.slope for line in lines]), np.array([lines[0].x_low, lines[0].x_high])
     middle = np.mean([line.at(x.mean()) for line in lines])
-    y = middle + slope * (x - x.mean())
-    _draw(canvas, factor, x[0], y[0], x[1], y[1], RED, 2.5)
+    canvas.curve(factor * x, factor * (middle + slope * (x - x.mean())), RED, 2.5)
     legend = [(f"{value.name} {value.value:.2f} ± {value.sd:.2f}°  {value.quality}", WHITE if value.quality == GOOD else YELLOW)]
     canvas.legend([*legend, (value.reason, YELLOW)] if value.reason else legend)
     return canvas.pixels
-
-
-def _draw(canvas: Canvas, factor: float, x1: float, y1: float, x2: float, y2: float, colour: Colour, width: float) -> None:
-    """A line given in px of the reduced picture."""
-    canvas.line(factor * x1, factor * y1, factor * x2, factor * y2, colour, width)

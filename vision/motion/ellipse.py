@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision.motion.detect import Silhouette
+from vision.motion.detect import Patch, Silhouette
 
 RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 CLEAN = 0.08  # relative deviation from the seed's area, within which a silhouette shows the seed alone
@@ -27,16 +27,6 @@ CAUCHY = 2.4  # scale of the weights, in sds
 STEPS = 10
 NEAR_PX = 2.5  # beyond the outline, within which pixels are used
 ROUND = 1.06  # ratio of axes below which an ellipse has no orientation
-
-
-@dataclass(frozen=True)
-class Patch:
-    """Coverage of the pixels about one thing, (h, w), and its sd (infinite where it is unknown); x0, y0: column and row of the first."""
-
-    coverage: np.ndarray
-    error: np.ndarray
-    x0: int
-    y0: int
 
 
 @dataclass(frozen=True)

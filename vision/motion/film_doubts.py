@@ -87,7 +87,7 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
 def stated_area_px(recording: Recording) -> tuple[float, float]:
     """Least and greatest silhouette [px²] of the stated seed in any orientation; 0 and infinity where it is not stated."""
     scale, seed = recording.camera.mm_per_px, recording.seed
-    axes = sorted(a for a in (seed.length_mm, seed.width_mm, seed.thickness_mm) if a)
+    axes = sorted(seed.sizes_mm)
     if not scale or len(axes) < 2 or seed.count not in (None, 1):
         return 0.0, math.inf
     least = math.pi / 4 * axes[0] * axes[1] / scale**2 if len(axes) == 3 else 0.0

@@ -28,7 +28,7 @@ def drag_per_metre(recording: Recording, speed: float) -> float | None:
     seed, air = recording.seed, recording.air
     if air.density_kg_m3 == 0:
         return 0.0
-    sizes = [s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s]
+    sizes = seed.sizes_mm
     if not sizes:
         return None
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000
@@ -38,18 +38,17 @@ def drag_per_metre(recording: Recording, speed: float) -> float | None:
         mass = seed.density_kg_m3 * math.pi / 6 * diameter**3
     else:
         return None
+    coefficient = 0.44
     if air.viscosity_pa_s > 0:
         reynolds = max(air.density_kg_m3 * speed * diameter / air.viscosity_pa_s, 1e-3)
-        coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687) if reynolds < 1000 else 0.44
-    else:
-        coefficient = 0.44
+        if reynolds < 1000:
+            coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687)
     return air.density_kg_m3 * coefficient * math.pi * diameter**2 / (8 * mass)
 
 
 def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str]]:
     """The prior of γ, and notes about scale, time and air."""
-    physical = track.unit == "mm" and track.timed
-    if not physical:
+    if not track.physical:
         missing = (["scale"] if track.unit == "px" else []) + ([] if track.timed else ["frame rate"])
         text = f"{' and '.join(missing)} unknown: lengths in {track.unit}, times in {track.time_unit}; ratios do not need them"
         return Gravity(None, recording.camera.scale_sd if track.unit == "mm" else 0.0), [text]

@@ -204,10 +204,7 @@ def _rejections(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
 def correct_impacts(
     sound: Sound, onsets: Onsets, chain: Chain, drop: Drop, where: str
 ) -> tuple[Onsets, Chain, tuple[int, ...], list[str]]:
-    """(onsets, chain, rows of the added impacts, notes) after the corrections in `drop`; unchanged where it has none.
-
-    where: the file that states them. MeasurementError for a moment outside the sound, or one both added and removed.
-    """
+    """(onsets, chain, rows of the added impacts, notes) after the corrections in `drop`, which the file `where` states."""
     if not (drop.impacts_added_s or drop.impacts_struck_s):
         return onsets, chain, (), []
     for name in ("impacts_added_s", "impacts_struck_s"):

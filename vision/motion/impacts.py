@@ -12,7 +12,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from vision.measurement import DOUBTFUL, FAILED, GOOD, Quantity, failed
+from vision.measurement import DOUBTFUL, FAILED, GOOD, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
 from vision.motion.rebound import HEIGHT_SD_MM
@@ -29,10 +29,7 @@ JUMP = 2.0  # greatest factor between successive restitutions
 def measure_impacts(
     times: np.ndarray, sd: np.ndarray | None, recording: Recording, *, first: bool = True
 ) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
-    """Quantities, the table of bounces, notes.
-
-    times [s]: increasing, at least two; sd [s]: of each, None where not stated; first: whether the first is the first after the release.
-    """
+    """Quantities, the table of bounces, notes; times, sd [s]; first: whether the first impact is that after the release."""
     gap = np.diff(times)
     notes = []
     if sd is None:
@@ -68,15 +65,15 @@ def measure_impacts(
         by_height = math.sqrt(top / height)
         by_height_sd = by_height / 2 * math.hypot(float(bounces.height_sd_mm[0]) / top, HEIGHT_SD_MM / height)
         if (lost := 1 - fall_speed**2 / (2 * G * height / 1000)) > MOST_LOST:
-            said_of = f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) = {by_height:.4g} is no restitution"
-            notes.append(f"{said_of}; the ratio of the speeds is given")
+            text = f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) = {by_height:.4g} is no restitution"
+            notes.append(f"{text}; the ratio of the speeds is given")
             by_height, by_height_sd = float(e[0]), float(e_sd[0])
         quantities.insert(1, Quantity("restitution", by_height, by_height_sd, "1"))
         quantities.insert(2, Quantity("impact_speed", fall_speed, fall_sd, "m/s"))
         quantities.append(Quantity("restitution_normal", float(e[0]), float(e_sd[0]), "1"))
     else:
         text = f"{recording.toml}: [drop] height_mm is missing; the first impact's speed is needed" if first else NOT_FIRST
-        quantities[1:1] = [failed("restitution", "1", text), failed("impact_speed", "m/s", text)]
+        quantities[1:1] = all_failed((("restitution", "1"), ("impact_speed", "m/s")), text)
         if len(gap) > 1:
             second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "1")
             why = "[drop] height_mm is missing, so the first one's speed is unknown" if first else NOT_FIRST

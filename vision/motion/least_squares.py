@@ -30,10 +30,7 @@ class Fit:
 
 
 def whiten(rows: np.ndarray, lag: np.ndarray, rho: float) -> np.ndarray:
-    """Transform rows (n, …) with AR(1) noise into rows with independent noise of the same σ.
-
-    lag (n,): frames since the row before; inf starts an independent stretch.
-    """
+    """Rows (n, …) with AR(1) noise → rows with independent noise of the same σ; lag (n,): frames since the row before."""
     carried = rho**lag
     carried[0] = 0.0
     shape = (-1,) + (1,) * (rows.ndim - 1)
@@ -90,6 +87,11 @@ def fit(
     params = np.linalg.lstsq(white, aim, rcond=None)[0]
     widen = (student.ppf(0.975, freedom) / 1.96) ** 2
     return Fit(params, inverse * widen, noise, rho, data - design @ params)
+
+
+def all_stated(sd: np.ndarray) -> bool:
+    """Whether every row has an sd."""
+    return bool(np.isfinite(sd).all() and (sd > 0).all())
 
 
 def variance_factor(chi2: float, degrees_of_freedom: int, stated: bool) -> tuple[float, str]:

@@ -9,11 +9,11 @@ import pandas as pd
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
 from vision.foreign.unit_inference import free_falls, unit_doubt
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity, all_failed
 from vision.motion.drop_sound import combine_with_sound, observe_sound, sound_of
 from vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
 from vision.motion.impacts import measure_impacts
-from vision.motion.rebound import Rebound, all_failed, gravity_axes, measure_rebound
+from vision.motion.rebound import QUANTITIES, Rebound, gravity_axes, measure_rebound
 from vision.motion.roll import measure_roll
 from vision.motion.roll_path import roll_path
 from vision.motion.rolling_shutter import average_over_readouts
@@ -30,11 +30,7 @@ MOVING_RIGS = ("drop", "slide", "roll")
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
-    """Measure a drop, slide or roll recorded as track.csv, gates.csv, impacts.csv, frames, video or (a drop) sound.
-
-    progress(fraction done) is called while frames are read. Raises MeasurementError where nothing can be measured; single
-    quantities that cannot be measured are failed, with the reason.
-    """
+    """Measure a drop, slide or roll of any evidence; quantities that cannot be measured are failed, with the reason."""
     if recording.rig not in MOVING_RIGS:
         raise MeasurementError(
             f"{recording.toml}: rig = {recording.rig!r} does not move; expected one of {', '.join(MOVING_RIGS)}"
@@ -60,7 +56,7 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
     try:
         seen = _observe_frames(recording, progress)
     except MeasurementError as error:
-        seen = Observation(recording.id, "drop", all_failed(str(error)))
+        seen = Observation(recording.id, "drop", all_failed(QUANTITIES, str(error)))
         both = combine_with_sound(seen, recording, file)
         if both.bounces is None:
             raise MeasurementError(f"{error}; {both.notes[-1]}") from error
@@ -70,7 +66,7 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
 
 def _check_units(track: Track, recording: Recording) -> None:
     """MeasurementError where the acceleration of a drop contradicts the units of its columns."""
-    if recording.rig != "drop" or track.unit != "mm" or not track.timed:
+    if recording.rig != "drop" or not track.physical:
         return
     falls = free_falls(track.time, track.x, track.y)
     if doubt := unit_doubt(falls, 1.0, 1.0, bool((track.time == np.round(track.time)).all())):

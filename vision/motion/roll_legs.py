@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from vision.measurement import MeasurementError
-from vision.motion.least_squares import estimate_rho, propagate, variance_factor, whiten
+from vision.motion.least_squares import all_stated, estimate_rho, propagate, variance_factor, whiten
 
 FEW_ROWS = 30  # with fewer, correlation between rows is not estimated
 
@@ -52,10 +52,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Rows:
-    """The data, arrays (n,): time [s], x [mm] along the motion, sd of x (NaN: not stated), frames since the row before (lag).
-
-    gates: light gates measured the times at known places.
-    """
+    """Arrays (n,): time [s], x [mm] along the motion, its sd (NaN: not stated), frames since the row before; gates: of light gates."""
 
     time: np.ndarray
     x: np.ndarray
@@ -97,7 +94,7 @@ def fit_legs(rows: Rows, legs: Legs, start: np.ndarray, nuisance: Nuisance) -> L
     n, freedom = len(rows.x), len(rows.x) - len(start)
     if freedom < 1:
         raise MeasurementError(f"{n} usable rows for {len(start)} unknowns: one more is needed")
-    stated = bool(np.isfinite(rows.sd).all() and (rows.sd > 0).all())
+    stated = all_stated(rows.sd)
     unit, rho = np.maximum(np.abs(start), 1e-3 * np.ptp(rows.x)), 0.0
 
     def curve(p: np.ndarray) -> np.ndarray:

@@ -74,7 +74,7 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
     rocks = _rocking_px(recording)
     if rms > MOST_RMS * size + rocks:
         text = f"the places lie {rms:.2g} px off the straight legs: a shadow or a mirror image is taken for a part of the seed"
-        doubt = "; ".join(filter(None, (doubt, text)))
+        doubt = f"{doubt}; {text}" if doubt else text
     # Places are assumed to err along the legs as much as across them; the rocking of an oblong seed is no error.
     sd = float(np.hypot(np.hypot(sd, 0.1 * corner_shift), max(rms - rocks - SHARP_PX, 0.0) * np.sqrt(2)))
     return RollPath(path, (-corner_shift, sd), [(drawn[0], drawn[1]), (drawn[1], drawn[2])], tuple(notes), doubt)
@@ -82,8 +82,7 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
 
 def _rocking_px(recording: Recording) -> float:
     """rms height by which the centre of an oblong seed rises and falls as it rolls [px]; 0 where axes or scale are not stated."""
-    seed = recording.seed
-    axes = [a for a in (seed.length_mm, seed.width_mm, seed.thickness_mm) if a]
+    axes = recording.seed.sizes_mm
     if not recording.camera.mm_per_px or not axes:
         return 0.0
     return (max(axes) - min(axes)) / 2 / 2 / np.sqrt(2) / recording.camera.mm_per_px

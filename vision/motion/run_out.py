@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from vision.measurement import FAILED, MeasurementError, Quantity, failed
+from vision.measurement import FAILED, MeasurementError, Quantity, all_failed, failed
 from vision.motion.least_squares import correlated_mean, estimate_rho, fit, frame_lag, whiten
 from vision.motion.outliers import single_spikes
 from vision.motion.rolling_resistance import fit_resistance, resistance_notes
@@ -45,7 +45,7 @@ def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float
     try:
         found = _measure(used.take(~spikes), recording, junction)
     except MeasurementError as error:
-        return RunOut(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES))
+        return RunOut(all_failed(QUANTITIES, str(error)))
     spike_notes = [f"{spikes.sum()} single rows far off their neighbours are left out"] if spikes.any() else []
     return replace(found, notes=(*spike_notes, *found.notes))
 
@@ -84,20 +84,20 @@ def _measure(track: Track, recording: Recording, in_picture: tuple[float, float]
         raise MeasurementError(no_stop or "the seed stops before the junction: it never reaches the level plate")
     rests = not no_stop and stop <= x.max()
     level = fit_resistance(track, x, (place, place_sd), stop if rests else None, recording)
-    resistance, path = level.resistance, _smooth_path(time, x)
+    half = max(2, len(x) // 100)
+    mean = np.ones(2 * half + 1) / (2 * half + 1)
+    resistance, path = level.resistance, np.convolve(np.pad(x, half, mode="edge"), mean, mode="valid")
     path[level.rows] = level.curve
     notes += resistance_notes(recording, [resistance])
-    for text in junction_doubts:
-        resistance = resistance if resistance.quality == FAILED else resistance.doubt(text)
+    if resistance.quality != FAILED:
+        resistance = resistance.doubt(*junction_doubts)
     fitted = (time, sign * path)
     if no_stop:
-        both = (failed("run_out", "mm", no_stop), failed("rolling_friction", "1", no_stop))
+        both = all_failed(QUANTITIES[:2], no_stop)
         return RunOut((*both, resistance), sign * place, None, None, fitted, tuple(notes))
     scale_sd = recording.camera.scale_sd if track.unit == "mm" else 0.0
     sd = math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2)
-    run_out = Quantity("run_out", length, sd, track.unit, sd_common=scale_sd * length)
-    for text in doubts:
-        run_out = run_out.doubt(text)
+    run_out = Quantity("run_out", length, sd, track.unit, sd_common=scale_sd * length).doubt(*doubts)
     friction = _friction(run_out, recording)
     notes += _comparison_note(friction, resistance)
     return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
@@ -117,7 +117,7 @@ def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
     if np.ptp(x) < (1.0 if track.unit == "mm" else 4.0):
         raise MeasurementError(f"the seed does not roll: it moves {np.ptp(x):.3g} {track.unit} in all")
     length_mm = recording.roll.incline_length_mm
-    if length_mm and track.unit == "mm" and track.timed and ends_on_incline(track.t_s, x, length_mm):
+    if length_mm and track.physical and ends_on_incline(track.t_s, x, length_mm):
         of = f"{np.ptp(x):.4g} of {length_mm:g} mm"
         raise MeasurementError(f"the seed does not leave the incline ({of}): there is no run-out")
     if recording.evidence == "gates.csv":
@@ -139,15 +139,15 @@ def _friction(run_out: Quantity, recording: Recording) -> Quantity:
     parts = by * [LENGTH_SD_MM, INCLINE_SD_DEG, run_out.sd]
     common = math.hypot(parts[1], by[2] * run_out.sd_common)
     quantity = Quantity("rolling_friction", value, float(np.linalg.norm(parts)), "1", sd_common=common)
-    return quantity.doubt(run_out.reason) if run_out.reason else quantity
+    return quantity.doubt(run_out.reason)
 
 
-def rolling_friction_eq3(way_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
+def rolling_friction_eq3(length_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
     """μ_r = S sin β / (S cos β + L) and its derivatives by S [1/mm], β [1/°] and L [1/mm]."""
     beta = math.radians(incline_deg)
-    below = way_mm * math.cos(beta) + run_out_mm
-    value = way_mm * math.sin(beta) / below
-    by_beta = (way_mm * math.cos(beta) * below + way_mm**2 * math.sin(beta) ** 2) / below**2
+    below = length_mm * math.cos(beta) + run_out_mm
+    value = length_mm * math.sin(beta) / below
+    by_beta = (length_mm * math.cos(beta) * below + length_mm**2 * math.sin(beta) ** 2) / below**2
     return value, np.array([math.sin(beta) * run_out_mm / below**2, math.radians(by_beta), -value / below])
 
 
@@ -287,10 +287,3 @@ def _fastest_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int
     slope = -found.params[1] - found.params[2] * np.minimum(late, 0) - found.params[3] * np.maximum(late, 0)
     white = whiten(np.column_stack([columns(turn), slope]), frame_lag(frame), found.rho) / found.noise
     return float(found.params[0]), math.sqrt(float(np.linalg.pinv(white.T @ white)[0, 0]))
-
-
-def _smooth_path(time: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Running mean of the places, for the plot."""
-    half = max(2, len(x) // 100)
-    padded = np.pad(x, half, mode="edge")
-    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")

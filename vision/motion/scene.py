@@ -78,10 +78,7 @@ def grey(pixels: np.ndarray) -> np.ndarray:
 
 
 def learn_scene(source: FrameSource, still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None) -> Scene:
-    """Estimate background and noise from frames sampled over the whole recording.
-
-    still(pictures): returns the pictures whose median is the background; default: pictures evenly spaced in motion.
-    """
+    """Estimate background and noise; still(pictures): those whose median is the background, default: evenly spaced in motion."""
     frames = source.sample(61)
     if len(frames) < 3:
         raise MeasurementError(f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3")

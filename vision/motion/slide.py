@@ -15,9 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
+from scipy.signal import savgol_filter
 
 from vision.evidence.resolution import reading_step
-from vision.measurement import MeasurementError, Quantity, failed
+from vision.measurement import MeasurementError, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
 from vision.motion.least_squares import estimate_rho, fit, frame_lag, whiten
 from vision.motion.outliers import single_spikes
@@ -70,21 +71,21 @@ def measure_slide_track(track: Track, recording: Recording) -> Slide:
         tilt, notes = _tilt(used, recording)
         return _measure(used, tilt, recording, notes)
     except MeasurementError as error:
-        return Slide(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES), None, None)
+        return Slide(all_failed(QUANTITIES, str(error)), None, None)
 
 
 def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) -> Slide:
     time, x = track.time, track.x
-    sign = 1.0 if _last_mean(x) >= _first_mean(x) else -1.0
+    sign = 1.0 if _first_mean(x[::-1]) >= _first_mean(x) else -1.0
     noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6) + 1e-9
     travel = float(np.ptp(x))
     least = max(20 * noise, 0.3 if track.unit == "mm" else 2.0)
     if travel < least:
         raise MeasurementError(f"the block does not slide: it moves {travel:.3g} {track.unit} in all")
     stop = _end_of_slide(time, sign * x, noise)
-    physical = track.unit == "mm" and track.timed
-    onset, found, solution = _fit_onset(track, tilt, sign, stop, physical)
-    values, cov = solution
+    physical = track.physical
+    found, values, cov = _fit_onset(track, tilt, sign, stop, physical)
+    onset = float(values[0])
     angle = math.degrees(float(np.interp(onset, time, tilt.angle)))
     rate = math.degrees(abs(float(np.interp(onset, time, tilt.rate))))
     onset_sd = math.sqrt(cov[0, 0])
@@ -94,12 +95,12 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
     slide_angle = Quantity("slide_angle", angle, sd, "deg", sd_common=tilt.sd)
     static = Quantity("static_friction", math.tan(radians), steep * sd, "1", sd_common=steep * tilt.sd)
     if physical:
-        kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording, rate)
+        kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording)
     else:
         unknown = "camera.mm_per_px" if track.unit == "px" else "camera.fps"
         kinetic = failed("kinetic_friction", "1", f"the acceleration is known in pixels or frames only; {unknown} is needed")
     quantities = [slide_angle, static, kinetic]
-    quantities = [_doubts(q, track, onset, onset_sd, stop, found, noise, travel, kinetic, static) for q in quantities]
+    quantities = [_doubts(q, track, onset, stop, found, noise, travel, kinetic, static) for q in quantities]
     if found.rho > 0.3:
         notes.append(f"successive frames err together (AR(1) ρ = {found.rho:.2f}); the standard deviations allow for it")
     if stop < len(x):
@@ -131,8 +132,6 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
 
 def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
     """The angle smoothed by local lines over about a thirtieth of the rows (Savitzky–Golay)."""
-    from scipy.signal import savgol_filter
-
     filled = np.interp(time, time[known], tilt[known])
     window = max(5, len(filled) // 30) // 2 * 2 + 1
     return savgol_filter(filled, window, 1) if len(filled) > window else filled
@@ -158,10 +157,7 @@ def _from(onset: float, time: np.ndarray, values1: np.ndarray, values2: np.ndarr
 
 
 def _turning(time: np.ndarray, x: np.ndarray, tilt: _Tilt) -> np.ndarray:
-    """∫ 2 θ̇ (x − x₀) dt from the first row; x downhill.
-
-    Without this Coriolis term an onset at 2 °/s with μ_k = μ_s would be found 0.07° late.
-    """
+    """∫ 2 θ̇ (x − x₀) dt from the first row (Coriolis), without which an onset at 2 °/s is found 0.07° late; x downhill."""
     return integrals(time, 2 * tilt.rate * (x - _first_mean(x)))[0]
 
 
@@ -181,7 +177,7 @@ def _design(onset: float, time, tilt: _Tilt, turning, stop: int, physical: bool)
 
 
 def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool):
-    """Best onset, the linear fit there, and (t₀, linear parameters) with their joint covariance."""
+    """The linear fit at the best onset, and (onset, linear parameters) with their joint covariance."""
     time, x, lag = track.time, sign * track.x[:stop], frame_lag(track.frame[:stop])
     turning = _turning(time, sign * track.x, tilt)
 
@@ -215,7 +211,7 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
     jacobian = whiten(np.column_stack([slope, design]), lag, rho) / found.noise
     cov = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-15)
     cov[0, 0] = _onset_sd(lambda t: misfit(t, rho) / found.noise**2, onset, time[0], time[stop - 3]) ** 2
-    return onset, found, (params, cov)
+    return found, params, cov
 
 
 def _onset_sd(misfit, onset: float, first: float, last: float) -> float:
@@ -235,7 +231,7 @@ def _onset_sd(misfit, onset: float, first: float, last: float) -> float:
     return sum(reach) / 2 / 1.96
 
 
-def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, recording: Recording, rate: float) -> Quantity:
+def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, recording: Recording) -> Quantity:
     """Quantity kinetic_friction, with errors of scale and tilt: Δμ = (a / g cos θ) Δscale and Δμ = Δθ / cos² θ."""
     late = slice(np.searchsorted(track.time, onset), stop)
     theta = float(np.mean(tilt.angle[late])) if stop > late.start else float(tilt.angle[stop - 1])
@@ -245,7 +241,7 @@ def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, re
     return Quantity("kinetic_friction", value, math.hypot(*parts), "1", sd_common=math.hypot(*parts[1:]))
 
 
-def _doubts(q: Quantity, track: Track, onset, onset_sd, stop, found, noise, travel, kinetic, static) -> Quantity:
+def _doubts(q: Quantity, track: Track, onset, stop, found, noise, travel, kinetic, static) -> Quantity:
     if q.quality == "failed":
         return q
     before = int((track.time[:stop] < onset).sum())
@@ -276,7 +272,3 @@ def _end_of_slide(time: np.ndarray, x: np.ndarray, noise: float) -> int:
 
 def _first_mean(x: np.ndarray) -> float:
     return float(np.median(x[: max(3, len(x) // 20)]))
-
-
-def _last_mean(x: np.ndarray) -> float:
-    return float(np.median(x[-max(3, len(x) // 20) :]))

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from vision.measurement import MeasurementError, Quantity, failed
+from vision.measurement import MeasurementError, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
-from vision.motion.least_squares import variance_factor
+from vision.motion.least_squares import all_stated, variance_factor
 from vision.motion.slide import QUANTITIES, TILT_SD_DEG, Slide, integrals, measure_slide_track
 from vision.motion.track import Track
 from vision.recording import Recording
@@ -28,7 +28,7 @@ def measure_slide(track: Track, recording: Recording) -> Slide:
     used = track.used()
     if recording.evidence != "gates.csv" and len(used) >= FEW_ROWS:
         return measure_slide_track(track, recording)
-    onset = tuple(failed(name, unit, NO_ONSET) for name, unit in QUANTITIES[:2])
+    onset = all_failed(QUANTITIES[:2], NO_ONSET)
     try:
         friction, fitted, notes = _kinetic(used, recording)
     except MeasurementError as error:
@@ -37,9 +37,7 @@ def measure_slide(track: Track, recording: Recording) -> Slide:
 
 
 def _kinetic(track: Track, recording: Recording) -> tuple[Quantity, tuple[np.ndarray, np.ndarray], tuple[str, ...]]:
-    if track.unit != "mm" or not track.timed:
-        missing = "mm_per_px" if track.unit != "mm" else "fps"
-        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; an acceleration needs lengths and times")
+    track.need_physical(recording)
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
     still = np.abs(track.x - track.x[0]) < STILL * np.ptp(track.x)
     first = int(np.argmin(still)) if not still.all() else len(track)
@@ -52,11 +50,8 @@ def _kinetic(track: Track, recording: Recording) -> tuple[Quantity, tuple[np.nda
     middle = float(np.mean(theta))
     scale_sd = 0.0 if recording.evidence == "gates.csv" else recording.camera.scale_sd
     sd = math.sqrt(sd**2 + ((math.tan(middle) - value) * scale_sd) ** 2 + (math.radians(sd_deg) / math.cos(middle) ** 2) ** 2)
-    quantity = Quantity("kinetic_friction", value, sd, "1")
-    if value < -2 * sd:
-        quantity = quantity.doubt("negative kinetic friction: are angle, scale and times right?")
-    if doubt:
-        quantity = quantity.doubt(doubt)
+    negative = "negative kinetic friction: are angle, scale and times right?" if value < -2 * sd else ""
+    quantity = Quantity("kinetic_friction", value, sd, "1").doubt(negative, doubt)
     return quantity, (time, sign * curve), (note,)
 
 
@@ -84,7 +79,7 @@ def _fit(time: np.ndarray, x: np.ndarray, sd: np.ndarray, theta: np.ndarray, gat
     turning = 2 * np.interp(fine, tau, rate) * np.polyval(np.polyfit(fine, speed, 1), fine)
     pull, press = (np.interp(tau, fine, integrals(fine, v)[1]) for v in (G_MM_S2 * np.sin(angle), G_MM_S2 * np.cos(angle) - turning))
     design = np.column_stack([np.ones(len(tau)), tau, -press])
-    stated = bool(np.isfinite(sd).all() and (sd > 0).all())
+    stated = all_stated(sd)
     weight = 1 / sd if stated else np.ones(len(tau))
     if gates and not stated:
         weight = 1 / np.maximum(np.abs(np.gradient(x, time)), 1e-3 * np.ptp(x) / np.ptp(time))

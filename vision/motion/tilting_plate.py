@@ -34,8 +34,7 @@ def track_slide(
 ) -> tuple[TrackedSeed, PlateOverlay]:
     """Track the block along the tilting plate [px], with the plate's angle, both from the pictures.
 
-    The plate's edge is tracked through the film and the pivot estimated. In pictures that are rotated with the plate only the block
-    moves. Angles are against the picture's horizontal plus `camera.plumb_deg`.
+    Angles are against the picture's horizontal plus `camera.plumb_deg`. In pictures rotated with the plate only the block moves.
     """
     lines, shape, last = track_edge(source)
     if lines is not None and len(lines) < LEAST_SEEN * source.count:
@@ -159,10 +158,7 @@ def _row_levels(strip: np.ndarray) -> np.ndarray:
 
 
 def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
-    """Pictures without the block: its first place taken from strips after it has left, the rest from strips before.
-
-    Where nothing leaves its place, strips evenly spaced in motion.
-    """
+    """Pictures without the block: its first place from strips after it has left; evenly spaced ones where nothing leaves."""
     left = _block_departure(strips)
     if left is None:
         return even_in_motion(strips)

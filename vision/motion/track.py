@@ -47,6 +47,18 @@ class Track:
         return bool(np.isfinite(self.t_s).all())
 
     @property
+    def physical(self) -> bool:
+        """Whether lengths are in mm and times in s."""
+        return self.unit == "mm" and self.timed
+
+    def need_physical(self, recording: Recording) -> None:
+        """MeasurementError, naming the missing key, unless lengths are in mm and times in s."""
+        if not self.physical:
+            key = "mm_per_px" if self.unit != "mm" else "fps"
+            message = f"[camera] {key} is missing; an acceleration needs lengths and times"
+            raise MeasurementError(f"{recording.toml}: {message}")
+
+    @property
     def time(self) -> np.ndarray:
         """Seconds, or frames where the frame rate is unknown."""
         return self.t_s if self.timed else self.frame.astype(float)
@@ -66,15 +78,12 @@ class Track:
 
     def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
+        columns = {name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)}
+        return replace(self, **{k: None if c is None else c[rows] for k, c in columns.items()})
 
-        def some(column: Any) -> Any:
-            return None if column is None else column[rows]
-
-        return replace(self, **{name: some(getattr(self, name)) for name in (*_ALWAYS, *_OPTIONAL)})
-
-    def marked(self, outlier: np.ndarray, note: str = "") -> "Track":
+    def marked(self, outlier: np.ndarray) -> "Track":
         """The same track with more rows marked as outliers."""
-        return replace(self, outlier=self.outlier | outlier, notes=(*self.notes, note) if note else self.notes)
+        return replace(self, outlier=self.outlier | outlier)
 
     def spin(self, rows: np.ndarray) -> tuple[float, float]:
         """Spin [rad per time unit, anticlockwise] over some rows and its sd; NaN with an orientation in fewer than 5 of them."""
@@ -92,14 +101,11 @@ class Track:
 
     def to_table(self) -> pd.DataFrame:
         """The columns of track.csv, plus the frame number, the sds and the outlier mark; unknown columns are left out."""
-        unit = self.unit
-        columns = {"frame": self.frame, "t_s": self.t_s, f"x_{unit}": self.x, f"y_{unit}": self.y, f"sd_{unit}": self.sd}
-        for name in _OPTIONAL:
-            if getattr(self, name) is not None:
-                columns[name] = getattr(self, name)
-        columns["outlier"] = self.outlier.astype(int)
-        table = pd.DataFrame(columns)
-        return table.drop(columns=[c for c in ("t_s", f"sd_{unit}") if table[c].isna().all()])
+        places = {f"x_{self.unit}": self.x, f"y_{self.unit}": self.y, f"sd_{self.unit}": self.sd}
+        more = {name: getattr(self, name) for name in _OPTIONAL if getattr(self, name) is not None}
+        columns = {"frame": self.frame, "t_s": self.t_s, **places, **more}
+        table = pd.DataFrame({**columns, "outlier": self.outlier.astype(int)})
+        return table.drop(columns=[c for c in ("t_s", f"sd_{self.unit}") if table[c].isna().all()])
 
 
 _ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")

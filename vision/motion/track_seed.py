@@ -38,11 +38,9 @@ def track_seed(
     source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
     at: tuple[float, float, float] | None = None, area_px: tuple[float, float] = (0.0, np.inf),
 ) -> TrackedSeed:  # fmt: skip
-    """Track the seed through all frames.
+    """Track the seed, which falls or rolls, through all frames; MeasurementError where nothing moves like a seed.
 
-    falling: it is dropped; otherwise it rolls or slides. scene: default is the median of the frames.
-    at: frame, x, y [px, y down] where somebody says that the seed is. area_px: least and greatest silhouette of the stated seed.
-    progress(fraction done) is called now and then. Raises MeasurementError where nothing moves like a seed.
+    at: frame, x, y [px, y down] where somebody says that it is. area_px: least and greatest silhouette of the stated seed.
     """
     scene = learn_scene(source) if scene is None else scene
     tracklets: list[Tracklet] = []

@@ -75,10 +75,7 @@ def find_pitch(fit: Fit, levels: list[Level], rng: np.random.Generator) -> Pitch
 def line_strengths(
     fit: Fit, grid: GridMap, levels: list[Level], pitch_px: float, family: int, rng: np.random.Generator
 ) -> Strengths:
-    """Fold the darkness over ten lines and fit ten bells (one width) on a slowly changing ground.
-
-    Samples are drawn where the fit saw the grid, from the level at which a line's distance is 6 to 12 px if there is one.
-    """
+    """Fold the darkness over ten lines and fit ten bells (one width) on a slowly changing ground, where the fit saw the grid."""
     level = levels[int(np.clip(np.floor(np.log2(max(pitch_px, 1) / 6)), 0, len(levels) - 1))]
     half = 0.32 * fit.windows.h.shape[1] * fit.windows.fx  # where the windows' weight lies
     pick = rng.integers(len(fit.windows.x), size=SAMPLES)

@@ -114,10 +114,7 @@ def _contradicts_plumb(camera: Camera, line: BaseLine) -> bool:
 
 
 def _runs_over_seed_tops(surface: np.ndarray, intercept: float, slope: float) -> bool:
-    """Whether a line runs over the tops of seeds that cover the plate, not over the plate.
-
-    Then more than 1 % of the columns along it lie deeper than it by a twentieth of the crest's height.
-    """
+    """Whether more than 1 % of the columns along a line lie deeper by a twentieth of the crest's height: it runs over seeds."""
     depth = surface - intercept - slope * np.arange(surface.size)
     on = np.flatnonzero(np.abs(depth) <= 3.0)
     if not on.size:
@@ -203,10 +200,7 @@ def _refine(image, background: Background, columns, slope, intercept, sign) -> L
 
 
 def foot_line(region: Region, level: float) -> BaseLine | None:
-    """The line through the heap's two toes, in px of the picture; None where the outline shows none.
-
-    level: dy/dx of a level line. It is used for the curved foot of a heap that leans on a wall: tilt and curvature look alike there.
-    """
+    """The line through the heap's two toes, in px of the picture; None where there is none. level: dy/dx of a level line."""
     mask = region.mask
     columns = np.flatnonzero(mask.any(axis=0))
     if columns.size < 16:

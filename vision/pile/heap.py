@@ -53,8 +53,7 @@ class Heap:
 def level_line(profile: np.ndarray, tolerance: float, share: float, below: float = 0.15) -> tuple[float, float] | None:
     """Intercept and slope of the nearly level line with most points of the profile; None where there is none.
 
-    At least `share` of the columns must lie within `tolerance` px of it, and at most `below` of the others under it, since
-    everything stands on the plate. All slopes within MAX_PLATE_SLOPE are tried.
+    At least `share` of the columns must lie within `tolerance` px of it, and at most `below` of the others under it.
     """
     x = np.flatnonzero(np.isfinite(profile)).astype(float)
     if x.size < 8:
@@ -87,10 +86,7 @@ def _refit_level_line(x, y, slope, intercept, tolerance, least, below) -> tuple[
 
 
 def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) -> Heap:
-    """Crest and flanks of the tallest part of the profile, without box walls.
-
-    profile (n,): rows y_px, NaN where there is nothing; window: shares of the height that a flank must span to be measured.
-    """
+    """Crest and flanks of the tallest part of the profile (n,), without box walls; window: shares of the height to be spanned."""
     x = np.arange(profile.size)
     height = base.at(x) - profile
     walls = _walls(height)

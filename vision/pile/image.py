@@ -22,20 +22,13 @@ def as_float(image: np.ndarray) -> np.ndarray:
 
 
 def denoise(image: np.ndarray, aperture_px: int = 5) -> np.ndarray:
-    """Median over aperture_px × aperture_px: removes single wrong pixels, keeps edges where they are.
-
-    Float and 16-bit pictures take at most 5 px (OpenCV's median).
-    """
+    """Median over aperture_px × aperture_px (at most 5 for float and 16-bit pictures): removes single wrong pixels."""
     blurred = cv2.medianBlur(image, aperture_px)
     return blurred.reshape(image.shape)
 
 
 def fit_illumination(image: np.ndarray, where: np.ndarray, order: int = 2) -> np.ndarray:
-    """Illumination of the background: a polynomial of `order` in x and y, for each channel, fitted to the pixels of `where`.
-
-    Least squares, repeated three times without pixels farther off than 3 robust standard deviations.
-    Returns coefficients (terms, channels) for `illumination_at`.
-    """
+    """Polynomial of `order` in x and y for each channel, fitted to the pixels of `where` without outliers: (terms, channels)."""
     height, width = where.shape
     y, x = np.nonzero(where)
     step = max(1, y.size // 20_000)  # a smooth surface needs no more
@@ -61,10 +54,7 @@ def illumination_at(coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shap
 
 
 def binarise(grey: np.ndarray) -> tuple[float, float]:
-    """Otsu's threshold on a grey picture, and its separability η = σ²_between / σ²_total (0–1; noise alone gives about 0.64).
-
-    Otsu, IEEE Trans. SMC 9 (1979) 62.
-    """
+    """Otsu's threshold (1979) on a grey picture, and its separability σ²_between / σ²_total (noise alone gives about 0.64)."""
     low, high = float(grey.min()), float(grey.max())
     if high - low < 1e-6:
         return high, 0.0

@@ -7,19 +7,19 @@ Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angl
 heap is segmented by colour and texture instead (`heap_region`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
+from vision.measurement import MeasurementError, Quantity, failed
 from vision.pile.base_line import BASES, find_base_line, find_horizontal, foot_line, in_reduced_px, stated_base_line
 from vision.pile.centroid import centroid_angle
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from vision.pile.heap_region import Region, find_region
 from vision.pile.line import FlankLine, fit_flank
-from vision.pile.surface import Background, Silhouette, fit_background, silhouettes, subpixel_edge
+from vision.pile.surface import fit_background, silhouettes, subpixel_edge
 from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
@@ -102,7 +102,7 @@ def measure_repose(
     if isinstance(segmented, str) or (isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)):
         return _or_raise(smooth)  # the more exact one: its edges are read off the full picture
     doubt = "" if by_hand else _doubt_of_region(region)
-    return replace(segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities)) if doubt else segmented
+    return replace(segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities))
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -126,7 +126,11 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     background = fit_background(photo.crop)
     tried: list[Repose | str] = []
     for silhouette in silhouettes(background):
-        tried.append(_of_silhouette(photo, background, silhouette))
+        surface = subpixel_edge(photo.crop, background, silhouette.top, silhouette.threshold)
+        base = find_base_line(
+            photo.crop, background, silhouette, surface, photo.options.baseline, photo.camera, photo.roi
+        )
+        tried.append(_of_surface(photo, surface, base, background.factor))
         if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
             break  # there is no better kind of base line
     found = [r for r in tried if isinstance(r, Repose)]
@@ -137,13 +141,6 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     if best.base.source == "toe" and cut_off:  # by a better base line the foot is not in the picture
         return replace(best, quantities=tuple(q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities))
     return best
-
-
-def _of_silhouette(photo: _Photo, background: Background, silhouette: Silhouette) -> Repose | str:
-    """The pile of one candidate silhouette; the reason where that is none."""
-    surface = subpixel_edge(photo.crop, background, silhouette.top, silhouette.threshold)
-    base = find_base_line(photo.crop, background, silhouette, surface, photo.options.baseline, photo.camera, photo.roi)
-    return _of_surface(photo, surface, base, background.factor)
 
 
 def _of_region(photo: _Photo, region: Region) -> Repose | str:
@@ -290,6 +287,5 @@ def _height_over_radius(heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x
     return _angle(name, float(np.degrees(np.arctan(ratio))), float(np.degrees(sd_ratio / (1 + ratio**2))), doubts)
 
 
-def _angle(name: str, value: float, sd: float, doubts) -> Quantity:
-    reason = "; ".join(dict.fromkeys(doubts))
-    return Quantity(name, float(value), float(sd), "deg", DOUBTFUL if reason else GOOD, reason)
+def _angle(name: str, value: float, sd: float, doubts: Iterable[str]) -> Quantity:
+    return Quantity(name, float(value), float(sd), "deg").doubt(*dict.fromkeys(doubts))

@@ -95,10 +95,7 @@ def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None
 
 
 def with_thickness(spread: LotPhotos, side: LotPhotos) -> tuple[LotPhotos, tuple[float, float, int] | None]:
-    """Add the thickness: the width of the outlines in photos of seeds turned on their side.
-
-    Seeds that are in the same places get their own thickness; otherwise its mean, sd and number are returned, too.
-    """
+    """Add the thickness, the width of seeds turned on their side; of seeds in other places its mean, sd and number are returned."""
     seeds, whole = spread.seeds.copy(), side.seeds[side.seeds["kind"] == WHOLE]
     if len(whole) < 2:
         raise MeasurementError("the photos of the seeds on their side show fewer than two whole seeds")
@@ -218,10 +215,7 @@ def _scale_words(scale: Scale | float) -> str:
 
 
 def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:
-    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from graph paper, else sizes are in px.
-
-    Raises MeasurementError, naming the file, where the picture cannot be read or shows no seeds.
-    """
+    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from graph paper, else sizes are in px."""
     image = read_photo(path)
     try:
         try:
