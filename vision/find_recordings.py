@@ -24,11 +24,9 @@ BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # files that may lie bes
 
 
 def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording | MeasurementError]:
-    """All recordings under `path`: a photo, a folder of photos, a recording, a bench folder.
-
-    In place of a recording that cannot be read there is its error, so that the others are still measured.
-    met: folders visited already, by another link.
-    """
+    """All recordings under `path`: a photo, a folder of photos, a recording, a bench folder. In
+    place of a recording that cannot be read there is its error, so that the others are still
+    measured. met: folders visited already, by another link."""
     path = Path(path)
     met = set() if met is None else met
     if not path.is_dir():
@@ -69,10 +67,9 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
 
 
 def unread_files(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
-    """(folder, names) of the files that are not read, in `path` and in the folders of the recordings `found`.
-
-    A table counts only beside evidence, where it may have been meant as such.
-    """
+    """(folder, names) of the files that are not read, in `path` and in the folders of the
+    recordings `found`. A table counts only beside evidence, where it may have been meant as
+    such."""
     used = {f.resolve() for r in found if isinstance(r, Recording) for f in (*r.files, r.sound) if f}
     folders = {path.resolve(): path} if path.is_dir() else {}
     for file in used:

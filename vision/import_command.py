@@ -18,7 +18,15 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
     try:
         if rig and rig not in RIGS:
             raise MeasurementError(f"--rig {rig}: it is one of {', '.join(RIGS)}")
-        paths = _files(files)
+        if missing := [p for p in files if not p.exists()]:
+            raise MeasurementError(f"{missing[0]}: no such file or folder")
+        found = []
+        for path in files:
+            inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p)) if path.is_dir() else [path]
+            if not inside:
+                raise MeasurementError(f"{path}: no file of another tool in this folder")
+            found += inside
+        paths = list(dict.fromkeys(found))
         check_out(out, "a drafted bench", _drafted, overwrite, paths)
     except (MeasurementError, OSError) as error:
         print(f"benchtwin import: {error}", file=sys.stderr)
@@ -38,18 +46,6 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
     if not quiet:
         _show(out, drafts, questions)
     return DONE
-
-
-def _files(paths: list[Path]) -> list[Path]:
-    if missing := [p for p in paths if not p.exists()]:
-        raise MeasurementError(f"{missing[0]}: no such file or folder")
-    found = []
-    for path in paths:
-        inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p)) if path.is_dir() else [path]
-        if not inside:
-            raise MeasurementError(f"{path}: no file of another tool in this folder")
-        found += inside
-    return list(dict.fromkeys(found))
 
 
 def _drafted(path: Path) -> bool:

@@ -31,10 +31,8 @@ def observe(
     recording: Recording, options: PileOptions | None = None, trim: bool = False, progress: Progress | None = None
 ) -> Observation:
     """Measure one recording; MeasurementError with the reason where nothing can be measured.
-
-    options: how pile photos are read; trim: leave out the highest and the lowest of repeated readings; progress: called with
-    the fraction done.
-    """
+    options: how pile photos are read; trim: leave out the highest and the lowest of repeated
+    readings; progress: called with the fraction done."""
     observation = _observe(recording, options, trim, progress)
     return replace(observation, notes=(*observation.notes, *seed_questions(recording.seed)))
 

@@ -15,10 +15,9 @@ LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 
 
 def check_out(out: Path, what: str, is_own: Callable[[Path], bool], overwrite: bool, inputs: Sequence[Path] = ()) -> None:
-    """Raise MeasurementError unless `out` can be written: absent, empty, or with `overwrite` and own output only.
-
-    what: what the folder may hold, for the message; is_own: whether a path in it is output of the command; inputs: paths that are read.
-    """
+    """Raise MeasurementError unless `out` can be written: absent, empty, or with `overwrite` and
+    own output only. what: what the folder may hold, for the message; is_own: whether a path in it
+    is output of the command; inputs: paths that are read."""
     if out.exists() and not out.is_dir():
         raise MeasurementError(f"{out}: is a file; --out names a folder")
     there = sorted(out.iterdir()) if out.is_dir() else []

@@ -26,10 +26,9 @@ Notes = Sequence[tuple[str, str]]
 
 
 def show_results(table: pd.DataFrame, means: Sequence[Line], notes: Notes, not_read: Notes, out: Path) -> None:
-    """Print the results of a batch; of a long one only the main quantities and what is doubtful or failed.
-
-    table: the rows of measurements.csv; not_read: those of the notes that name files which were left out; out: the folder.
-    """
+    """Print the results of a batch; of a long one only the main quantities and what is doubtful or
+    failed. table: the rows of measurements.csv; not_read: those of the notes that name files which
+    were left out; out: the folder."""
     console = Console(width=None if sys.stdout.isatty() else 160)
     short = len(table) <= MOST_ROWS
     look = table["quality"] != GOOD

@@ -29,11 +29,6 @@ def read_toml(path: Path) -> dict:
     except UnicodeDecodeError as error:
         raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
     validate(content, path)  # here, so that the error names this file
-    return _resolve_paths(content, path)
-
-
-def _resolve_paths(content: dict, path: Path) -> dict:
-    """The content with the paths of lot and mesh, relative to the file's folder, made absolute."""
     found = {name: (path.parent / file).resolve() for name, file in content.get("seed", {}).items() if name in ("lot", "shape")}
     if "lot" in found and not (found["lot"] / LOT_TABLE).is_file():
         raise MeasurementError(f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape wrote")

@@ -19,11 +19,9 @@ HEIGHT_SD_MM = 1.0
 
 @dataclass(frozen=True)
 class Summary:
-    """Statistics of n repeated readings.
-
-    sd_mean = sd / √n, widened by Student's t so that mean ± 1.96 sd_mean is a 95 % interval. sd_rounding: error due to the step of the
-    readings, which repeats reduce only where they scatter by more than a step.
-    """
+    """Statistics of n repeated readings. sd_mean = sd / √n, widened by Student's t so that mean ±
+    1.96 sd_mean is a 95 % interval. sd_rounding: error due to the step of the readings, which
+    repeats reduce only where they scatter by more than a step."""
 
     mean: float
     sd: float

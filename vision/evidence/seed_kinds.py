@@ -11,11 +11,9 @@ SIZES, DENSITY = ("length_mm", "width_mm", "thickness_mm"), "density_kg_m3"
 
 @dataclass(frozen=True)
 class Published:
-    """One published range.
-
-    quantity: key of [seed], or restitution, static_friction, rolling_friction; on: the other surface, "itself" for seed on seed, "" for
-    properties of the seed; moisture: as the source states it, or how the value was determined.
-    """
+    """One published range. quantity: key of [seed], or restitution, static_friction,
+    rolling_friction; on: the other surface, "itself" for seed on seed, "" for properties of the
+    seed; moisture: as the source states it, or how the value was determined."""
 
     quantity: str
     low: float

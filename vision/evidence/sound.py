@@ -65,10 +65,9 @@ def only_sound(file: Path) -> bool:
 
 
 def read_sound(file: Path) -> Sound:
-    """The sound of a film or a sound file; MeasurementError where there is none, only silence, or nothing that can be decoded.
-
-    Several channels are averaged; where time stamps leave a gap it is filled with silence and noted.
-    """
+    """The sound of a film or a sound file; MeasurementError where there is none, only silence, or
+    nothing that can be decoded. Several channels are averaged; where time stamps leave a gap it is
+    filled with silence and noted."""
     if file.stat().st_size == 0:
         raise MeasurementError(f"{file}: the file is empty (0 bytes)")
     notes: list[str] = []

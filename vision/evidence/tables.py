@@ -102,10 +102,8 @@ def read_gates(path: Path, rig: str) -> Table:
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
     if rig == "drop":  # it passes some gates twice
         wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
-    if wrong.any():
-        at = int(np.argmax(wrong)) + 1
-        message = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
-        raise MeasurementError(f"{path}: {message}; a seed passes the gates one after the other")
+    order = " is out of its order; a seed passes the gates one after the other"
+    _require(path, rows, where, np.append(True, ~wrong), order)
     _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
@@ -144,11 +142,8 @@ def read_readings(path: Path) -> Table:
         if len(missing):
             notes.append(f"{path.name}: {column} is empty in row {', '.join(str(i + 2) for i in missing)}; left out")
         low, high = _READING_RANGE[READING_COLUMNS[column][2]]
-        wrong = rows.index[(rows[column] <= low) | (rows[column] >= high)]
-        if len(wrong):
-            raise MeasurementError(
-                f"{path}: {column} = {rows[column][wrong[0]]:g} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}"
-            )
+        right = ~((rows[column] <= low) | (rows[column] >= high))
+        _require(path, rows, column, right, f"; it should lie between {low:g} and {high:g}")
         if rows[column].notna().sum() == 0:
             raise MeasurementError(f"{path}: {column} holds no numbers")
     return Table(rows, tuple(notes))
@@ -164,11 +159,9 @@ Range = tuple[float, float]
 
 
 def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str, Range] | None = None) -> pd.DataFrame:
-    """Read the columns `needed` and those of `optional` that are there, {name: (least, greatest)}, of a CSV table of numbers.
-
-    MeasurementError naming file, column and row where a column is missing or comes twice, or a cell is empty, no number or
-    outside its range.
-    """
+    """Read the columns `needed` and those of `optional` that are there, {name: (least, greatest)},
+    of a CSV table of numbers. MeasurementError naming file, column and row where a column is
+    missing or comes twice, or a cell is empty, no number or outside its range."""
     rows = _read_csv(path)
     _check_present(path, rows, needed)
     ranges = {**(optional or {}), **needed}
@@ -223,6 +216,14 @@ def _separators_of(path: Path) -> Separators:
     return by
 
 
+def _require(path: Path, rows: pd.DataFrame, column: str, is_right, message: str) -> None:
+    """MeasurementError for the first row that is not right, with its value and line."""
+    if not (right := np.asarray(is_right)).all():
+        at = int(np.argmin(right))
+        value = f"{column} = {rows[column].iloc[at]:g} in row {rows.index[at] + 2}"
+        raise MeasurementError(f"{path}: {value}{message}")
+
+
 def _check_present(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
     if absent := [c for c in needed if c not in rows]:
         raise MeasurementError(
@@ -242,10 +243,10 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
 
 def _check_sds(path: Path, rows: pd.DataFrame) -> None:
     """MeasurementError for a stated sd outside LEAST_SD to GREATEST_SD; an empty cell is unknown."""
+    limits = f"; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}"
     for column in (c for c in SDS if c in rows):
-        if len(wrong := rows.index[rows[column].notna() & ~rows[column].between(LEAST_SD, GREATEST_SD)]):
-            value = f"{column} = {rows[column][wrong[0]]:g} in row {wrong[0] + 2}"
-            raise MeasurementError(f"{path}: {value}; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}")
+        right = rows[column].isna() | rows[column].between(LEAST_SD, GREATEST_SD)
+        _require(path, rows, column, right, limits)
 
 
 def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
@@ -258,8 +259,7 @@ def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
             shown = reprlib.repr(rows[column][row])
             raise MeasurementError(f"{path}: {column} = {shown} in row {row + 2} is not a number") from error
         rows[column] = rows[column].where(np.isfinite(rows[column]))
-        if len(absurd := rows.index[rows[column].abs() > LARGEST]):
-            raise MeasurementError(f"{path}: {column} = {rows[column][absurd[0]]:g} in row {absurd[0] + 2} cannot be")
+        _require(path, rows, column, ~(rows[column].abs() > LARGEST), " cannot be")
 
 
 def _is_number(value: object) -> bool:

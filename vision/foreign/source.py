@@ -143,10 +143,8 @@ class Source:
 
 
 def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
-    """The cells of the lines that are not empty, numbers as floats.
-
-    ValueError, where it is strict, for decimals that are ambiguous or cells that are too long.
-    """
+    """The cells of the lines that are not empty, numbers as floats. ValueError, where it is strict,
+    for decimals that are ambiguous or cells that are too long."""
     lines = [line for line in lines if line.strip()]
     few = lines[:200]
     # Tab, semicolon or comma, whichever is in most lines and in those with words (decimal commas are not).

@@ -73,10 +73,9 @@ def fits_gravity(acceleration_mm_s2: float) -> bool:
 
 
 def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str:
-    """A question where no flight of a track has the acceleration of gravity in its units; "" where one has, or there is none.
-
-    falls: in units of `mm` millimetres, and in seconds; the file's unit of time is `seconds`. whole: its times are whole numbers.
-    """
+    """A question where no flight of a track has the acceleration of gravity in its units; "" where
+    one has, or there is none. falls: in units of `mm` millimetres, and in seconds; the file's unit
+    of time is `seconds`. whole: its times are whole numbers."""
     given = np.array([abs(fall.acceleration) * mm / 1000 for fall in falls])
     others = {f"times {word}": (seconds / unit) ** 2 for word, unit in _TIMES.items()}
     others |= {f"lengths {word}": unit / mm for word, unit in _LENGTHS.items()}

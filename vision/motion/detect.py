@@ -228,9 +228,7 @@ def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: f
 
 def _band(share: np.ndarray, mask: np.ndarray) -> float:
     """Half width of the edge band: BAND_PX for a sharp edge, more where motion or focus blurs it.
-
-    Blur is measured by the number of pixels between 20 and 80 % coverage, per pixel of outline.
-    """
+    Blur is measured by the number of pixels between 20 and 80 % coverage, per pixel of outline."""
     near = cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0
     soft = float(((share > 0.2) & (share < 0.8) & near).sum())
     outline = float((mask - cv2.erode(mask, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)).sum())

@@ -11,9 +11,9 @@ import numpy as np
 from vision.measurement import MeasurementError
 from vision.motion.flight import Flights, Gravity, drag_shift
 from vision.motion.least_squares import all_stated, variance_factor
+from vision.motion.outliers import STILL, rows_at_rest
 
 FEW_ROWS = 16  # with fewer, no rows are left out about a contact, and outliers are not detected
-STILL = 0.01  # of the fall: rows so near the first are those of a seed that is held
 SLACK = 0.05  # of the time between two rows, by which noise may move the impact out of that interval
 
 
@@ -24,7 +24,7 @@ def fit_few_flights(
     stated = all_stated(sd)
     unknowns = 4 + (gravity.value is None)
     least = unknowns + (not stated)
-    begin = _release_row(height)
+    begin = rows_at_rest(height)
     if len(time) - begin < least:
         why = "gravity, " if gravity.value is None else ""
         message = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({why}two places and two speeds)"
@@ -34,13 +34,6 @@ def fit_few_flights(
     if not found:
         raise MeasurementError("no impact lies between two of the rows: none of them splits into a fall and a rebound of two rows each")
     return min(found, key=lambda f: f.noise * (1.0 if stated else len(time) / len(np.concatenate(f.rows))))
-
-
-def _release_row(height: np.ndarray) -> int:
-    """The first row of the fall, after those of a seed that is held."""
-    still = np.abs(height - height[0]) < STILL * np.ptp(height)
-    first = int(np.argmin(still)) if not still.all() else len(height)
-    return 0 if first < 2 else first
 
 
 def _fit_impact_after(time, height, sd, gravity: Gravity, begin: int, j: int, least: int, gates: bool) -> Flights | None:

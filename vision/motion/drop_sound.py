@@ -30,11 +30,9 @@ MOST_LISTED = 6  # rejected sounds in one note
 
 @dataclass(frozen=True, eq=False)
 class SoundImpacts:
-    """The impacts in the sound of one drop.
-
-    times, sd [s] (m,): successive impacts without a gap, on the clock of the pictures; first: whether the first of them is the
-    first after the release; added: rows of the onsets that somebody added as impacts; doubt: "" where there is none.
-    """
+    """The impacts in the sound of one drop. times, sd [s] (m,): successive impacts without a gap,
+    on the clock of the pictures; first: whether the first of them is the first after the release;
+    added: rows of the onsets that somebody added as impacts; doubt: "" where there is none."""
 
     sound: Sound
     onsets: Onsets

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from vision.evidence.frames import FrameSource, open_frames
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas
-from vision.pile.image import binarise
+from vision.pile.image import binarise, shrink
 from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 from vision.recording import Recording
 
@@ -65,7 +65,7 @@ def _flicker(source: FrameSource, progress: Callable[[float], None] | None) -> t
     sums = squares = first = None
     taken = np.zeros(stretches)
     for number, frame in enumerate(source.iterate()):
-        grey = _small(frame.pixels)
+        grey = cv2.GaussianBlur(shrink(frame.pixels, LONGEST_PX)[0].mean(axis=2), (0, 0), 1.0)
         if sums is None or squares is None or first is None:
             first = frame.pixels
             sums, squares = np.zeros((stretches, *grey.shape), np.float32), np.zeros((stretches, *grey.shape), np.float32)
@@ -81,15 +81,6 @@ def _flicker(source: FrameSource, progress: Callable[[float], None] | None) -> t
         raise MeasurementError(f"{source.path}: {int(taken.sum())} of {count} frames could be read")
     each = taken[:, None, None]
     return np.sqrt(np.maximum(squares / each - (sums / each) ** 2, 0.0)), first
-
-
-def _small(pixels: np.ndarray) -> np.ndarray:
-    """Grey, 0 to 255, of at most LONGEST_PX, softened by a pixel."""
-    factor = max(1.0, max(pixels.shape[:2]) / LONGEST_PX)
-    size = (round(pixels.shape[1] / factor), round(pixels.shape[0] / factor))
-    image = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA) if factor > 1 else pixels
-    image = image.astype(np.float32) * (255.0 / np.iinfo(pixels.dtype).max if np.issubdtype(pixels.dtype, np.integer) else 1.0)
-    return cv2.GaussianBlur(image if image.ndim == 2 else image.mean(axis=2), (0, 0), 1.0)
 
 
 def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:

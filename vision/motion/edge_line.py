@@ -16,9 +16,8 @@ CANDIDATES = 5
 @dataclass(frozen=True)
 class Line:
     """A line in the picture (x right, y down): points at(s), s = 0 nearest to the picture's origin.
-
-    angle: clockwise from the picture's horizontal [rad]; extent: first and last s at which it was seen.
-    """
+    angle: clockwise from the picture's horizontal [rad]; extent: first and last s at which it was
+    seen."""
 
     angle: float
     offset: float

@@ -43,11 +43,9 @@ class Ellipse:
 
 @dataclass(frozen=True)
 class EllipsePose:
-    """The ellipse in one frame, px of the picture, y down.
-
-    x, y: centre; turn: orientation [rad, clockwise]; streak: length of the motion blur; sd: of x and of y, each.
-    edge_share: share of its edge that agrees with the edge seen.
-    """
+    """The ellipse in one frame, px of the picture, y down. x, y: centre; turn: orientation [rad,
+    clockwise]; streak: length of the motion blur; sd: of x and of y, each. edge_share: share of its
+    edge that agrees with the edge seen."""
 
     x: float
     y: float
@@ -77,9 +75,8 @@ def fit_ellipse(
     ellipse: Ellipse, patch: Patch, start: EllipsePose, direction: tuple[float, float], blur_px: float
 ) -> EllipsePose | None:
     """The ellipse where most of its edge agrees with the edge seen; None where it agrees nowhere.
-
-    start: first guess; direction: of the motion, unit vector, y down. Iteratively reweighted least squares.
-    """
+    start: first guess; direction: of the motion, unit vector, y down. Iteratively reweighted least
+    squares."""
     rows, columns = (np.asarray(k, float) for k in np.indices(patch.coverage.shape))
     u: np.ndarray = columns + patch.x0 - start.x
     v: np.ndarray = rows + patch.y0 - start.y
@@ -125,11 +122,9 @@ def fit_ellipse(
 
 
 def fit_ellipses(shapes: list[Silhouette], stated_px: tuple[float, float]) -> list[EllipsePose | None] | None:
-    """Pose of the ellipse in each frame, None where too little of its edge is seen.
-
-    stated_px: least and greatest area of the stated seed. None as a whole where the silhouettes' centroids are unbiased, or no ellipse
-    of constant axes fits.
-    """
+    """Pose of the ellipse in each frame, None where too little of its edge is seen. stated_px:
+    least and greatest area of the stated seed. None as a whole where the silhouettes' centroids are
+    unbiased, or no ellipse of constant axes fits."""
     x, y, area = np.array([(s.x, s.y, s.area) for s in shapes]).T
     if len(shapes) < 2 * LEAST_ROWS or _steady(area):
         return None
@@ -184,10 +179,6 @@ def _principal_moments(shape: Silhouette) -> tuple[float, float]:
     return middle + half, middle - half
 
 
-def _orientation(shape: Silhouette) -> float:
-    return 0.5 * math.atan2(2 * shape.xy, shape.xx - shape.yy)
-
-
 def _exposure(shapes, directions, speed: np.ndarray, ellipse: Ellipse, clean: np.ndarray) -> float:
     """Exposure time as a share of the frame interval: motion blur of length L adds L²/12 to the moment along the motion."""
     fast = np.flatnonzero(clean & (speed > 0.3 * ellipse.a))
@@ -204,7 +195,8 @@ def _exposure(shapes, directions, speed: np.ndarray, ellipse: Ellipse, clean: np
 
 def _start_poses(shape: Silhouette, ellipse: Ellipse, streak: float, clean: bool) -> list[EllipsePose]:
     """First guesses of the pose: about the centroid, and below the top of the silhouette, which no shadow reaches."""
-    first = EllipsePose(shape.x, shape.y, _orientation(shape), float(streak), 0.0, 0.0)
+    turn = 0.5 * math.atan2(2 * shape.xy, shape.xx - shape.yy)
+    first = EllipsePose(shape.x, shape.y, turn, float(streak), 0.0, 0.0)
     if clean:
         return [first]
     rows = np.flatnonzero((shape.patch.coverage > 0.5).sum(axis=1) > ellipse.b / 2)

@@ -59,10 +59,9 @@ def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] |
 
 
 def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
-    """Why what was tracked may not be the seed alone; "" where nothing speaks against it.
-
-    Areas are compared with the stated seed where axes and scale are stated, and those at rest with those in motion.
-    """
+    """Why what was tracked may not be the seed alone; "" where nothing speaks against it. Areas are
+    compared with the stated seed where axes and scale are stated, and those at rest with those in
+    motion."""
     track, area = tracked.track, tracked.areas
     moving = np.hypot(np.gradient(track.x), np.gradient(track.y)) > RESTING_PX
     if moving.sum() < LEAST_ROWS:

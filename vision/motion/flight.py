@@ -25,11 +25,9 @@ LEAST_FALL = 0.3  # of the track's height: a single flight of less, without a co
 
 @dataclass(frozen=True)
 class Gravity:
-    """Prior of γ.
-
-    value: g in the track's units, None where scale or frame rate is unknown; scale_sd: relative, of the scale; other_sd: relative, of
-    everything else (perspective, air); drag: k in a = −k v |v|, per length unit of the track.
-    """
+    """Prior of γ. value: g in the track's units, None where scale or frame rate is unknown;
+    scale_sd: relative, of the scale; other_sd: relative, of everything else (perspective, air);
+    drag: k in a = −k v |v|, per length unit of the track."""
 
     value: float | None
     scale_sd: float = 0.0

@@ -46,10 +46,9 @@ STRUCK = "struck out by hand"
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """impacts (m,): rows of the onsets, in order; missed (m,): whether an impact before this one was not heard.
-
-    rejected: {row: reason} of the other onsets that stand out; log_odds: ln likelihood ratio of the whole chain.
-    """
+    """impacts (m,): rows of the onsets, in order; missed (m,): whether an impact before this one
+    was not heard. rejected: {row: reason} of the other onsets that stand out; log_odds: ln
+    likelihood ratio of the whole chain."""
 
     impacts: np.ndarray
     missed: np.ndarray
@@ -69,10 +68,9 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
 
 
 def _log_likelihoods(o: Onsets, duration: float, known: np.ndarray) -> np.ndarray:
-    """(n,): ln likelihood ratio of each onset being an impact, expected within a second, against another sound as loud.
-
-    known: rows of the impacts found so far, which do not count among the others.
-    """
+    """(n,): ln likelihood ratio of each onset being an impact, expected within a second, against
+    another sound as loud. known: rows of the impacts found so far, which do not count among the
+    others."""
     sudden = (o.rise_s <= SUDDEN_S) & (o.lasting_db <= LASTS_DB)
     other = np.ones(len(o), bool)
     other[known] = False
@@ -108,10 +106,9 @@ def echo_lags(o: Onsets) -> np.ndarray:
 def _likeliest_chain(
     o: Onsets, log_likelihood: np.ndarray, height_mm: float | None
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Rows of the likeliest chain, whether an impact before each was missed, ln odds.
-
-    State: the pair (j, k) of successive impacts; `score` is the ln likelihood ratio of the best chain that ends with it.
-    """
+    """Rows of the likeliest chain, whether an impact before each was missed, ln odds. State: the
+    pair (j, k) of successive impacts; `score` is the ln likelihood ratio of the best chain that
+    ends with it."""
     n, t = len(o), o.time_s
     fall = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
     alike = o.timbre @ o.timbre.T
@@ -143,7 +140,8 @@ def _likeliest_chain(
                 fits = (now > LEAST_E) & (now <= MOST_E)
                 old = e[before, j]
                 prior_sd = np.where(came[before, j] < 0, FIRST_E_SD, E_SD)
-                like = np.where(np.isfinite(old), _log_likelihood_of_ratio(np.log(now / old), prior_sd), -1.0)
+                wide_tails = -1.5 * np.log1p((np.log(now / old) / prior_sd) ** 2 / 2)
+                like = np.where(np.isfinite(old), wide_tails, -1.0)
                 due = -np.log(0.3 * gap)
                 fainter = _log_likelihood_of_level(o.level_db[k] - o.level_db[j], 20 * LEVEL_POWER * np.log10(now) * (1 + lost))
                 whole = np.where(fits, score[before, j] + pair + like + due + fainter - MISSED * lost, -np.inf)
@@ -165,11 +163,6 @@ def _backtrack(score: np.ndarray, came: np.ndarray, skipped: np.ndarray) -> tupl
         chain.append(int(j))
         j, k = came[j, k], j
     return np.array(chain[::-1]), np.array([False, *lost[::-1]]), log_odds
-
-
-def _log_likelihood_of_ratio(off, sd):
-    """ln likelihood of a deviation `off` of ln e, with wide tails."""
-    return -1.5 * np.log1p((off / sd) ** 2 / 2)
 
 
 def _log_likelihood_of_level(change_db, due_db):

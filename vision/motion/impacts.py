@@ -145,10 +145,9 @@ def _qualities(e: np.ndarray, fallen: bool) -> list[str]:
 
 
 def estimate_time_sds(times: np.ndarray) -> np.ndarray:
-    """(n,), all equal: estimated sd [s] of impact times without a stated one.
-
-    Posterior mean from the scatter of ln Δt, in which errors of times and of e differ in correlation; at least the rounding.
-    """
+    """(n,), all equal: estimated sd [s] of impact times without a stated one. Posterior mean from
+    the scatter of ln Δt, in which errors of times and of e differ in correlation; at least the
+    rounding."""
     least = _rounding(times) / math.sqrt(12)
     sigma = np.maximum(np.geomspace(2e-6, 2e-2, 41), least)
     log_weight = -0.5 * (np.log(sigma / PRIOR_SD_S) / math.log(PRIOR_FACTOR)) ** 2

@@ -95,10 +95,9 @@ def all_stated(sd: np.ndarray) -> bool:
 
 
 def variance_factor(chi2: float, degrees_of_freedom: int, stated: bool) -> tuple[float, str]:
-    """Factor of a least-squares covariance so that ± 1.96 √var is a 95 % interval, and a doubt ("" for none).
-
-    1 where the sds of the rows are stated and χ² does not contradict them; else χ²/ν, widened by Student's t.
-    """
+    """Factor of a least-squares covariance so that ± 1.96 √var is a 95 % interval, and a doubt (""
+    for none). 1 where the sds of the rows are stated and χ² does not contradict them; else χ²/ν,
+    widened by Student's t."""
     if stated and (degrees_of_freedom < 1 or chi_square.sf(chi2, degrees_of_freedom) >= LEAST_P):
         return 1.0, ""
     reduced = chi2 / degrees_of_freedom

@@ -9,6 +9,7 @@ SPIKE_SD = 6.0  # a row this many robust sds off its flight is an outlier: 2e-9 
 SMOOTH = 6  # degree of the curve through a flight
 LEAP, LEAST_LEAP, RETURN = 5.0, 0.1, 2.5  # in typical steps; of the extent; in typical steps
 WINDOW, MOST_SLIPPED = 13, 12  # rows
+STILL = 0.01  # of the extent: rows so near the first are those of a seed that is held
 MOST_OUTLIERS = 0.05  # of a flight's rows; more are no outliers but its path
 
 
@@ -76,6 +77,13 @@ def curve_residuals(time: np.ndarray, place: np.ndarray) -> np.ndarray:
 def robust_sd(values: np.ndarray) -> float:
     """1.4826 times the median of |values|: robust standard deviation of values about 0."""
     return 1.4826 * float(np.median(np.abs(values)))
+
+
+def rows_at_rest(place: np.ndarray) -> int:
+    """Rows at the start that are within STILL of the extent of the first, all where nothing moves; 0 for one alone."""
+    still = np.abs(place - place[0]) < STILL * np.ptp(place)
+    count = len(place) if still.all() else int(np.argmin(still))
+    return count if count > 1 else 0
 
 
 def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -116,10 +116,9 @@ def _no_bounce(flights: Flights, track: Track, up: np.ndarray) -> str:
 
 
 def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
-    """For each bounce: t, height at contact, speed before, after, rebound height, e (6 values); then the fall and √(H₂/H₁).
-
-    Lengths and speeds are divided by 1 + ε, ε the error of the scale.
-    """
+    """For each bounce: t, height at contact, speed before, after, rebound height, e (6 values);
+    then the fall and √(H₂/H₁). Lengths and speeds are divided by 1 + ε, ε the error of the
+    scale."""
     out = []
     for k in range(len(flights.rows) - 1):
         t = flights.contact_time(k, p)
@@ -180,16 +179,11 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
             row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = track.spin(flights.rows[flight])
         row |= {f"contact_{length}": contact, f"contact_sd_{length}": contact_sd}
         row |= {f"height_{length}": top, f"height_sd_{length}": top_sd, "restitution": e, "restitution_sd": e_sd}
-        row["quality"] = _bounce_quality(flights, track, k, e, e_sd)
+        few = min(len(flights.rows[k]), len(flights.rows[k + 1])) < 5
+        cut = track.time[flights.rows[k + 1][-1]] < flights.apex_time(k + 1)
+        row["quality"] = DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _bounce_quality(flights: Flights, track: Track, k: int, e: float, e_sd: float) -> str:
-    """Doubtful where a flight beside bounce k has few rows or ends before its apex, or e is out of (0.02, 1) or uncertain."""
-    few = min(len(flights.rows[k]), len(flights.rows[k + 1])) < 5
-    cut = track.time[flights.rows[k + 1][-1]] < flights.apex_time(k + 1)
-    return DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
 
 
 def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, common, recording: Recording, doubt: str):

@@ -20,10 +20,8 @@ FEW_ROWS = 30  # with fewer, correlation between rows is not estimated
 
 @dataclass(frozen=True)
 class Leg:
-    """A parabola about the time `at` [s]: place [mm], speed [mm/s], acceleration [mm/s²], drag over mass and inertia [1/mm].
-
-    It is constant before, or after, the time at which it is at rest.
-    """
+    """A parabola about the time `at` [s]: place [mm], speed [mm/s], acceleration [mm/s²], drag over
+    mass and inertia [1/mm]. It is constant before, or after, the time at which it is at rest."""
 
     at: float
     place: float
@@ -63,11 +61,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class Nuisance:
-    """Nuisance parameters, which the rows do not determine.
-
-    drag over mass and inertia [1/mm]; corner: its place [mm]; keep: share of the speed kept there; inertia: 1 + I/(m r²);
-    incline [rad]; scale: 1 as stated.
-    """
+    """Nuisance parameters, which the rows do not determine. drag over mass and inertia [1/mm];
+    corner: its place [mm]; keep: share of the speed kept there; inertia: 1 + I/(m r²); incline
+    [rad]; scale: 1 as stated."""
 
     drag: float
     corner: float

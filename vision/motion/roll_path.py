@@ -14,10 +14,9 @@ SHARP_PX = 0.3  # noise of a place, which the fit along the path allows for
 
 @dataclass(frozen=True)
 class RollPath:
-    """A roll's track with x along the path (0 where the legs meet), in px, y up.
-
-    junction: (place, sd) along the path, None where it is not in the picture; legs: their end points; doubt: "" for none.
-    """
+    """A roll's track with x along the path (0 where the legs meet), in px, y up. junction: (place,
+    sd) along the path, None where it is not in the picture; legs: their end points; doubt: "" for
+    none."""
 
     track: Track
     junction: tuple[float, float] | None
@@ -95,10 +94,8 @@ def _variance_inflation(left: np.ndarray) -> float:
 
 
 def _fit_two_legs(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, float, float] | None:
-    """Least squares of two legs that meet: x, y of the corner, both slopes, sd of x, rms of the residuals.
-
-    None where a single line fits about as well.
-    """
+    """Least squares of two legs that meet: x, y of the corner, both slopes, sd of x, rms of the
+    residuals. None where a single line fits about as well."""
     order = np.argsort(u)
     u, y = u[order], y[order]
     spaced = np.searchsorted(u, np.linspace(u[0], u[-1], 400))  # rows at rest count once

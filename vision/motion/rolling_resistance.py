@@ -54,11 +54,9 @@ class ResistanceFit:
 
 
 def fit_resistance(track: Track, x: np.ndarray, junction: tuple[float, float], stop: float | None, recording: Recording) -> ResistanceFit:
-    """Fit rolling_resistance to the rows on the level; failed, with the reason, where they do not suffice.
-
-    x (n,): place along the motion; junction: (place, sd) where the level begins; stop: place of rest, None where that is not in the
-    picture; all in the track's unit.
-    """
+    """Fit rolling_resistance to the rows on the level; failed, with the reason, where they do not
+    suffice. x (n,): place along the motion; junction: (place, sd) where the level begins; stop:
+    place of rest, None where that is not in the picture; all in the track's unit."""
     try:
         track.need_physical(recording)
         rows = _rows(track, x, junction, x.max() if stop is None else stop, stop is not None)
@@ -122,10 +120,9 @@ def drag_of_recording(recording: Recording) -> Drag:
 
 
 def _slope_of_level(recording: Recording) -> tuple[float, float, bool]:
-    """tan of the level's slope, falling ahead of the seed, its sd, and whether that error is shared by all rolls.
-
-    slope_deg is positive where the level falls towards +x. An unknown slope averages out over rolls in both stated directions.
-    """
+    """tan of the level's slope, falling ahead of the seed, its sd, and whether that error is shared
+    by all rolls. slope_deg is positive where the level falls towards +x. An unknown slope averages
+    out over rolls in both stated directions."""
     roll = recording.roll
     if roll.slope_deg is None or roll.direction is None:
         return 0.0, math.radians(LEVEL_SD_DEG), roll.direction is None

@@ -21,11 +21,9 @@ def at_row_times(track: Track, share: np.ndarray, readout_s: float) -> Track:
 def average_over_readouts(
     track: Track, share: np.ndarray, readout_s: float | None, fps: float | None, measure: Callable[[Track], Rebound]
 ) -> tuple[Rebound, str]:
-    """`measure` at the stated readout time, and a note.
-
-    Where none is stated: the mean over readout times from 0 to one frame, weighted by the likelihood of the parabolas under the known
-    gravity and scale, which differ between falling and rising.
-    """
+    """`measure` at the stated readout time, and a note. Where none is stated: the mean over readout
+    times from 0 to one frame, weighted by the likelihood of the parabolas under the known gravity
+    and scale, which differ between falling and rising."""
     if readout_s is not None:
         return (measure(at_row_times(track, share, readout_s)) if track.timed else measure(track)), ""
     plain = measure(track)
@@ -52,10 +50,8 @@ def average_over_readouts(
 
 
 def _negative_log_likelihood(one: Rebound, plain: Rebound, rho: float) -> float:
-    """−ln likelihood of a fit with noise correlated by rho, up to a constant.
-
-    Infinite where it found other bounces than the plain fit, or contradicts gravity where the plain fit does not.
-    """
+    """−ln likelihood of a fit with noise correlated by rho, up to a constant. Infinite where it
+    found other bounces than the plain fit, or contradicts gravity where the plain fit does not."""
     if one.flights is None or one.bounces is None or plain.bounces is None or len(one.bounces) != len(plain.bounces):
         return np.inf
     if one.contradicted and not plain.contradicted:

@@ -51,10 +51,9 @@ def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float
 
 
 def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
-    """Whether a seed did not leave the incline: its path, time [s] and x [mm] (n,), is no longer, and it was still accelerating.
-
-    That is, the last quarter of the path took less time than the quarter before.
-    """
+    """Whether a seed did not leave the incline: its path, time [s] and x [mm] (n,), is no longer,
+    and it was still accelerating. That is, the last quarter of the path took less time than the
+    quarter before."""
     length_mm = np.maximum.accumulate(np.abs(x - x[0]))
     if not 0 < length_mm[-1] <= incline_length_mm + LENGTH_SD_MM:
         return False

@@ -54,10 +54,9 @@ class Scene:
         return grey(self.background)
 
     def coarse_difference(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """The coarse picture less the background, the background, both in sds of the noise (h, w, c), and the light's gain.
-
-        gain: brightness relative to the background, for slow drift and flicker.
-        """
+        """The coarse picture less the background, the background, both in sds of the noise (h, w,
+        c), and the light's gain. gain: brightness relative to the background, for slow drift and
+        flicker."""
         height, width = self.coarse.shape[:2]
         small = colours(cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
         gain = float(np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2)))
@@ -100,16 +99,6 @@ def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     """MEDIAN_FRAMES of the frames, evenly spaced in the amount of motion."""
     if len(frames) <= 5:
         return frames
-    moved = _motion_between(frames)
-    moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
-    path = np.concatenate([[0.0], np.cumsum(moved)])
-    wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
-    # A frame may be taken several times, so that the few frames of a short motion outvote the rest.
-    return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
-
-
-def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
-    """Share of the picture that changes from each frame to the next, (n − 1,), not counting slow changes of light."""
     height, width = frames[0].shape[:2]
     size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
     small = [cv2.resize(grey(f), size, interpolation=cv2.INTER_AREA) for f in frames]
@@ -117,7 +106,12 @@ def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
     change = np.array([np.abs(b - a) for a, b in itertools.pairwise(even)])
     # In a picture without noise the median is 0, and the changing shading of a turning thing would count as motion.
     level = max(8 * float(np.median(change)) + 0.01, LEAST_CHANGE * float(change.max()))
-    return (change > level).mean(axis=(1, 2))
+    moved = (change > level).mean(axis=(1, 2))
+    moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
+    path = np.concatenate([[0.0], np.cumsum(moved)])
+    wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
+    # A frame may be taken several times, so that the few frames of a short motion outvote the rest.
+    return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
 
 
 def _median(frames: list[np.ndarray]) -> np.ndarray:
@@ -163,10 +157,9 @@ def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:
 
 
 def _spread(off: np.ndarray) -> float:
-    """Robust sd: from the median or the 95th percentile of the deviations, whichever is larger.
-
-    A video codec repeats most of the picture unchanged and has errors in the rest, which the median alone does not show.
-    """
+    """Robust sd: from the median or the 95th percentile of the deviations, whichever is larger. A
+    video codec repeats most of the picture unchanged and has errors in the rest, which the median
+    alone does not show."""
     size = np.abs(off - np.median(off))
     return max(1.4826 * float(np.median(size)), float(np.percentile(size[::2, ::2], 95)) / 1.96)
 
@@ -190,10 +183,9 @@ def in_sds(colours: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def weighted_product(a: np.ndarray, b: np.ndarray, background_sds: np.ndarray, shade: float) -> np.ndarray:
-    """Scalar product of two differences (…, c) where shadows of relative sd `shade` count as noise; all in sds of the noise.
-
-    Of grey pictures, in which a shadow is a change like any other, the plain product.
-    """
+    """Scalar product of two differences (…, c) where shadows of relative sd `shade` count as noise;
+    all in sds of the noise. Of grey pictures, in which a shadow is a change like any other, the
+    plain product."""
     plain = dot(a, b)
     if background_sds.shape[-1] == 1 or shade == 0:
         return plain

@@ -48,10 +48,9 @@ class Slide:
 
 @dataclass(frozen=True)
 class _Tilt:
-    """The plate's angle [rad] and its rate at each row, and integrals of g sin θ and g cos θ from the first row.
-
-    sd [deg]: error that all rows and all recordings of a session share; pictured: the angle is from the plate's edge in the picture.
-    """
+    """The plate's angle [rad] and its rate at each row, and integrals of g sin θ and g cos θ from
+    the first row. sd [deg]: error that all rows and all recordings of a session share; pictured:
+    the angle is from the plate's edge in the picture."""
 
     angle: np.ndarray
     rate: np.ndarray
@@ -114,7 +113,10 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
     rate, start, notes = stated.tilt_rate_deg_s, stated.start_deg, []
     if track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 4:
         known = np.isfinite(track.tilt_deg)
-        angle = _smooth(time, track.tilt_deg, known)
+        # local lines over about a thirtieth of the rows
+        filled = np.interp(time, time[known], track.tilt_deg[known])
+        window = max(5, len(filled) // 30) // 2 * 2 + 1
+        angle = savgol_filter(filled, window, 1) if len(filled) > window else filled
         sd = track.tilt_sd_deg or math.hypot(TILT_SD_DEG, reading_step(track.tilt_deg[known]) / math.sqrt(12))
     elif rate is None or not track.timed:
         raise MeasurementError(f"{recording.toml}: {ANGLE_MISSING}" + ("" if track.timed or not rate else " together with camera.fps"))
@@ -128,13 +130,6 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
     gradient = np.gradient(theta, time)
     double = (*integrals(time, G_MM_S2 * np.sin(theta)), *integrals(time, G_MM_S2 * np.cos(theta)))
     return _Tilt(theta, gradient, *double, sd, pictured), notes
-
-
-def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """The angle smoothed by local lines over about a thirtieth of the rows (Savitzky–Golay)."""
-    filled = np.interp(time, time[known], tilt[known])
-    window = max(5, len(filled) // 30) // 2 * 2 + 1
-    return savgol_filter(filled, window, 1) if len(filled) > window else filled
 
 
 def integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -162,10 +157,8 @@ def _turning(time: np.ndarray, x: np.ndarray, tilt: _Tilt) -> np.ndarray:
 
 
 def _design(onset: float, time, tilt: _Tilt, turning, stop: int, physical: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Columns [1, C − B] and the known part A (physical), or [1, A, −B] and μ_s C where the length unit is unknown.
-
-    With the plate's angle from the picture, one more column: the angle itself.
-    """
+    """Columns [1, C − B] and the known part A (physical), or [1, A, −B] and μ_s C where the length
+    unit is unknown. With the plate's angle from the picture, one more column: the angle itself."""
     a = _from(onset, time, tilt.sin1, tilt.sin2, G_MM_S2 * np.sin(tilt.angle))[:stop]
     b = _from(onset, time, tilt.cos1, tilt.cos2, G_MM_S2 * np.cos(tilt.angle))[:stop]
     c = np.where(time > onset, turning - np.interp(onset, time, turning), 0.0)[:stop]
@@ -215,10 +208,9 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
 
 
 def _onset_sd(misfit, onset: float, first: float, last: float) -> float:
-    """sd of the onset from the interval in which the misfit [σ²] rises by less than 1.96².
-
-    The linearised covariance does not suffice: with μ_k = μ_s the misfit rises with the fourth power.
-    """
+    """sd of the onset from the interval in which the misfit [σ²] rises by less than 1.96². The
+    linearised covariance does not suffice: with μ_k = μ_s the misfit rises with the fourth
+    power."""
     least = misfit(onset)
     reach = []
     for limit in (first, last):

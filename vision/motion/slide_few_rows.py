@@ -13,13 +13,13 @@ import numpy as np
 from vision.measurement import MeasurementError, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
 from vision.motion.least_squares import all_stated, variance_factor
+from vision.motion.outliers import rows_at_rest
 from vision.motion.slide import QUANTITIES, TILT_SD_DEG, Slide, integrals, measure_slide_track
 from vision.motion.track import Track
 from vision.recording import Recording
 
 FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
 UNKNOWNS = 3
-STILL = 0.01  # of the travel: rows so near the first are those of a block at rest
 NO_ONSET = "light gates and tracks of few rows do not show when the block lets go; a reading of the angle, a film or a longer track does"
 
 
@@ -39,9 +39,7 @@ def measure_slide(track: Track, recording: Recording) -> Slide:
 def _kinetic(track: Track, recording: Recording) -> tuple[Quantity, tuple[np.ndarray, np.ndarray], tuple[str, ...]]:
     track.need_physical(recording)
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
-    still = np.abs(track.x - track.x[0]) < STILL * np.ptp(track.x)
-    first = int(np.argmin(still)) if not still.all() else len(track)
-    moving = track if first < 2 else track.take(np.arange(len(track)) >= first)
+    moving = track.take(slice(rows_at_rest(track.x), None))
     if len(moving) <= UNKNOWNS:
         raise MeasurementError(f"{len(moving)} rows of sliding; place, speed and friction need at least {UNKNOWNS + 1}")
     time, x = moving.t_s, sign * moving.x

@@ -70,10 +70,9 @@ def free_flights(
     contact_states: list[tuple[float, float]],
     step_s: float,
 ) -> int:
-    """Number of flights that are free: up to the first (after two) that is no parabola, falls otherwise or ends in mid-air.
-
-    Rocking, rolling and leaving the picture make minima of the height as well. contact_states: height and speed at each contact.
-    """
+    """Number of flights that are free: up to the first (after two) that is no parabola, falls
+    otherwise or ends in mid-air. Rocking, rolling and leaving the picture make minima of the height
+    as well. contact_states: height and speed at each contact."""
     return min(_scattering_alike(rows, residual), _falling_alike(rows, time, height), _at_plate(contact_states, height, step_s))
 
 

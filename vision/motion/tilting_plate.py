@@ -33,9 +33,8 @@ def track_slide(
     source: FrameSource, recording: Recording, progress: Callable[[float], None] | None = None
 ) -> tuple[TrackedSeed, PlateOverlay]:
     """Track the block along the tilting plate [px], with the plate's angle, both from the pictures.
-
-    Angles are against the picture's horizontal plus `camera.plumb_deg`. In pictures rotated with the plate only the block moves.
-    """
+    Angles are against the picture's horizontal plus `camera.plumb_deg`. In pictures rotated with
+    the plate only the block moves."""
     lines, shape, last = track_edge(source)
     if lines is not None and len(lines) < LEAST_SEEN * source.count:
         source.note(f"the plate's edge is seen in {len(lines)} of {source.count} frames only and is not used")
@@ -142,19 +141,15 @@ class PlateFrames(FrameSource):
         size = (self._reach[1] - self._reach[0], self.height)
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         strip = cv2.warpAffine(frame.pixels, self.matrix(frame.index), size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-        rows = _row_levels(strip)
+        # the mean of each row's middle half, which the block does not change
+        ordered = np.sort(strip[:, :: max(1, strip.shape[1] // COLUMNS)], axis=1)
+        quarter = ordered.shape[1] // 4
+        rows = ordered[:, quarter : ordered.shape[1] - quarter].mean(axis=1, dtype=np.float32)
         if self._first_levels is None:
             self._first_levels = rows
         white = np.iinfo(frame.pixels.dtype).max
         steady = np.clip(np.round(strip + (self._first_levels - rows)[:, None]), 0, white).astype(strip.dtype)
         return replace(frame, pixels=steady)
-
-
-def _row_levels(strip: np.ndarray) -> np.ndarray:
-    """Brightness of each row, (rows,) or (rows, 3): the mean of its middle half, which the block does not change."""
-    ordered = np.sort(strip[:, :: max(1, strip.shape[1] // COLUMNS)], axis=1)
-    quarter = ordered.shape[1] // 4
-    return ordered[:, quarter : ordered.shape[1] - quarter].mean(axis=1, dtype=np.float32)
 
 
 def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
@@ -176,11 +171,9 @@ def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Columns (bool) in which the block rests at first, and the share of it that has left them in each strip.
-
-    The block differs from the median of its rows; where that difference vanishes it has left. None where nothing has left by the last
-    strip.
-    """
+    """Columns (bool) in which the block rests at first, and the share of it that has left them in
+    each strip. The block differs from the median of its rows; where that difference vanishes it has
+    left. None where nothing has left by the last strip."""
     if len(strips) < 4:
         return None
     factor = max(1, strips[0].shape[1] // COLUMNS)

@@ -38,10 +38,9 @@ def track_seed(
     source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
     at: tuple[float, float, float] | None = None, area_px: tuple[float, float] = (0.0, np.inf),
 ) -> TrackedSeed:  # fmt: skip
-    """Track the seed, which falls or rolls, through all frames; MeasurementError where nothing moves like a seed.
-
-    at: frame, x, y [px, y down] where somebody says that it is. area_px: least and greatest silhouette of the stated seed.
-    """
+    """Track the seed, which falls or rolls, through all frames; MeasurementError where nothing
+    moves like a seed. at: frame, x, y [px, y down] where somebody says that it is. area_px: least
+    and greatest silhouette of the stated seed."""
     scene = learn_scene(source) if scene is None else scene
     tracklets: list[Tracklet] = []
     active: list[Tracklet] = []
@@ -181,10 +180,9 @@ def _outlying_areas(area: np.ndarray) -> np.ndarray:
 
 
 def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unwrapped orientation [deg, anticlockwise] and its sd; NaN where it is unknown.
-
-    A silhouette gives it up to half turns, so the value nearest to the extrapolated spin is taken. A round outline has none.
-    """
+    """Unwrapped orientation [deg, anticlockwise] and its sd; NaN where it is unknown. A silhouette
+    gives it up to half turns, so the value nearest to the extrapolated spin is taken. A round
+    outline has none."""
     raw = np.array([0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in shapes])
     sd = np.array([s.angle_sd_deg for s in shapes])
     stretch = np.array([np.hypot(s.xx - s.yy, 2 * s.xy) / (s.xx + s.yy) for s in shapes])

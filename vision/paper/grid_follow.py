@@ -92,10 +92,9 @@ def fit_map(
     start: GridMap, x: np.ndarray, y: np.ndarray, u: np.ndarray, v: np.ndarray, weight_u: np.ndarray, weight_v: np.ndarray,
     sd: float, *, flat: bool = False,
 ) -> tuple[GridMap, np.ndarray]:  # fmt: skip
-    """Gauss–Newton from `start` to the paper coordinates `u`, `v` measured at `x`, `y`; returns the map and its covariance.
-
-    sd [lines]: of a measurement of weight 1; the camera has the priors above. flat: perspective and distortion are fixed.
-    """
+    """Gauss–Newton from `start` to the paper coordinates `u`, `v` measured at `x`, `y`; returns the
+    map and its covariance. sd [lines]: of a measurement of weight 1; the camera has the priors
+    above. flat: perspective and distortion are fixed."""
     prior = np.zeros(9)
     prior[6:8], prior[8] = (1e12, 1e12) if flat else (PERSPECTIVE_SD**-2, DISTORTION_SD**-2)
     root = np.concatenate([np.sqrt(weight_u), np.sqrt(weight_v)]) / sd

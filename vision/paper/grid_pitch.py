@@ -17,10 +17,8 @@ SAMPLES = 60_000
 
 @dataclass(frozen=True)
 class Strengths:
-    """Strength of ten successive lines of one family and its sd; NaN where too little of a line is seen.
-
-    dark_lines: how many of the ten are darker than half a line beside them.
-    """
+    """Strength of ten successive lines of one family and its sd; NaN where too little of a line is
+    seen. dark_lines: how many of the ten are darker than half a line beside them."""
 
     value: np.ndarray
     sd: np.ndarray
@@ -45,10 +43,9 @@ class Strengths:
 
 @dataclass(frozen=True)
 class Pitch:
-    """The finest lines' distance: `ratio` waves, which are `mm`; None where papers of several kinds have their pattern of strengths.
-
-    may_be: the distances [mm] that the pattern allows; pattern: in words, "" where all lines of the paper are seen.
-    """
+    """The finest lines' distance: `ratio` waves, which are `mm`; None where papers of several kinds
+    have their pattern of strengths. may_be: the distances [mm] that the pattern allows; pattern: in
+    words, "" where all lines of the paper are seen."""
 
     ratio: float
     mm: float | None

@@ -18,10 +18,9 @@ MARGIN = 2  # small px by which heap.py widens a wall when it removes it
 
 
 def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: float, doubts: tuple[str, ...] = ()) -> Quantity:
-    """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or its wall is not in the picture.
-
-    surface (w,): rows [px, y down], NaN where there is none; heap: in small px of `factor` px each.
-    """
+    """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or its wall is
+    not in the picture. surface (w,): rows [px, y down], NaN where there is none; heap: in small px
+    of `factor` px each."""
     good = {f.side: f for f in heap.flanks if not f.problem}
     walls = {f.side for f in heap.flanks if f.problem.startswith("a wall")}
     if not good or len(good) + len(walls) < 2:

@@ -51,10 +51,9 @@ class Heap:
 
 
 def level_line(profile: np.ndarray, tolerance: float, share: float, below: float = 0.15) -> tuple[float, float] | None:
-    """Intercept and slope of the nearly level line with most points of the profile; None where there is none.
-
-    At least `share` of the columns must lie within `tolerance` px of it, and at most `below` of the others under it.
-    """
+    """Intercept and slope of the nearly level line with most points of the profile; None where
+    there is none. At least `share` of the columns must lie within `tolerance` px of it, and at most
+    `below` of the others under it."""
     x = np.flatnonzero(np.isfinite(profile)).astype(float)
     if x.size < 8:
         return None
@@ -100,7 +99,10 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     span = [np.nanmax(smooth[a:b]) for a, b in pieces]
     low, high = pieces[int(np.argmax(span))]
     crest = low + int(np.nanargmax(smooth[low:high]))
-    top = _crest_height(height, free, crest)
+    reach = max(3, height.size // 50)
+    near = np.flatnonzero(free & np.isfinite(height))
+    near = near[np.abs(near - crest) <= reach]
+    top = float(median_filter(height[near], 5, mode="nearest").max())
     if top < 8 or top < 0.02 * profile.size:
         return Heap(crest, top, (), walls, "no pile in the picture: nothing rises above the plate")
     if profile[crest] <= 1:
@@ -117,14 +119,6 @@ def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:
     bridged = np.interp(x, x[have], height[have])
     smooth = uniform_filter1d(bridged, max(3, height.size // 50) | 1, mode="nearest")
     return np.where(free, smooth, np.nan)
-
-
-def _crest_height(height: np.ndarray, free: np.ndarray, crest: int) -> float:
-    """The highest point about the crest after a running median of 5 columns."""
-    reach = max(3, height.size // 50)
-    near = np.flatnonzero(free & np.isfinite(height))
-    near = near[np.abs(near - crest) <= reach]
-    return float(median_filter(height[near], 5, mode="nearest").max())
 
 
 def _walls(height: np.ndarray) -> tuple[tuple[int, int], ...]:

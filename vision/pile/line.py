@@ -75,7 +75,9 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
         raise ValueError(f"a line needs at least 8 points that differ in x; here are {x.size}")
     keep = np.ones(x.size, dtype=bool)
     for _ in range(4):
-        slope, intercept = _least_squares(x[keep], y[keep])
+        centred, middle = x[keep] - x[keep].mean(), y[keep].mean()
+        slope = float(centred @ y[keep] / (centred @ centred))
+        intercept = float(middle - slope * x[keep].mean())
         residual = y - intercept - slope * x
         spread = 1.4826 * np.median(np.abs(residual[keep] - np.median(residual[keep])))
         inliers = np.abs(residual) <= 4 * max(spread, 0.25)
@@ -92,12 +94,6 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
         rms=float(np.sqrt(np.mean(rk**2))), outlier_share=float(1 - keep.mean()),
         slope_low=slope + low, slope_high=slope + high, cubic_share=cubic_share,
     )  # fmt: skip
-
-
-def _least_squares(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    xc = x - x.mean()
-    slope = float(xc @ y / (xc @ xc))
-    return slope, float(y.mean() - slope * x.mean())
 
 
 def _correlation_lengths(residual: np.ndarray) -> float:
@@ -174,10 +170,9 @@ def fit_flank(
 
 
 def _columns_in_window(x, height, side, top, window) -> np.ndarray | None:
-    """Columns whose fitted height lies in the window: a cubic through the flank, refitted until it selects the same columns.
-
-    Points are not selected by their own height: that would cut the bumps off at both ends and flatten the line.
-    """
+    """Columns whose fitted height lies in the window: a cubic through the flank, refitted until it
+    selects the same columns. Points are not selected by their own height: that would cut the bumps
+    off at both ends and flatten the line."""
     low, high = window[0] * top, window[1] * top
     inside = side & (height > low) & (height < high)
     wider = side & (height > low - 0.1 * top) & (height < high + 0.1 * top)

@@ -46,11 +46,9 @@ class PileOptions:
 
 @dataclass(frozen=True)
 class Repose:
-    """What was found in one pile photo.
-
-    surface (w,): row in each column of the roi, NaN where there is none; base: in the roi, too.
-    crest, toes: in px of the whole picture, y down. horizontal_deg: inclination of the true horizontal in the picture.
-    """
+    """What was found in one pile photo. surface (w,): row in each column of the roi, NaN where
+    there is none; base: in the roi, too. crest, toes: in px of the whole picture, y down.
+    horizontal_deg: inclination of the true horizontal in the picture."""
 
     surface: np.ndarray
     base: BaseLine
@@ -164,9 +162,8 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
 
 def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the same heap.
-
-    Then it misses few of the segmented seeds, includes little that has no seed texture, and has the same base line and crest.
-    """
+    Then it misses few of the segmented seeds, includes little that has no seed texture, and has the
+    same base line and crest."""
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
@@ -270,10 +267,9 @@ def _side_angles(slopes: tuple[FlankLine, ...], doubts: tuple[str, ...], heap: H
 
 
 def _height_over_radius(heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x: float, factor: float, doubts) -> Quantity:
-    """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one flank), both at the toe's height TOE · h.
-
-    It is the angle of a straight-sided pile; rounded crests and long toes lower it.
-    """
+    """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one flank), both
+    at the toe's height TOE · h. It is the angle of a straight-sided pile; rounded crests and long
+    toes lower it."""
     name = "height_over_radius_angle"
     known = [abs(t - crest_x) for t in toes if t is not None]
     complete = len(slopes) == 2 or any(f.problem.startswith("a wall") for f in heap.flanks)

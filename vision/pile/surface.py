@@ -11,11 +11,9 @@ from vision.pile.image import as_float, binarise, denoise, fit_illumination, ill
 
 @dataclass(frozen=True)
 class Background:
-    """The picture's background, and how far the colour of every pixel is from it.
-
-    small: the reduced picture, float32 (h, w, c); factor: full px per small px.
-    light: coefficients of image.fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255.
-    """
+    """The picture's background, and how far the colour of every pixel is from it. small: the
+    reduced picture, float32 (h, w, c); factor: full px per small px. light: coefficients of
+    image.fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255."""
 
     small: np.ndarray
     factor: float

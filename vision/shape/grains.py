@@ -77,10 +77,9 @@ class Grains:
         return pd.DataFrame(rows)
 
     def distribution(self) -> pd.DataFrame:
-        """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows length and width.
-
-        mean_sd is √(spread²/n + common²), where common is the scale's sd, which does not average out.
-        """
+        """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows length and
+        width. mean_sd is √(spread²/n + common²), where common is the scale's sd, which does not
+        average out."""
         unit, rows = ("px" if self.scale is None else "mm"), []
         for name in ("length", "width"):
             values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])

@@ -108,11 +108,9 @@ def _number(folder: Path, row: dict, name: str) -> float | None:
 
 
 def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, float], thickness: tuple[float, float, int] | None) -> dict:
-    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd of each size, correlations, shape modes.
-
-    common: relative sd of the errors that all seeds share, for each size. thickness: mean, sd [mm] and number where it is from other seeds
-    of the lot.
-    """
+    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd of each
+    size, correlations, shape modes. common: relative sd of the errors that all seeds share, for
+    each size. thickness: mean, sd [mm] and number where it is from other seeds of the lot."""
     sizes = lot.sizes_mm()
     content: dict = {"counts": {kind: int((rows["kind"] == kind).sum()) for kind in rows["kind"].unique()}, "scale": scale}
     for k, name in enumerate(SIZES):

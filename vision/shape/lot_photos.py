@@ -29,10 +29,8 @@ THICKNESS_SHARE, THICKNESS_SD = 0.8, 0.25  # thickness over width of seeds on th
 
 @dataclass(frozen=True)
 class View:
-    """How the photos were taken.
-
-    mm_per_px: None where it is read from graph paper; distance_mm: of the lens from the paper, None: unknown, math.inf: a scanner.
-    """
+    """How the photos were taken. mm_per_px: None where it is read from graph paper; distance_mm: of
+    the lens from the paper, None: unknown, math.inf: a scanner."""
 
     mm_per_px: float | None
     mm_per_px_sd: float | None
@@ -78,7 +76,7 @@ def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None
             rows.append(row)
             lines += outline
         pictures[photo.name] = picture
-        scales.append(_scale_words(grains.scale))
+        scales.append("graph paper in the picture" if isinstance(grains.scale, Scale) else f"stated: {grains.scale:g} mm per px")
         common.append(grains.common_sd())
         sizes[photo.name] = float(np.nanmedian([g.length_mm / g.length_px for g in grains.measured]))
         notes += [f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note]
@@ -208,10 +206,6 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
         within = inside[: patch.shape[0], : patch.shape[1]] > 0
         found.append(float(np.linalg.norm(np.median(patch[within], axis=0) - behind)) if within.any() else 0.0)
     return np.array(found)
-
-
-def _scale_words(scale: Scale | float) -> str:
-    return "graph paper in the picture" if isinstance(scale, Scale) else f"stated: {scale:g} mm per px"
 
 
 def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:

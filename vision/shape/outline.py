@@ -13,10 +13,9 @@ HARMONICS = 12  # that an edge known to a tenth of a pixel resolves on a seed of
 
 
 def feret(points: np.ndarray) -> tuple[float, float, float]:
-    """Largest and smallest Feret diameter of `points` (n, 2), and the direction of the largest [deg, −90 to 90].
-
-    Exact for polygons: the smallest is perpendicular to a side of the hull, the largest joins two corners.
-    """
+    """Largest and smallest Feret diameter of `points` (n, 2), and the direction of the largest
+    [deg, −90 to 90]. Exact for polygons: the smallest is perpendicular to a side of the hull, the
+    largest joins two corners."""
     hull = cv2.convexHull(points.astype(np.float32))[:, 0].astype(float)
     side = np.roll(hull, -1, 0) - hull
     side = side[np.hypot(*side.T) > 1e-9]

@@ -14,10 +14,8 @@ SADDLE = 0.88  # two maxima of depth are one grain where the path between them s
 
 @dataclass(frozen=True)
 class Relief:
-    """height: float32, about 0 on the background and 1 on grains; mask: uint8, 1 on grains.
-
-    others: outlines (n, 2) [px] of large things that are no grains (a label).
-    """
+    """height: float32, about 0 on the background and 1 on grains; mask: uint8, 1 on grains. others:
+    outlines (n, 2) [px] of large things that are no grains (a label)."""
 
     height: np.ndarray
     mask: np.ndarray
@@ -60,8 +58,7 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px:
         allowed = allowed & (cv2.resize(small_allowed.astype(np.uint8), allowed.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0)
     _, surface, gain, threshold, name = best
     height = channel(image, name)
-    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in height.shape)
-    height -= _surface(surface, xs[None, :], ys[:, None])
+    height -= _surface(surface, height.shape)
     height *= np.float32(gain)
     height = cv2.GaussianBlur(height, (0, 0), 1.0)
     thick = cv2.morphologyEx(height, cv2.MORPH_OPEN, np.ones((thin_px, thin_px), np.uint8)) if thin_px > 1 else height
@@ -83,8 +80,7 @@ def _best_channel(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.nda
 def _large_things(best, small: np.ndarray, allowed: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]] | None:
     """(mask, outlines) of things larger than 2 % of the reduced picture and 20 times the typical area; None without any."""
     _, surface, gain, threshold, name = best
-    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in allowed.shape)
-    height = (channel(small, name) - _surface(surface, xs[None, :], ys[:, None])) * np.float32(gain)
+    height = (channel(small, name) - _surface(surface, allowed.shape)) * np.float32(gain)
     contours = cv2.findContours(((height > threshold) & allowed).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
     typical = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
@@ -127,8 +123,10 @@ def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.
         inner = cv2.erode(ground.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=1) > 0
         where = inner if inner.sum() > 50 else ground
         y, x = np.nonzero(where)
-        surface = np.linalg.lstsq(_terms(xs[x], ys[y]), small[y, x], rcond=None)[0].astype(np.float32)
-        flat = small - _surface(surface, xs[None, :], ys[:, None])
+        u, v = xs[x], ys[y]
+        terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], -1)
+        surface = np.linalg.lstsq(terms, small[y, x], rcond=None)[0].astype(np.float32)
+        flat = small - _surface(surface, small.shape)
     gap = float(flat[grains].mean() - flat[ground].mean())
     spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
     if abs(gap) < 0.02:
@@ -137,10 +135,9 @@ def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.
 
 
 def _isodata_threshold(values: np.ndarray) -> float:
-    """The level midway between the means below and above it (Ridler & Calvard), iterated from the middle of the range.
-
-    Unlike Otsu's it does not split the background's noise where grains cover less than 1 % of the picture.
-    """
+    """The level midway between the means below and above it (Ridler & Calvard), iterated from the
+    middle of the range. Unlike Otsu's it does not split the background's noise where grains cover
+    less than 1 % of the picture."""
     low, high = (float(v) for v in np.percentile(values, (0.02, 99.98)))
     if high - low < 1e-4:
         return high
@@ -156,20 +153,16 @@ def _isodata_threshold(values: np.ndarray) -> float:
     return level
 
 
-def _terms(x, y) -> np.ndarray:
-    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], -1)
-
-
-def _surface(c: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _surface(c: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """The quadratic surface of these coefficients over a picture whose sides go from −1 to 1."""
+    y, x = np.ix_(*(np.linspace(-1, 1, n, dtype=np.float32) for n in shape))
     return c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * (x * y) + c[5] * y * y
 
 
 def touching_patch(relief: Relief, outline: np.ndarray, level: float = 0.4) -> tuple[np.ndarray, tuple[int, int]]:
-    """A patch of touching grains in its bounding box (uint8), and the box's corner [px].
-
-    The threshold is higher than the mask's, so that grains separate better. Holes down to the background stay (between grains), dark spots
-    on a grain are filled.
-    """
+    """A patch of touching grains in its bounding box (uint8), and the box's corner [px]. The
+    threshold is higher than the mask's, so that grains separate better. Holes down to the
+    background stay (between grains), dark spots on a grain are filled."""
     x, y, w, h = cv2.boundingRect(outline)
     inside = cv2.drawContours(np.zeros((h, w), np.uint8), [outline - (x, y)], -1, 1, -1)
     height = relief.height[y : y + h, x : x + w]
@@ -197,11 +190,9 @@ def without_thin_parts(shape: np.ndarray, typical: float) -> np.ndarray:
 
 
 def split(shape: np.ndarray) -> list[Piece]:
-    """Split a patch (uint8) of touching grains where it is narrow.
-
-    Maxima of the distance to the edge with a saddle below SADDLE between them are different grains. Every pixel is assigned to the grain
-    with the least Mahalanobis distance, iterated.
-    """
+    """Split a patch (uint8) of touching grains where it is narrow. Maxima of the distance to the
+    edge with a saddle below SADDLE between them are different grains. Every pixel is assigned to
+    the grain with the least Mahalanobis distance, iterated."""
     padded = cv2.copyMakeBorder(shape, 3, 3, 3, 3, cv2.BORDER_CONSTANT, value=0)
     step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))  # resolution of the cut
     coarse = padded if step == 1 else cv2.resize(padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)

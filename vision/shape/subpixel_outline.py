@@ -139,10 +139,8 @@ def _smooth_known(shift: np.ndarray, good: np.ndarray, width: float) -> tuple[np
 
 
 def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The outline at even steps of about a pixel around the ellipse through its free points, and a mask of the hidden points.
-
-    Hidden points, without a free point nearby, are on the ellipse.
-    """
+    """The outline at even steps of about a pixel around the ellipse through its free points, and a
+    mask of the hidden points. Hidden points, without a free point nearby, are on the ellipse."""
     for _ in range(3):  # twice without points off the ellipse: the neck to a neighbour
         (cx, cy), axes, angle = cv2.fitEllipseDirect(points[free].astype(np.float32))
         turn, semi = np.radians(angle), np.maximum(np.asarray(axes) / 2, 0.5)
