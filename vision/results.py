@@ -20,11 +20,10 @@ OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name 
 
 
 class Results:
-    """Writes observations to a folder that appears whole or not at all.
-
-    measurements.csv, summary.csv and, where there is content, notes.csv, bounces.csv, readings.csv, seeds.csv, overlays/ (with a contact
-    sheet, index.html), tracks/. Conditions that recordings state are columns of every table.
-    """
+    """Writes observations to a folder that appears whole or not at all. measurements.csv,
+    summary.csv and, where there is content, notes.csv, bounces.csv, readings.csv, seeds.csv,
+    overlays/ (with a contact sheet, index.html), tracks/. Conditions that recordings state are
+    columns of every table."""
 
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
         self.out, self.overwrite = Path(out), overwrite

@@ -105,7 +105,7 @@ def _common(errors: list[tuple[str, float]]) -> float:
     return float(np.sqrt(sum(share**2 for share in by_session.values())))
 
 
-def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, own: np.ndarray) -> Iterable[str]:
+def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, sds: np.ndarray) -> Iterable[str]:
     """Repeats too far from the mean of the others (deleted residuals with Bonferroni correction)."""
     n = values.size
     if n < LEAST_FOR_OUTLIERS:
@@ -113,7 +113,7 @@ def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, 
     bound = stats.t.ppf(1 - OUTLIER_P / (2 * n), n - 2)
     for i, (observation, _) in enumerate(measured):
         others = np.delete(values, i)
-        least = np.nanmean(own) if np.isfinite(own).any() else 0.0  # equal readings have no scatter, yet are not exact
+        least = np.nanmean(sds) if np.isfinite(sds).any() else 0.0  # equal readings have no scatter, yet are not exact
         spread = max(others.std(ddof=1), least) * np.sqrt(1 + 1 / (n - 1))
         if abs(values[i] - others.mean()) > bound * spread:
             yield observation.recording

@@ -24,11 +24,10 @@ pillow_heif.register_heif_opener()
 
 
 def read_photo(path: Path) -> np.ndarray:
-    """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB, upright by its EXIF tag.
-
-    Transparent pictures get a white background. 16-bit colour is read with 16 bits (HEIC with 8); floating-point TIFF is refused.
-    Raises MeasurementError, naming the file, when it is missing, empty, not a picture, truncated or above MAX_PIXELS.
-    """
+    """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB,
+    upright by its EXIF tag. Transparent pictures get a white background. 16-bit colour is read with
+    16 bits (HEIC with 8); floating-point TIFF is refused. Raises MeasurementError, naming the file,
+    when it is missing, empty, not a picture, truncated or above MAX_PIXELS."""
     path = Path(path)
     if not path.is_file():
         raise MeasurementError(f"{path}: no such file")

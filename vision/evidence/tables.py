@@ -47,11 +47,10 @@ class Table:
 
 
 def read_track(path: Path) -> Table:
-    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA; files of other tools are converted.
-
-    Rows with a missing position or time are left out, rows out of order are sorted; both are noted. Errors: two rows of one
-    time, a missing or unknown column, text in place of a number.
-    """
+    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA; files of other
+    tools are converted. Rows with a missing position or time are left out, rows out of order are
+    sorted; both are noted. Errors: two rows of one time, a missing or unknown column, text in place
+    of a number."""
     if _of_another_tool(path):
         from vision.foreign.as_evidence import foreign_track
 
@@ -83,11 +82,10 @@ def read_track(path: Path) -> Table:
 
 
 def read_gates(path: Path, rig: str) -> Table:
-    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s of the seed's centre, sd_s, sd_mm.
-
-    Rows are sorted by time; gates that did not fire (empty cells) are left out and noted. Errors: fewer than LEAST_GATES, two
-    passages at one time or of one gate, a seed that turns back, an sd that is not positive.
-    """
+    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s of
+    the seed's centre, sd_s, sd_mm. Rows are sorted by time; gates that did not fire (empty cells)
+    are left out and noted. Errors: fewer than LEAST_GATES, two passages at one time or of one gate,
+    a seed that turns back, an sd that is not positive."""
     where, rows = GATE_PLACE[rig], _read_csv(path)
     columns = (where, "t_s")
     _check_columns(path, rows, columns, GATE_EXTRA, numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")])

@@ -59,8 +59,8 @@ def read(source: Source) -> Contents:
 
 def plate_tilt(path: Path, tool: str, time: np.ndarray, measured: np.ndarray) -> Contents:
     """Tilt of a plate from the acceleration of a phone on it: time [s] (n,), measured [m/s²] or [g] (n, 3)."""
-    there = np.isfinite(time) & np.isfinite(measured).all(axis=1)
-    time, measured = time[there], measured[there]
+    known = np.isfinite(time) & np.isfinite(measured).all(axis=1)
+    time, measured = time[known], measured[known]
     if len(time) < 10 or np.ptp(time) <= 0:
         raise MeasurementError(f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10")
     order = np.argsort(time, kind="stable")

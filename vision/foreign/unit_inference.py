@@ -95,11 +95,10 @@ def infer_units(
     path: Path, tool: str, tracks: Sequence[PointTrack | None], time_unit: str, length_unit: str, up: str,
     keys: dict[str, dict[str, Any]] | None = None, guesses: list[str] | None = None, questions: list[str] | None = None,
 ) -> Contents:  # fmt: skip
-    """The tracks in mm and s, y up, as contents of the file; MeasurementError where there is no track.
-
-    time_unit: of TIME or FRAMES; length_unit: of LENGTH or PIXELS; up: "up" or "down"; "" where the file does not state it.
-    keys: of recording.toml that the file states; guesses, questions: of its reader.
-    """
+    """The tracks in mm and s, y up, as contents of the file; MeasurementError where there is no
+    track. time_unit: of TIME or FRAMES; length_unit: of LENGTH or PIXELS; up: "up" or "down"; ""
+    where the file does not state it. keys: of recording.toml that the file states; guesses,
+    questions: of its reader."""
     keys, guesses, questions, unitless = keys or {}, list(guesses or ()), list(questions or ()), False
     read = require_tracks(path, tracks)
     seconds, time_unit = _clock(path, read, time_unit, guesses, questions)

@@ -31,11 +31,10 @@ def depth_drift_sd(sideways_mm_s: np.ndarray, lasts_s: np.ndarray, before_mm_s: 
 def depth_drift_shifts(
     flights: Flights, time: np.ndarray, up: np.ndarray, across: np.ndarray, axis: float, distance_mm: float | None
 ) -> list[np.ndarray]:
-    """Changes of the heights `up` (n,) if the seed moved in depth during one flight as fast as sideways: one array for each flight.
-
-    In later flights the depth stays changed. axis: height of the optical axis. The first flight's speed in depth is at most the one
-    that it shows sideways.
-    """
+    """Changes of the heights `up` (n,) if the seed moved in depth during one flight as fast as
+    sideways: one array for each flight. In later flights the depth stays changed. axis: height of
+    the optical axis. The first flight's speed in depth is at most the one that it shows
+    sideways."""
     speeds = np.array([np.polyfit(time[r], across[r], 1)[0] if len(r) > 2 else 0.0 for r in flights.rows])
     typical = float(np.sqrt(np.mean(speeds[1:] ** 2))) if len(speeds) > 1 else 0.0
     begins = [time[0], *(flights.contact_time(k) for k in range(len(flights.rows) - 1))]

@@ -182,24 +182,24 @@ def _coverage(
     poor = power < (0.3 * outline.level) ** 2
     alpha = np.clip(weighted_product(shift, off, background_sds, LEAST_SHADE) / np.maximum(power, 1e-9), -0.35, 1.35)
     noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))  # the background is a median of 25 frames
-    seen = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
+    by_pixel = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
     guess = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.8)
     alpha = np.where(poor, guess, alpha)
     coverage = np.where(band, alpha, inner.astype(np.float32))
     error = np.where(band, np.where(poor, 0.15, noise_share), 0.0)
-    return coverage.astype(np.float64), error, seen
+    return coverage.astype(np.float64), error, by_pixel
 
 
 def _shaded(image: np.ndarray, background: np.ndarray, outside: np.ndarray, scene: Scene) -> np.ndarray:
     """The background under this frame's illumination, extrapolated from the pixels outside to the thing's edge."""
     light = dot(image, background) / np.maximum(dot(background, background), 1e-6)
     off = np.atleast_3d(in_sds(image - light[..., None] * background, scene.matrix))
-    seen = outside & (dot(off, off) < 16 + 20) & (light > 0.3) & (light < 1.3)
-    if seen.sum() < 50:
+    lit = outside & (dot(off, off) < 16 + 20) & (light > 0.3) & (light < 1.3)
+    if lit.sum() < 50:
         return background
-    typical = float(np.median(light[seen]))
-    weight = cv2.GaussianBlur(seen.astype(np.float32), (0, 0), SHADE_PX)
-    local = cv2.GaussianBlur(np.where(seen, light - typical, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
+    typical = float(np.median(light[lit]))
+    weight = cv2.GaussianBlur(lit.astype(np.float32), (0, 0), SHADE_PX)
+    local = cv2.GaussianBlur(np.where(lit, light - typical, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
     clear = (np.abs(local) > LEAST_SHADE) & (weight > 0.02)
     return background * (typical + np.where(clear, local, 0.0))[..., None].astype(np.float32)
 

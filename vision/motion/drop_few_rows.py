@@ -26,8 +26,8 @@ def fit_few_flights(
     least = unknowns + (not stated)
     begin = rows_at_rest(height)
     if len(time) - begin < least:
-        why = "gravity, " if gravity.value is None else ""
-        message = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({why}two places and two speeds)"
+        gravity_too = "gravity, " if gravity.value is None else ""
+        message = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({gravity_too}two places and two speeds)"
         raise MeasurementError(f"{message}; {least} are needed" + ("" if stated else f", or {least - 1} with their sd stated"))
     tried = [_fit_impact_after(time, height, sd, gravity, begin, j, least, gates) for j in range(begin + 1, len(time) - 2)]
     found = [flights for flights in tried if flights is not None]
@@ -71,8 +71,8 @@ def _linear(time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarr
     tau = time[used] - middle[np.repeat([0, 1], [len(r) for r in rows])]
     bare = np.zeros((len(used), 4))
     for k, r in enumerate(rows):
-        here = np.isin(used, r)
-        bare[here, 2 * k], bare[here, 2 * k + 1] = 1.0, tau[here]
+        of_flight = np.isin(used, r)
+        bare[of_flight, 2 * k], bare[of_flight, 2 * k + 1] = 1.0, tau[of_flight]
     bend, known = -(tau**2) / 2, gravity.value
     stated = all_stated(sd)
     weight, shift = np.ones(len(used)), np.zeros(len(used))

@@ -112,11 +112,11 @@ def _largest(mask: np.ndarray, grain: int) -> np.ndarray:
 
 
 def _line(surface: np.ndarray) -> Line | None:
-    there = np.flatnonzero(np.isfinite(surface))
-    if len(there) < 40:
+    columns = np.flatnonzero(np.isfinite(surface))
+    if len(columns) < 40:
         return None
-    first, wide = there[0], there[-1] - there[0]
-    inside = there[(there >= first + WINDOW[0] * wide) & (there <= first + WINDOW[1] * wide)]
+    first, wide = columns[0], columns[-1] - columns[0]
+    inside = columns[(columns >= first + WINDOW[0] * wide) & (columns <= first + WINDOW[1] * wide)]
     return fit_line(inside, surface[inside], floor=EDGE_FLOOR_PX)
 
 

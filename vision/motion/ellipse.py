@@ -86,7 +86,7 @@ def fit_ellipse(
     near = near & np.isfinite(patch.error) & (np.hypot(u, v) > ellipse.b / 2)
     if near.sum() < 12:
         return None
-    u, v, seen = u[near], v[near], patch.coverage[near].astype(float)
+    u, v, coverage = u[near], v[near], patch.coverage[near].astype(float)
     sd = np.hypot(patch.error[near].astype(float), COVERAGE_SD)
     free = [0, 1, *([] if ellipse.round else [2]), *([3] if start.streak > 0.5 else [])]
     p = np.array([0.0, 0.0, start.turn, start.streak])
@@ -98,10 +98,10 @@ def fit_ellipse(
     scale = 3.0  # of the Cauchy weights: wide at first
     for _ in range(STEPS):
         now = model(p)
-        off = (seen - now) / sd
+        off = (coverage - now) / sd
         weight = 1 / (1 + (off / (CAUCHY * scale)) ** 2) / sd
         slope = np.column_stack([(model(p + steps[k] * np.eye(4)[k]) - now) / steps[k] for k in free])
-        left, right = slope * weight[:, None], (seen - now) * weight
+        left, right = slope * weight[:, None], (coverage - now) * weight
         normal = left.T @ left + 1e-6 * np.eye(len(free))
         move = np.linalg.solve(normal, left.T @ right)
         limit = np.array([1.5, 1.5, 0.15, 2.0])[free]
@@ -188,8 +188,8 @@ def _exposure(shapes, directions, speed: np.ndarray, ellipse: Ellipse, clean: np
     for i in fast:
         s, (p, q) = shapes[i], directions[i]
         along, across = s.xx * p * p + 2 * s.xy * p * q + s.yy * q * q, s.xx * q * q - 2 * s.xy * p * q + s.yy * p * p
-        own = across if ellipse.round else ellipse.a * ellipse.b / 4
-        shares.append(math.sqrt(max(12 * (along - own), 0.0)) / speed[i])
+        still = across if ellipse.round else ellipse.a * ellipse.b / 4
+        shares.append(math.sqrt(max(12 * (along - still), 0.0)) / speed[i])
     return float(np.clip(np.median(shares), 0.0, 1.0))
 
 

@@ -69,15 +69,15 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
     hidden = float(track.outlier[moving].mean())
     if hidden > MOST_OUTLIERS and recording.rig == "roll":  # a drop's places are compared with parabolas
         return f"the seed is partly hidden or merged with something in {100 * hidden:.0f} % of the frames in which it moves"
-    seen = float(np.median(area[moving & ~track.outlier]))
+    typical = float(np.median(area[moving & ~track.outlier]))
     least, most = stated_area_px(recording)
-    if not least * (1 - MARGIN) < seen < most * (1 + MARGIN):
-        side = f"at most {most:.3g}" if seen > most else f"at least {least:.3g}"
-        return f"what moves covers {seen:.3g} px, the stated seed {side}: a part of it, or more than it, was tracked"
+    if not least * (1 - MARGIN) < typical < most * (1 + MARGIN):
+        side = f"at most {most:.3g}" if typical > most else f"at least {least:.3g}"
+        return f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it, or more than it, was tracked"
     resting = ~moving & ~track.outlier & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
     turns = most / least if least > 0 else math.inf  # an oblong seed may show another side at rest
     if resting.sum() >= LEAST_ROWS and recording.rig == "roll":
-        ratio = float(np.median(area[resting])) / seen
+        ratio = float(np.median(area[resting])) / typical
         if not 1 / (turns * (1 + MARGIN)) < ratio < turns * (1 + MARGIN):
             return f"at rest what is tracked covers {ratio:.2f} × what it covers in motion: it is not the seed alone"
     return ""

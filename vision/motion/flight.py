@@ -37,11 +37,10 @@ class Gravity:
 
 @dataclass(frozen=True)
 class Flights:
-    """F flights fitted together.
-
-    rows: those used of each flight; params: a₀ b₀ a₁ b₁ … γ ε (2F + 2), with cov; middle (F,): times from which τ counts; free, free_sd: γ
-    by the parabolas alone, without a prior; outlier (n,): of all rows; guard: frames left out on either side of a contact.
-    """
+    """F flights fitted together. rows: those used of each flight; params: a₀ b₀ a₁ b₁ … γ ε (2F +
+    2), with cov; middle (F,): times from which τ counts; free, free_sd: γ by the parabolas alone,
+    without a prior; outlier (n,): of all rows; guard: frames left out on either side of a
+    contact."""
 
     rows: tuple[np.ndarray, ...]
     time: np.ndarray  # (n,) of all rows
@@ -107,11 +106,10 @@ class Flights:
 
 
 def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
-    """Height and speed that quadratic drag adds to a parabola at the time `late` from its apex.
-
-    a = −k v |v| along v = −γ t, integrated twice with the undisturbed v:  ± k γ² t⁴/12 and k γ² |t|³/3.
-    First order in k: correct to 0.03 % of the speed for a soybean falling 310 mm, where drag takes 0.9 %.
-    """
+    """Height and speed that quadratic drag adds to a parabola at the time `late` from its apex. a =
+    −k v |v| along v = −γ t, integrated twice with the undisturbed v: ± k γ² t⁴/12 and k γ² |t|³/3.
+    First order in k: correct to 0.03 % of the speed for a soybean falling 310 mm, where drag takes
+    0.9 %."""
     return drag * gamma**2 * late**3 * np.abs(late) / 12, drag * gamma**2 * np.abs(late) ** 3 / 3
 
 

@@ -20,11 +20,10 @@ SHAPE_SD = 0.15  # relative: drag coefficient of a seed against that of a sphere
 
 
 def drag_per_metre(recording: Recording, speed: float) -> float | None:
-    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None where the seed is not described.
-
-    k = ρ_a C_d π d² / (8 m), d the diameter of the sphere of equal volume, C_d of Schiller & Naumann (1935) up to
-    Re 1000 and 0.44 beyond (Re < 2e5). A seed's own C_d differs by about SHAPE_SD.
-    """
+    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None where the
+    seed is not described. k = ρ_a C_d π d² / (8 m), d the diameter of the sphere of equal volume,
+    C_d of Schiller & Naumann (1935) up to Re 1000 and 0.44 beyond (Re < 2e5). A seed's own C_d
+    differs by about SHAPE_SD."""
     seed, air = recording.seed, recording.air
     if air.density_kg_m3 == 0:
         return 0.0
@@ -63,11 +62,10 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
 
 
 def drag_one_sd_off(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> float | None:
-    """The drag, per length unit of the track, one sd from the assumed one; None where there is no air.
-
-    Known drag has a relative sd of SHAPE_SD; where it is unknown, UNKNOWN_DRAG_PER_M is the sd. The length unit in metres follows from
-    the scale, else from gravity, else (no clock) from the stated height or UNKNOWN_FALL_M.
-    """
+    """The drag, per length unit of the track, one sd from the assumed one; None where there is no
+    air. Known drag has a relative sd of SHAPE_SD; where it is unknown, UNKNOWN_DRAG_PER_M is the
+    sd. The length unit in metres follows from the scale, else from gravity, else (no clock) from
+    the stated height or UNKNOWN_FALL_M."""
     if recording.air.density_kg_m3 == 0:
         return None
     if gravity.drag > 0:

@@ -112,9 +112,9 @@ def _likeliest_chain(
     n, t = len(o), o.time_s
     fall = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
     alike = o.timbre @ o.timbre.T
-    sure = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
+    audible = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
     score = np.full((n, n), -np.inf)
-    interval, e, came = np.zeros((n, n)), np.full((n, n), np.nan), np.full((n, n), -1)
+    interval, e, previous = np.zeros((n, n)), np.full((n, n), np.nan), np.full((n, n), -1)
     skipped = np.zeros((n, n), bool)
     for k in range(n):
         for j in range(k - 1, -1, -1):
@@ -123,7 +123,7 @@ def _likeliest_chain(
                 break
             if gap < LEAST_INTERVAL_S:
                 continue
-            pair = ALIKE_WEIGHT * (alike[j, k] - ALIKE) * min(sure[j], sure[k]) + log_likelihood[k]
+            pair = ALIKE_WEIGHT * (alike[j, k] - ALIKE) * min(audible[j], audible[k]) + log_likelihood[k]
             begin = log_likelihood[j] + pair - math.log(gap + 0.1) + PRIOR_LOG_ODDS
             first_e = gap / fall if fall else math.nan
             fainter = 20 * LEVEL_POWER * math.log10(min(first_e, 1.0)) if fall else UNKNOWN_FAINTER_DB
@@ -139,7 +139,7 @@ def _likeliest_chain(
                 now = (np.sqrt(1 + 4 * q) - 1) / 2 if lost else q
                 fits = (now > LEAST_E) & (now <= MOST_E)
                 old = e[before, j]
-                prior_sd = np.where(came[before, j] < 0, FIRST_E_SD, E_SD)
+                prior_sd = np.where(previous[before, j] < 0, FIRST_E_SD, E_SD)
                 wide_tails = -1.5 * np.log1p((np.log(now / old) / prior_sd) ** 2 / 2)
                 like = np.where(np.isfinite(old), wide_tails, -1.0)
                 due = -np.log(0.3 * gap)
@@ -147,12 +147,12 @@ def _likeliest_chain(
                 whole = np.where(fits, score[before, j] + pair + like + due + fainter - MISSED * lost, -np.inf)
                 best = int(np.argmax(whole))
                 if whole[best] > score[j, k]:
-                    score[j, k], came[j, k], e[j, k], skipped[j, k] = whole[best], before[best], now[best], lost
+                    score[j, k], previous[j, k], e[j, k], skipped[j, k] = whole[best], before[best], now[best], lost
                     interval[j, k] = gap * now[best] / (1 + now[best]) if lost else gap
-    return _backtrack(score, came, skipped)
+    return _backtrack(score, previous, skipped)
 
 
-def _backtrack(score: np.ndarray, came: np.ndarray, skipped: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+def _backtrack(score: np.ndarray, previous: np.ndarray, skipped: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     none = np.zeros(0, int), np.zeros(0, bool), -math.inf
     if not np.isfinite(score).any() or score.max() < LEAST_LOG_ODDS:
         return none
@@ -161,7 +161,7 @@ def _backtrack(score: np.ndarray, came: np.ndarray, skipped: np.ndarray) -> tupl
     while j >= 0:
         lost.append(bool(skipped[j, k]))
         chain.append(int(j))
-        j, k = came[j, k], j
+        j, k = previous[j, k], j
     return np.array(chain[::-1]), np.array([False, *lost[::-1]]), log_odds
 
 
@@ -216,7 +216,7 @@ def correct_impacts(
         else:
             struck.add(row)
     impacts = np.array(sorted((set(chain.impacts.tolist()) | set(added)) - struck), int)
-    rejected = {row: why for row, why in chain.rejected.items() if row not in added} | dict.fromkeys(struck, STRUCK)
+    rejected = {row: reason for row, reason in chain.rejected.items() if row not in added} | dict.fromkeys(struck, STRUCK)
     notes.insert(0, f"impacts set by hand: {len(set(added))} added, {len(struck)} struck out")
     return onsets, replace(chain, impacts=impacts, missed=_missed(chain, impacts), rejected=rejected), tuple(added), notes
 
@@ -233,7 +233,7 @@ def _with_added(
     order = np.argsort(grown.time_s, kind="stable")
     row_of = np.argsort(order)
     grown = grown.take(order)
-    rejected = {int(row_of[row]): why for row, why in chain.rejected.items()}
+    rejected = {int(row_of[row]): reason for row, reason in chain.rejected.items()}
     added = [int(np.abs(grown.time_s - at).argmin()) for at in moments]
     return grown, replace(chain, impacts=row_of[chain.impacts], rejected=rejected), added
 

@@ -76,8 +76,8 @@ def measure_impacts(
         quantities[1:1] = all_failed((("restitution", "1"), ("impact_speed", "m/s")), text)
         if len(gap) > 1:
             second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "1")
-            why = "[drop] height_mm is missing, so the first one's speed is unknown" if first else NOT_FIRST
-            quantities.append(second.doubt(f"of the second impact: {why}"))
+            reason = "[drop] height_mm is missing, so the first one's speed is unknown" if first else NOT_FIRST
+            quantities.append(second.doubt(f"of the second impact: {reason}"))
         else:
             quantities.append(failed("restitution_normal", "1", text))
     if wrong := _wrong_unit(gap, e, top, recording):
@@ -160,9 +160,9 @@ def estimate_time_sds(times: np.ndarray) -> np.ndarray:
         centred = np.linalg.svd(np.ones((len(y), 1)))[0][:, 1:].T  # e itself is unknown
         values, shape = centred @ y, centred @ slope @ slope.T @ centred.T
         axes, turned = np.linalg.eigh(shape)
-        seen = (turned.T @ values) ** 2
+        power = (turned.T @ values) ** 2
         variance = sigma[:, None, None] ** 2 * np.maximum(axes, 0) + np.geomspace(1e-3, 0.2, 15)[:, None] ** 2
-        each = -0.5 * (np.log(variance) + seen / variance).sum(axis=2)
+        each = -0.5 * (np.log(variance) + power / variance).sum(axis=2)
         log_weight = log_weight + np.logaddexp.reduce(each, axis=1)
     weight = np.exp(log_weight - log_weight.max())
     return np.full(len(times), max(np.exp(weight @ np.log(sigma) / weight.sum()), least))

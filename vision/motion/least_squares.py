@@ -65,11 +65,10 @@ def fit(
     design: np.ndarray, data: np.ndarray, lag: np.ndarray, *, weight: np.ndarray | None = None, rho: float | None = None,
     prior: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> Fit:  # fmt: skip
-    """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise.
-
-    weight (n,): 1 / relative sd of each row. prior: (rows (m, p), values (m,), sds (m,)) of what is known beforehand.
-    The covariance is widened by Student's t for the n − p degrees of freedom behind σ.
-    """
+    """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise. weight (n,): 1
+    / relative sd of each row. prior: (rows (m, p), values (m,), sds (m,)) of what is known
+    beforehand. The covariance is widened by Student's t for the n − p degrees of freedom behind
+    σ."""
     n, p = design.shape
     weight = np.ones(n) if weight is None else weight
     scaled, target = design * weight[:, None], data * weight

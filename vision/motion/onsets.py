@@ -47,12 +47,10 @@ LEAST_DENSITY = 1e-7  # of the noise's power per hertz, relative to its maximum
 
 @dataclass(frozen=True, eq=False)
 class Onsets:
-    """n onsets in the order of time, arrays of n rows.
-
-    time_s, sd_s; strength: −ln of the rate [1/s] of noise peaks as strong; level_db: power over the noise; timbre (n, bands): unit
-    vector of the amplitudes in BANDS_HZ; rise_s: from the onset to half the greatest amplitude of the next 20 ms; lasting_db: the
-    faintest 10 ms of the next 50 ms, against the first 10 ms.
-    """
+    """n onsets in the order of time, arrays of n rows. time_s, sd_s; strength: −ln of the rate
+    [1/s] of noise peaks as strong; level_db: power over the noise; timbre (n, bands): unit vector
+    of the amplitudes in BANDS_HZ; rise_s: from the onset to half the greatest amplitude of the next
+    20 ms; lasting_db: the faintest 10 ms of the next 50 ms, against the first 10 ms."""
 
     time_s: np.ndarray
     sd_s: np.ndarray
@@ -181,8 +179,8 @@ def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray
 def _describe_onset(white, rate: float, lossy: bool, window, near: int, power: np.ndarray, before: np.ndarray, noise: float):
     """Time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
     over = power / before
-    seen = over > min(STANDS_OUT, float(over.max())) - 1e-9
-    caught, caught_sd = _window_maximum(white, rate, window, near, seen, before)
+    loud = over > min(STANDS_OUT, float(over.max())) - 1e-9
+    caught, caught_sd = _window_maximum(white, rate, window, near, loud, before)
     first, stop = near - round(SEARCH_S[0] * rate), near + round(SEARCH_S[1] * rate)
     time, sd = _variance_change(white, rate, first, stop, caught, float(np.hypot(caught_sd, WINDOW_SD_S)))
     if lossy:  # an encoder spreads a click to earlier times
@@ -190,7 +188,7 @@ def _describe_onset(white, rate: float, lossy: bool, window, near: int, power: n
     sd = float(np.hypot(sd, LOSSY_SD_S if lossy else TIME_SD_S))
     begin = round(time * rate)
     frequency = np.fft.rfftfreq(len(window), 1 / rate)
-    extra = np.where(seen, power - before, 0.0)
+    extra = np.where(loud, power - before, 0.0)
     band = np.digitize(frequency, BANDS_HZ) - 1
     inside = (band >= 0) & (band < len(BANDS_HZ) - 1)
     shares = np.sqrt(np.bincount(band[inside], np.maximum(extra[inside], 0), len(BANDS_HZ) - 1))

@@ -33,11 +33,10 @@ def single_spikes(height: np.ndarray) -> np.ndarray:
 
 
 def slips(frame: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Mask (n,) of the rows in which a tracker held another object: it leaps away, and back to where the seed can be by then.
-
-    A leap is longer than LEAP typical steps (median of WINDOW steps about it) and a tenth of the extent; the step from before to after
-    is no leap. At most MOST_SLIPPED rows at a time.
-    """
+    """Mask (n,) of the rows in which a tracker held another object: it leaps away, and back to
+    where the seed can be by then. A leap is longer than LEAP typical steps (median of WINDOW steps
+    about it) and a tenth of the extent; the step from before to after is no leap. At most
+    MOST_SLIPPED rows at a time."""
     slipped = np.zeros(len(frame), dtype=bool)
     if len(frame) < LEAST_ROWS:
         return slipped

@@ -127,13 +127,12 @@ def travel(legs: tuple[Leg, ...], time: np.ndarray) -> tuple[np.ndarray, np.ndar
 def with_nuisance_errors(
     rows: Rows, legs: Legs, found: LegFit, nuisance: Nuisance, nuisance_sds: dict[str, float], derived: Callable
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values of `derived(params, nuisance)`, their sds, and the part of these that all rolls of a session share.
-
-    Each nuisance parameter is moved by its sd and, where the fit depends on it, the legs are refitted. All these errors are shared,
-    except that of the corner (where the seed was laid).
-    """
-    value, own = propagate(lambda p: derived(p, nuisance), found.params, found.cov)
-    variance, shared = np.diag(own).copy(), np.zeros(len(value))
+    """Values of `derived(params, nuisance)`, their sds, and the part of these that all rolls of a
+    session share. Each nuisance parameter is moved by its sd and, where the fit depends on it, the
+    legs are refitted. All these errors are shared, except that of the corner (where the seed was
+    laid)."""
+    value, fit_cov = propagate(lambda p: derived(p, nuisance), found.params, found.cov)
+    variance, shared = np.diag(fit_cov).copy(), np.zeros(len(value))
     for name, sd in nuisance_sds.items():
         if sd and math.isfinite(getattr(nuisance, name)):
             other = replace(nuisance, **{name: getattr(nuisance, name) + sd})

@@ -38,11 +38,10 @@ class RollPath:
 
 
 def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
-    """Fit two straight legs to the places of a rolling seed and give its travel along them [px]; size: its diameter [px].
-
-    The centroid turns r tan(Δ/2) beyond the junction of the plates (r: its height above the plate, Δ: the angle between the legs),
-    so the junction lies that far before the point where the legs meet.
-    """
+    """Fit two straight legs to the places of a rolling seed and give its travel along them [px];
+    size: its diameter [px]. The centroid turns r tan(Δ/2) beyond the junction of the plates (r: its
+    height above the plate, Δ: the angle between the legs), so the junction lies that far before the
+    point where the legs meet."""
     used = track.used()
     sign = 1.0 if used.x[-1] >= used.x[0] else -1.0
     u, y = sign * used.x, used.y

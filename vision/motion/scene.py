@@ -139,8 +139,8 @@ def _noise(frames: list[np.ndarray], background: np.ndarray, coarse: np.ndarray)
         off = colour_axes(plain - gain * background)
         sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
         clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
-        own = float((clear**2).mean())
-        near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / own if own > 0 else 0.0
+        power = float((clear**2).mean())
+        near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / power if power > 0 else 0.0
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
         small = colours(cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)) - gain * coarse
         coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])

@@ -63,9 +63,9 @@ def _angle(track: Track, recording: Recording) -> tuple[np.ndarray, float, str]:
         message = "[slide] start_deg, the plate's angle at t = 0, is missing; without it an acceleration gives no friction"
         raise MeasurementError(f"{recording.toml}: {message}")
     rate = slide.tilt_rate_deg_s or 0.0
-    how = f"tilting at {rate:g} °/s from {slide.start_deg:g}° at t = 0" if rate else f"standing at {slide.start_deg:g}°"
+    motion = f"tilting at {rate:g} °/s from {slide.start_deg:g}° at t = 0" if rate else f"standing at {slide.start_deg:g}°"
     sd = math.hypot(TILT_SD_DEG, 0.01 * rate * float(track.t_s[-1]))
-    return np.radians(slide.start_deg + rate * track.t_s), sd, f"the plate is {how}"
+    return np.radians(slide.start_deg + rate * track.t_s), sd, f"the plate is {motion}"
 
 
 def _fit(time: np.ndarray, x: np.ndarray, sd: np.ndarray, theta: np.ndarray, gates: bool) -> tuple[float, float, np.ndarray, str]:

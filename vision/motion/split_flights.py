@@ -63,13 +63,9 @@ def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
 
 
 def free_flights(
-    rows: tuple[np.ndarray, ...],
-    time: np.ndarray,
-    height: np.ndarray,
-    residual: np.ndarray,
-    contact_states: list[tuple[float, float]],
-    step_s: float,
-) -> int:
+    rows: tuple[np.ndarray, ...], time: np.ndarray, height: np.ndarray, residual: np.ndarray,
+    contact_states: list[tuple[float, float]], step_s: float,
+) -> int:  # fmt: skip
     """Number of flights that are free: up to the first (after two) that is no parabola, falls
     otherwise or ends in mid-air. Rocking, rolling and leaving the picture make minima of the height
     as well. contact_states: height and speed at each contact."""

@@ -54,12 +54,12 @@ def track_slide(
     plumb = recording.camera.plumb_deg or 0.0
     tilt = np.array([np.degrees(lines[int(f)].angle) for f in tracked.track.frame]) - plumb
     flip = -1.0 if np.median(tilt) < 0 else 1.0
-    own = float(np.median([line.angle_sd for line in lines.values()]))
+    edge_sd = float(np.median([line.angle_sd for line in lines.values()]))
     notes, level_sd = tracked.track.notes, recording.camera.plumb_sd
     if recording.camera.plumb_deg is None and recording.camera.plumb_sd_deg is None:
         level_sd = UNPLUMBED_SD_DEG
         notes = (*notes, f"{recording.toml}: [camera] plumb_deg is missing: the plate's angle is known to ± {level_sd:g}° only")
-    sd = float(np.hypot(level_sd, np.degrees(own)))
+    sd = float(np.hypot(level_sd, np.degrees(edge_sd)))
     track = replace(tracked.track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
     rows = strip.height - 1 - track.y
     strip_places = np.column_stack([track.x, rows, np.ones(len(track))])

@@ -151,7 +151,7 @@ def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float
         outlying = np.array([one is None for one in poses])
     y = scene.shape[0] - 1 - y
     angle, angle_sd = _orientation(shapes, frame, outlying | cut)
-    seen = bool(np.isfinite(angle).any())
+    has_angle = bool(np.isfinite(angle).any())
     notes = []
     if total > len(shapes):
         notes.append(f"the seed was found in {len(shapes)} of {total} frames")
@@ -163,7 +163,7 @@ def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float
         )
     return make_track(
         t_s, x, y, unit="px", frame=frame, sd=sd, outlier=outlying | cut,
-        angle_deg=angle if seen else None, angle_sd_deg=angle_sd if seen else None, notes=tuple(notes),
+        angle_deg=angle if has_angle else None, angle_sd_deg=angle_sd if has_angle else None, notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -187,12 +187,12 @@ def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarr
     sd = np.array([s.angle_sd_deg for s in shapes])
     stretch = np.array([np.hypot(s.xx - s.yy, 2 * s.xy) / (s.xx + s.yy) for s in shapes])
     round_outline = np.median(stretch[~outlying] if (~outlying).any() else stretch) < LEAST_ELONGATION
-    seen = (sd < MOST_ANGLE_SD_DEG) & ~outlying & ~round_outline
+    clear = (sd < MOST_ANGLE_SD_DEG) & ~outlying & ~round_outline
     angle = np.full(len(shapes), np.nan)
     spin = 0.0
     history: list[float] = []
     last = None
-    for i in np.flatnonzero(seen):
+    for i in np.flatnonzero(clear):
         if last is None:
             angle[i] = raw[i]
         else:
@@ -202,4 +202,4 @@ def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarr
             history = [*history[-4:], (angle[i] - angle[last]) / ahead]
             spin = float(np.median(history))
         last = i
-    return angle, np.where(seen, sd, np.nan)
+    return angle, np.where(clear, sd, np.nan)

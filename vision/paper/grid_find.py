@@ -27,7 +27,7 @@ class Level:
         """Full-resolution coordinates of this level's pixel coordinates."""
         return (np.asarray(x) + 0.5) * self.fx - 0.5, (np.asarray(y) + 0.5) * self.fy - 0.5
 
-    def own(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    def reduced(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """This level's pixel coordinates of full-resolution coordinates."""
         return (np.asarray(x) + 0.5) / self.fx - 0.5, (np.asarray(y) + 0.5) / self.fy - 0.5
 

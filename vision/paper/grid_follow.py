@@ -138,7 +138,7 @@ def cut_windows(level: Level, size: int, step: float, around: tuple[float, float
     size = max(4, min(size, height, width))
     low, high = (0.0, 0.0), (width - size, height - size)
     if around:
-        cx, cy = map(float, level.own(around[0], around[1]))
+        cx, cy = map(float, level.reduced(around[0], around[1]))
         reach = around[2] / level.factor
         low = (max(0.0, cx - reach - size / 2), max(0.0, cy - reach - size / 2))
         high = (min(high[0], cx + reach - size / 2), min(high[1], cy + reach - size / 2))
@@ -155,11 +155,10 @@ def cut_windows(level: Level, size: int, step: float, around: tuple[float, float
 
 
 def phases(windows: Windows, grid: GridMap) -> tuple[np.ndarray, np.ndarray]:
-    """Distance of the lines in each window from those of `grid`, in lines (−0.5…0.5), and their clearness.
-
-    C = Σ h·exp(−2πi·w) over the window with w the map's u (or v), taken linear within the window; the gap is
-    arg C / 2π and the clearness |C|² / Σh², about 1 for noise. Both (n, 2), for u and v.
-    """
+    """Distance of the lines in each window from those of `grid`, in lines (−0.5…0.5), and their
+    clearness. C = Σ h·exp(−2πi·w) over the window with w the map's u (or v), taken linear within
+    the window; the gap is arg C / 2π and the clearness |C|² / Σh², about 1 for noise. Both (n, 2),
+    for u and v."""
     jacobian = grid.jacobian(windows.x, windows.y)
     size = windows.h.shape[1]
     # Where the map bends within the window, its mean over the bell is not its value at the centre: + ½ σ² Δu.
@@ -190,12 +189,10 @@ class Fit:
 
 
 def follow_grid(grid: GridMap, windows: Windows, start: tuple[float, float], reach: float, *, flat: bool = False) -> Fit | None:
-    """Fit the map outwards from `start`: within `reach` [full px], which grows until all windows are included.
-
-    A window is used where both families are clear, their gaps are within a gate that narrows to four robust sd, and two neighbours are
-    used too. flat: without perspective and lens distortion. None where fewer than three windows are left, or many clear ones
-    disagree.
-    """
+    """Fit the map outwards from `start`: within `reach` [full px], which grows until all windows
+    are included. A window is used where both families are clear, their gaps are within a gate that
+    narrows to four robust sd, and two neighbours are used too. flat: without perspective and lens
+    distortion. None where fewer than three windows are left, or many clear ones disagree."""
     away = np.hypot(windows.x - start[0], windows.y - start[1])
     reach = max(reach, float(np.sort(away)[min(3, len(away) - 1)]))
     gate, last = 0.25, 0

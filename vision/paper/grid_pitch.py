@@ -62,9 +62,9 @@ def find_pitch(fit: Fit, levels: list[Level], rng: np.random.Generator) -> Pitch
         if not 2.2 < pitch_px < 400:
             continue
         both = [line_strengths(fit, grid, levels, pitch_px, family, rng) for family in (0, 1)]
-        there = [s for s in both if s.complete]
+        complete = [s for s in both if s.complete]
         # One family is enough (a narrow strip shows few lines of the other), unless the other says that lines are missing.
-        if there and max(s.missing for s in both) <= 2:
+        if complete and max(s.missing for s in both) <= 2:
             return _best_pattern(ratio, both)
     return None
 
@@ -78,10 +78,10 @@ def line_strengths(
     pick = rng.integers(len(fit.windows.x), size=SAMPLES)
     full = [c[pick] + rng.uniform(-half, half, SAMPLES) for c in (fit.windows.x, fit.windows.y)]
     # Between the pixels, lest a pitch of whole pixels leave gaps in the fold.
-    dark = ndimage.map_coordinates(level.lines, level.own(*full)[::-1], order=1, mode="reflect").astype(float)
+    dark = ndimage.map_coordinates(level.lines, level.reduced(*full)[::-1], order=1, mode="reflect").astype(float)
     # Paper that is not flat would smear the fold: each sample is put right by what its own window saw.
-    own = fit.residual[pick, family] * float(grid.p[0] / fit.grid.p[0])
-    place = grid.uv(*full)[family] - own
+    window_residual = fit.residual[pick, family] * float(grid.p[0] / fit.grid.p[0])
+    place = grid.uv(*full)[family] - window_residual
     index = np.floor(np.mod(place, 10) * BINS).astype(int) % (10 * BINS)
     count = np.bincount(index, minlength=10 * BINS)
     order = np.lexsort((dark, index))
@@ -112,8 +112,8 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
     value[seen], sd[seen] = answer[: seen.sum()], spread[: seen.sum()]
     # A comb twice too fine has a valley where it wants its every second line, however broad the lines are.
     smooth = ndimage.uniform_filter1d(mean, 3, mode="wrap").reshape(10, BINS)
-    there, between = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2, (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
-    dark_lines = int((there > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
+    on_line, between = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2, (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
+    dark_lines = int((on_line > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
     return Strengths(value, sd, dark_lines)
 
 
@@ -155,12 +155,12 @@ def _misfit(strengths: Strengths, classes: np.ndarray) -> float:
     weight = 1 / (strengths.sd[seen] ** 2 + (0.08 * np.median(value)) ** 2)
     total, before = 0.0, -np.inf
     for kind in range(classes.max() + 1):
-        mine = classes == kind
-        if not mine.any():
+        members = classes == kind
+        if not members.any():
             return np.inf
-        mean = float(np.average(value[mine], weights=weight[mine]))
+        mean = float(np.average(value[members], weights=weight[members]))
         if kind and mean < 1.15 * before:
             return np.inf
-        total += float((weight[mine] * (value[mine] - mean) ** 2).sum())
+        total += float((weight[members] * (value[members] - mean) ** 2).sum())
         before = mean
     return total

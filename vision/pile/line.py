@@ -62,12 +62,10 @@ class Line:
 
 
 def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
-    """Least-squares line through points (x, y), n ≥ 8, with the standard error described at the head of this file.
-
-    Points farther than 4 robust standard deviations from the line are left out (a stray seed, a scratch).
-    floor: least error of the line at an end of the window, in units of y.
-    Raises ValueError for fewer than 8 points or no extent in x.
-    """
+    """Least-squares line through points (x, y), n ≥ 8, with the standard error described at the
+    head of this file. Points farther than 4 robust standard deviations from the line are left out
+    (a stray seed, a scratch). floor: least error of the line at an end of the window, in units of
+    y. Raises ValueError for fewer than 8 points or no extent in x."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]

@@ -30,13 +30,10 @@ MOST_APART, MOST_AREA = 0.1, 0.15  # shares of the heap's height and area by whi
 
 @dataclass(frozen=True)
 class PileOptions:
-    """How a pile photo is read.
-
-    window: heights between which the line is fitted, as shares of the crest's height.
-    roi: x, y, width, height [px] of the part that is looked at.
-    baseline: two points x1, y1, x2, y2 [px] of the base line.
-    side: "left" or "right" for a pile with one flank only (it leans on a box), else "".
-    """
+    """How a pile photo is read. window: heights between which the line is fitted, as shares of the
+    crest's height. roi: x, y, width, height [px] of the part that is looked at. baseline: two
+    points x1, y1, x2, y2 [px] of the base line. side: "left" or "right" for a pile with one flank
+    only (it leans on a box), else ""."""
 
     window: tuple[float, float] = (0.2, 0.8)
     roi: tuple[int, int, int, int] | None = None
@@ -73,12 +70,9 @@ class _Photo:
 
 
 def measure_repose(
-    image: np.ndarray,
-    camera: Camera | None = None,
-    options: PileOptions | None = None,
-    *,
+    image: np.ndarray, camera: Camera | None = None, options: PileOptions | None = None, *,
     find: Callable[[np.ndarray], Region | None] = find_region,
-) -> Repose:
+) -> Repose:  # fmt: skip
     """Angle of repose of the pile in `image`, (h, w) or (h, w, 3), uint8 or uint16.
 
     find: segments the seeds in the cropped picture. It depends on no option but the roi, so its result may be cached.

@@ -59,12 +59,12 @@ def _is_own(path: Path) -> bool:
 
 
 def _write(
-    part: Path, photos: list[Path], turned: list[Path], view: View, say: Callable[[str], None]
+    part: Path, photos: list[Path], turned: list[Path], view: View, report: Callable[[str], None]
 ) -> tuple[dict, tuple[str, ...]]:
     """Measure the photos and write the lot's files; returns the content of lot.toml and the notes."""
-    lot_photos, thickness = measure_lot_photos(photos, view, say), None
+    lot_photos, thickness = measure_lot_photos(photos, view, report), None
     if turned:
-        lot_photos, thickness = with_thickness(lot_photos, measure_lot_photos(turned, view, say))
+        lot_photos, thickness = with_thickness(lot_photos, measure_lot_photos(turned, view, report))
     lot_photos.seeds.to_csv(part / SEEDS, index=False)
     lot_photos.outlines.to_csv(part / OUTLINES, index=False)
     lot = read_lot(part)

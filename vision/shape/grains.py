@@ -20,12 +20,10 @@ UNKNOWN_SCALE_SD = 0.01  # relative, of a stated mm_per_px without an sd
 
 @dataclass(frozen=True)
 class Grain:
-    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown; edge (n, 2): outline [px].
-
-    quality failed: no whole seed, not part of the distribution; reason says why.
-    angle_deg: direction of the length, clockwise from the picture's x axis, −90 to 90.
-    hidden: share of the edge that neighbours cover, where an ellipse replaces it.
-    """
+    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown; edge (n,
+    2): outline [px]. quality failed: no whole seed, not part of the distribution; reason says why.
+    angle_deg: direction of the length, clockwise from the picture's x axis, −90 to 90. hidden:
+    share of the edge that neighbours cover, where an ellipse replaces it."""
 
     x_px: float
     y_px: float

@@ -107,7 +107,7 @@ def _number(folder: Path, row: dict, name: str) -> float | None:
     return None if np.isnan(value) else value
 
 
-def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, float], thickness: tuple[float, float, int] | None) -> dict:
+def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: float, thickness: tuple[float, float, int] | None) -> dict:
     """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd of each
     size, correlations, shape modes. common: relative sd of the errors that all seeds share, for
     each size. thickness: mean, sd [mm] and number where it is from other seeds of the lot."""
@@ -121,7 +121,7 @@ def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, floa
             mean, sd, n = thickness
         else:
             continue
-        half = float(np.hypot(student.ppf(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else np.inf, 1.96 * common[name] * mean))
+        half = float(np.hypot(student.ppf(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else np.inf, 1.96 * common * mean))
         interval = [round(mean - half, 4), round(mean + half, 4)] if np.isfinite(half) else []
         content[name] = {"mean_mm": round(mean, 4), "mean_low_high_mm": interval, "sd_mm": round(sd, 4), "n": n}
     seen = [k for k in range(3) if np.isfinite(sizes[:, k]).all()]

@@ -47,11 +47,11 @@ class LotPhotos:
     pictures: dict[str, np.ndarray]
     mm_per_px: dict[str, float]
     scale: str
-    common: dict[str, float]
+    common: float
     notes: tuple[str, ...]
 
 
-def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None]) -> LotPhotos:
+def measure_lot_photos(photos: list[Path], view: View, report: Callable[[str], None]) -> LotPhotos:
     """Measure the seeds of all photos; say(name) is called for each. MeasurementError for a photo without seeds or scale."""
     rows: list[dict] = []
     lines: list[dict] = []
@@ -61,11 +61,11 @@ def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None
     common: list[float] = []
     notes: list[str] = []
     for photo in photos:
-        say(photo.name)
+        report(photo.name)
         grains, picture = observe_seeds(photo, view.mm_per_px, view.mm_per_px_sd)
         if grains.scale is None:
-            why = "lay millimetre paper beside the seeds, or state --mm-per-px"
-            raise MeasurementError(f"{photo}: its scale is unknown: {why}")
+            hint = "lay millimetre paper beside the seeds, or state --mm-per-px"
+            raise MeasurementError(f"{photo}: its scale is unknown: {hint}")
         if isinstance(grains.scale, Scale) and grains.scale.quality != GOOD:
             raise MeasurementError(f"{photo}: the scale of its graph paper is in doubt ({grains.scale.reason}); state --mm-per-px")
         image = read_photo(photo)
@@ -84,11 +84,11 @@ def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None
     higher = _mean_magnification(seeds, view)
     shared = float(np.hypot(np.mean(common), higher[1]))
     if view.distance_mm is None:
-        why = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
-        notes.append(f"the camera's distance is not stated: seeds are above the paper, so that {why}; state --distance-mm")
+        hint = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
+        notes.append(f"the camera's distance is not stated: seeds are above the paper, so that {hint}; state --distance-mm")
     return LotPhotos(
         seeds, pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)), pictures, sizes, "; ".join(dict.fromkeys(scales)),
-        {"length": shared, "width": shared, "thickness": shared}, tuple(notes),
+        shared, tuple(notes),
     )  # fmt: skip
 
 
@@ -142,11 +142,10 @@ def _seed(photo: str, number: int, grain: Grain, kind: str, grains: Grains, abov
 
 
 def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
-    """Relative magnification of a seed's length and width due to its height; thickness t is assumed to be 0.8 widths.
-
-    The widest section is t/2 above the paper: t/2D. At an angle θ off the camera's axis the top adds ½ (t/s)² tan²θ to a size s that points
-    away from the picture's middle.
-    """
+    """Relative magnification of a seed's length and width due to its height; thickness t is assumed
+    to be 0.8 widths. The widest section is t/2 above the paper: t/2D. At an angle θ off the
+    camera's axis the top adds ½ (t/s)² tan²θ to a size s that points away from the picture's
+    middle."""
     if view.distance_mm is None or not np.isfinite(grain.width_mm):
         return 0.0, 0.0
     thick = THICKNESS_SHARE * grain.width_mm

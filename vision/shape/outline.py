@@ -84,11 +84,10 @@ def from_fourier_terms(of: Array, count: int) -> Array:
 
 
 def aligned_outline(points: Array, count: int = 256) -> Array:
-    """The outline in a standard pose, (count, 2) at even steps: centroid at 0, length along x, counter-clockwise from +x, y up.
-
-    It is rotated by half a turn and mirrored (a seed lies on either side) so that its third moments along x and y are not negative: the
-    blunter end is at +x. points (n, 2): y down, as in a picture.
-    """
+    """The outline in a standard pose, (count, 2) at even steps: centroid at 0, length along x,
+    counter-clockwise from +x, y up. It is rotated by half a turn and mirrored (a seed lies on
+    either side) so that its third moments along x and y are not negative: the blunter end is at +x.
+    points (n, 2): y down, as in a picture."""
     flat = points * [1.0, -1.0]
     flat = flat - np.array(centroid(flat)[0])
     turn = np.radians(feret(flat)[2])

@@ -31,11 +31,10 @@ class Piece:
 
 
 def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0) -> Relief:
-    """Scale the channel with the best contrast so that grains are about 1 and the background about 0, whichever is lighter.
-
-    The background's illumination is a quadratic surface. forbidden (h, w), bool: neither grains nor background (graph paper). Things
-    thinner than thin_px (printed lines) are not in the mask. Raises MeasurementError where nothing stands out.
-    """
+    """Scale the channel with the best contrast so that grains are about 1 and the background about
+    0, whichever is lighter. The background's illumination is a quadratic surface. forbidden (h, w),
+    bool: neither grains nor background (graph paper). Things thinner than thin_px (printed lines)
+    are not in the mask. Raises MeasurementError where nothing stands out."""
     allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
@@ -207,9 +206,9 @@ def split(shape: np.ndarray) -> list[Piece]:
     labels = np.where(labels == 0, near, labels)
     pieces = []
     for label in range(1, len(summits) + 1):
-        mine = (labels == label).astype(np.uint8) & padded
-        if mine.any():
-            pieces.append(_make_piece(mine, padded))
+        grain = (labels == label).astype(np.uint8) & padded
+        if grain.any():
+            pieces.append(_make_piece(grain, padded))
     return pieces
 
 
@@ -226,9 +225,9 @@ def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, in
             away[i] = ((d @ np.linalg.inv(s)) * d).sum(1)
         owner = away.argmin(0)
         for i in range(len(summits)):
-            mine = place[owner == i]
-            if len(mine) > 10:
-                centre[i], spread[i] = mine.mean(0), np.cov(mine.T) + 0.05 * np.eye(2)
+            members = place[owner == i]
+            if len(members) > 10:
+                centre[i], spread[i] = members.mean(0), np.cov(members.T) + 0.05 * np.eye(2)
     labels = np.zeros(coarse.shape, np.int32)
     labels[ys, xs] = owner + 1
     return labels
@@ -257,9 +256,9 @@ def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
     return float(depth[np.rint(np.linspace(a[1], b[1], n)).astype(int), np.rint(np.linspace(a[0], b[0], n)).astype(int)].min())
 
 
-def _make_piece(mine: np.ndarray, whole: np.ndarray) -> Piece:
+def _make_piece(grain: np.ndarray, whole: np.ndarray) -> Piece:
     """Outline of `mine` in the unpadded patch; points deep inside `whole` are on a cut."""
-    contour = max(cv2.findContours(mine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)[:, 0]
+    contour = max(cv2.findContours(grain, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)[:, 0]
     inside = cv2.distanceTransform(whole, cv2.DIST_L2, 5)
     cut = inside[contour[:, 1], contour[:, 0]] >= 2.2
     # Near a cut the outline bends towards the neighbour: some points on each side are not free either.

@@ -66,8 +66,8 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
     rim = float((shifts["peak"][seen] > 1.2 * np.median(core)).mean())
     rim_drop = 1 - shifts["inner"] / max(float(np.median(core)), 0.1)
     level_px *= 1 + 4 * max(rim_drop - 0.1, 0.0)  # a dark rim makes the level uncertain
-    way = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[good]
-    softness = ndimage.median_filter(np.nan_to_num(way, nan=4.0), size=_odd(len(way) / 12), mode="wrap")
+    edge_width = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[good]
+    softness = ndimage.median_filter(np.nan_to_num(edge_width, nan=4.0), size=_odd(len(edge_width) / 12), mode="wrap")
     softness = float(np.percentile(softness, 90) / max(np.percentile(softness, 20), 0.3))
     return Edge(
         base + shift[:, None] * normal, sd, level_px, float(1 - good.sum() / seen.sum()), float(hidden.mean()), rim, softness, rim_drop
@@ -75,11 +75,10 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
 
 
 def _edge_shifts(height: np.ndarray, base: np.ndarray, normal: np.ndarray, free: np.ndarray, blur: float) -> dict:
-    """Outward shifts [px] of each point to where the relief crosses half height and the two levels beside it, by level.
-
-    Background and grain are sampled at 2.3 to 3.3 times the `blur` (sd of the edge, px) from the edge, since a grain's rim is darker than
-    its middle. "peak": largest value just inside; "uneven": sd of the background along the edge, of the grain's height.
-    """
+    """Outward shifts [px] of each point to where the relief crosses half height and the two levels
+    beside it, by level. Background and grain are sampled at 2.3 to 3.3 times the `blur` (sd of the
+    edge, px) from the edge, since a grain's rim is darker than its middle. "peak": largest value
+    just inside; "uneven": sd of the background along the edge, of the grain's height."""
     reach = max(3.6 * blur, 4.0)
     offsets = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
     place = base[:, None] + offsets[None, :, None] * normal[:, None]
@@ -97,11 +96,11 @@ def _edge_shifts(height: np.ndarray, base: np.ndarray, normal: np.ndarray, free:
 
 def _blur(shifts: dict, seen: np.ndarray) -> float:
     """sd [px] of the edge's blur from the distance of two levels: for a Gaussian edge, level step × √(2π) × sd."""
-    way = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[seen]
-    way = way[np.isfinite(way)]
-    if len(way) < 8:
+    edge_width = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[seen]
+    edge_width = edge_width[np.isfinite(edge_width)]
+    if len(edge_width) < 8:
         return 1.35
-    return float(np.clip(np.median(way) / (2 * LEVEL_STEP * np.sqrt(2 * np.pi)), 1.0, 4.0))
+    return float(np.clip(np.median(edge_width) / (2 * LEVEL_STEP * np.sqrt(2 * np.pi)), 1.0, 4.0))
 
 
 def _curvature(points: np.ndarray, width: float) -> np.ndarray:

@@ -101,7 +101,7 @@ def test_a_stated_distance_takes_back_what_height_adds_and_an_unknown_one_is_in_
         assert abs(stated) < 1.96 * near.common[name] < 0.005
         assert silent == scanned > 0.01  # the control: nothing is taken back
         assert silent < 3 * unknown.common[name]
-    assert any("distance is not stated" in note for note in unknown.notes) and flat.common["length"] < 1e-3
+    assert any("distance is not stated" in note for note in unknown.notes) and flat.common < 1e-3
 
 
 def test_thickness_is_read_from_the_same_seeds_on_their_side_seed_by_seed_or_for_the_lot(photos):
