@@ -197,12 +197,12 @@ def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guar
     design[:, -2] = -(design[:, 1:-2:2].sum(axis=1) ** 2) / 2
     lag = frame_lag(frame[used])
     target = height[used]
-    solved = _solve(design, target, lag, weight[used], gravity, quick, len(rows))
+    solved = _solve(design, target, lag, weight[used], gravity, quick)
     for _ in range(2 if gravity.drag else 0):
         params = solved[0].params
         late = np.concatenate([time[r] - middle[k] - params[2 * k + 1] / params[-2] for k, r in enumerate(rows)])
         shifted = target - drag_shift(late, params[-2], gravity.drag)[0]
-        solved = _solve(design, shifted, lag, weight[used], gravity, quick, len(rows))
+        solved = _solve(design, shifted, lag, weight[used], gravity, quick)
     found, free = solved
     return Flights(
         rows, time, middle, found.params, found.cov, found.noise, found.rho, float(free.params[-1]),
@@ -210,7 +210,7 @@ def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guar
     ), found.residuals * weight[used]  # fmt: skip
 
 
-def _solve(design, target, lag, weight, gravity: Gravity, quick: bool, flights: int) -> tuple[Fit, Fit]:
+def _solve(design, target, lag, weight, gravity: Gravity, quick: bool) -> tuple[Fit, Fit]:
     """The fit with the prior of gravity, and the one without."""
     bare = design[:, :-1]
     rho = 0.0 if quick else estimate_rho(bare * weight[:, None], target * weight, lag)

@@ -111,7 +111,7 @@ def release_seen(flights: Flights, track: Track) -> bool:
     return first >= track.time[0] - max(0.03 * fall_time, 1.5 * track.step)
 
 
-def scale_note(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> list[str]:
+def scale_note(flights: Flights, track: Track, gravity: Gravity) -> list[str]:
     """Notes on a scale or frame rate that is not stated, as gravity gives it."""
     gamma, relative = flights.free, flights.free_sd / flights.free
     if gamma <= 0:

@@ -54,7 +54,7 @@ def measure_impacts(
         "speed_before_m_s": before, "speed_before_sd_m_s": [fall_sd, *before_sd],
         "speed_after_m_s": speed, "speed_after_sd_m_s": speed_sd,
         "height_mm": 1000 * rise, "height_sd_mm": 1000 * np.hypot(G * gap / 4 * gap_sd, air[2] - rise),
-        "restitution": e, "restitution_sd": e_sd, "quality": _qualities(e, bool(height)),
+        "restitution": e, "restitution_sd": e_sd, "quality": _qualities(e),
     })  # fmt: skip
     top = float(bounces.height_mm[0])
     quantities = [
@@ -136,7 +136,7 @@ def _missed_interval(e: np.ndarray) -> int | None:
     return min([*map(int, longer), *jumps], default=None)
 
 
-def _qualities(e: np.ndarray, fallen: bool) -> list[str]:
+def _qualities(e: np.ndarray) -> list[str]:
     """Quality of each bounce: failed without a speed before it, doubtful for e ≥ 1 or far from the median of the others."""
     jump = np.zeros(len(e), bool)
     middle = np.nanmedian(e) if np.isfinite(e).any() else math.nan
@@ -170,7 +170,5 @@ def estimate_time_sds(times: np.ndarray) -> np.ndarray:
 
 def _rounding(times: np.ndarray) -> float:
     """The step to which the times were rounded when written: 0.001 for 0.271, 0.522."""
-    for digits in range(7):
-        if np.allclose(times, np.round(times, digits), rtol=0, atol=1e-9):
-            return 10.0**-digits
-    return 0.0
+    exact = (np.allclose(times, np.round(times, digits), rtol=0, atol=1e-9) for digits in range(7))
+    return next((10.0**-digits for digits, is_exact in enumerate(exact) if is_exact), 0.0)

@@ -1,5 +1,6 @@
 """Measures a drop, slide or roll from any evidence: track, light gates, impact times, frames, video or sound."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -27,6 +28,7 @@ from vision.overlay.track import on_picture
 from vision.recording import Recording, with_camera
 
 MOVING_RIGS = ("drop", "slide", "roll")
+_SHARE = np.linspace(0, 1, 60)  # of a flight
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
@@ -86,9 +88,6 @@ def _observe_impacts(recording: Recording) -> Observation:
     return Observation(recording.id, "drop", quantities, (*table.notes, *notes), {"intervals": picture}, None, bounces)
 
 
-_SHARE = np.linspace(0, 1, 60)
-
-
 def _observe_track(recording: Recording, track: Track) -> Observation:
     if recording.rig == "drop":
         result = measure_rebound(track, recording)
@@ -96,10 +95,10 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
         return _observation(recording, result.quantities, (*track.notes, *result.notes), pictures, result.track, result.bounces)
     if recording.rig == "slide":
         slide = measure_slide(track, recording)
-        pictures = {"slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities)}
+        pictures = {"slide": _plot_travel(track, slide.fitted, slide.onset, slide.quantities)}
         return _observation(recording, slide.quantities, (*track.notes, *slide.notes), pictures, track)
     roll = measure_roll(track, recording)
-    pictures = {"roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
+    pictures = {"roll": _plot_travel(track, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
     return _observation(recording, roll.quantities, (*track.notes, *roll.notes), pictures, track)
 
 
@@ -154,7 +153,7 @@ def _slide_in_frames(recording: Recording, tracked: TrackedSeed, plate: PlateOve
     caption = _caption(slide.quantities)
     pictures = {
         "track": on_picture(plate.picture, *plate.places, track.outlier, lines=plate.lines, caption=caption),
-        "slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities),
+        "slide": _plot_travel(track, slide.fitted, slide.onset, slide.quantities),
     }
     return _observation(recording, slide.quantities, [*track.notes, *notes, *slide.notes], pictures, track)
 
@@ -175,7 +174,7 @@ def _roll_in_frames(recording: Recording, tracked: TrackedSeed, notes: list[str]
         "track": on_picture(
             tracked.scene.first, x, y, track.outlier, lines=legs, marks=marks, caption=_caption(roll.quantities)
         ),
-        "roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction),
+        "roll": _plot_travel(track, roll.fitted, roll.stop_time, roll.quantities, roll.junction),
     }
     return _observation(recording, roll.quantities, [*track.notes, *notes, *along.notes, *roll.notes], pictures, track)
 
@@ -219,13 +218,11 @@ def _caption(quantities: tuple[Quantity, ...]) -> str:
 
 def _flight_curves(result: Rebound) -> list[tuple[np.ndarray, np.ndarray]]:
     """(time, height) of each fitted flight from contact to contact, for the plot."""
-    flights = result.flights
-    if flights is None:
+    if (flights := result.flights) is None:
         return []
-    meets = [flights.contact_time(k) for k in range(len(flights.rows) - 1)]
-    begins = [flights.time[flights.rows[0][0]], *meets]
-    ends = [*meets, flights.time[flights.rows[-1][-1]]]
-    spans = [np.linspace(a, b, 80) for a, b in zip(begins, ends)]
+    first, last = flights.time[flights.rows[0][0]], flights.time[flights.rows[-1][-1]]
+    times = [first, *flights.contact_times()[:-1], last]
+    spans = [np.linspace(a, b, 80) for a, b in itertools.pairwise(times)]
     return [(t, flights.height(k, t)) for k, t in enumerate(spans)]
 
 
@@ -263,13 +260,12 @@ def _draw_drop(tracked: TrackedSeed, result: Rebound, recording: Recording) -> n
     )  # fmt: skip
 
 
-def _plot_travel(track: Track, recording: Recording, fitted, at, quantities, place=None) -> np.ndarray:
-    curves = [] if fitted is None else [fitted]
+def _plot_travel(track: Track, fitted, at, quantities, place=None) -> np.ndarray:
     marks = []
-    if at is not None and fitted is not None:
+    if fitted is not None and at is not None:
         marks.append((at, float(np.interp(at, *fitted))))
-    if place is not None and fitted is not None:
-        near = int(np.argmin(np.abs(fitted[1] - place)))
-        marks.append((float(fitted[0][near]), place))
+    if fitted is not None and place is not None:
+        marks.append((float(fitted[0][np.argmin(np.abs(fitted[1] - place))]), place))
+    curves = [] if fitted is None else [fitted]
     labels = (f"t [{track.time_unit}]", f"travel [{track.unit}]")
     return plot(track.time, track.x, track.outlier, labels=labels, curves=curves, marks=marks, caption=_caption(quantities))

@@ -86,7 +86,7 @@ def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float
     common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
     bounces = _bounce_table(flights, used, across, values, cov, recording, axis is None)
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
-    notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
+    notes += more + ([] if doubt else scale_note(flights, used, gravity))
     return Rebound(quantities, bounces, flights, marked, tuple(notes), bool(doubt))
 
 
@@ -119,17 +119,16 @@ def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
     """For each bounce: t, height at contact, speed before, after, rebound height, e (6 values);
     then the fall and √(H₂/H₁). Lengths and speeds are divided by 1 + ε, ε the error of the
     scale."""
-    out = []
+    out, scale = [], 1 + p[-1]
     for k in range(len(flights.rows) - 1):
         t = flights.contact_time(k, p)
         contact = flights.height(k, t, p)
         before, after = -flights.speed(k, t, p), flights.speed(k + 1, t, p)
         top = flights.height(k + 1, flights.apex_time(k + 1, p), p) - contact
-        out += [t, contact / (1 + p[-1]), before / (1 + p[-1]), after / (1 + p[-1]), top / (1 + p[-1]), after / before]
-        if k == 0:
-            fall = flights.fall(p)
-            first_top = top
-    return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
+        out += [t, contact / scale, before / scale, after / scale, top / scale, after / before]
+    fall = flights.fall(p)
+    by_height = math.sqrt(max(out[4] * scale, 0.0) / fall) if fall > 0 else math.nan
+    return np.array([*out, fall / scale, by_height])
 
 
 def _change_of_refit(fit_again: Callable[[], Flights], values: np.ndarray) -> np.ndarray:

@@ -55,7 +55,7 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
         return RollPath(replace(track, x=along, y=np.zeros(len(track))), None, [], (note,), doubt)
     at, height, slope_incline, slope_level, sd, rms = two_legs
     turn = abs(np.arctan(slope_incline) - np.arctan(slope_level))
-    legs = [np.array([1, slope_incline]) / np.hypot(1, slope_incline), np.array([1, slope_level]) / np.hypot(1, slope_level)]
+    legs = [np.array([1, slope]) / np.hypot(1, slope) for slope in (slope_incline, slope_level)]
     offset = np.column_stack([sign * track.x - at, track.y - height])
     along = np.where(offset[:, 0] < 0, offset @ legs[0], offset @ legs[1])
     corner_shift = size / 2 * np.tan(turn / 2)
@@ -65,9 +65,9 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
         notes.append(f"[roll] incline_deg says {incline_deg:g}°: check it, or the camera's view")
         if abs(np.degrees(turn) - incline_deg) > MOST_BEND_ERROR_DEG:
             doubt = f"the legs of the path meet at {np.degrees(turn):.1f}°, [roll] incline_deg says {incline_deg:g}°"
-    start, end = np.array([u.min(), height + slope_incline * (u.min() - at)]), np.array([u.max(), height + slope_level * (u.max() - at)])
-    corner = np.array([at, height])
-    drawn = [tuple((p[0] * sign, p[1])) for p in (start, corner, end)]
+    start = (sign * u.min(), height + slope_incline * (u.min() - at))
+    end = (sign * u.max(), height + slope_level * (u.max() - at))
+    corner = (sign * at, height)
     path = replace(track, x=along, y=np.zeros(len(track)))
     rocks = _rocking_px(recording)
     if rms > MOST_RMS * size + rocks:
@@ -75,7 +75,7 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
         doubt = f"{doubt}; {text}" if doubt else text
     # Places are assumed to err along the legs as much as across them; the rocking of an oblong seed is no error.
     sd = float(np.hypot(np.hypot(sd, 0.1 * corner_shift), max(rms - rocks - SHARP_PX, 0.0) * np.sqrt(2)))
-    return RollPath(path, (-corner_shift, sd), [(drawn[0], drawn[1]), (drawn[1], drawn[2])], tuple(notes), doubt)
+    return RollPath(path, (-corner_shift, sd), [(start, corner), (corner, end)], tuple(notes), doubt)
 
 
 def _rocking_px(recording: Recording) -> float:

@@ -59,13 +59,13 @@ def fit_resistance(track: Track, x: np.ndarray, junction: tuple[float, float], s
     place of rest, None where that is not in the picture; all in the track's unit."""
     try:
         track.need_physical(recording)
-        rows = _rows(track, x, junction, x.max() if stop is None else stop, stop is not None)
+        rows = _rows(x, junction, x.max() if stop is None else stop, stop is not None)
         return ResistanceFit(*_resistance(track.take(rows), x[rows], rows, recording))
     except MeasurementError as error:
         return ResistanceFit(failed(NAME, "1", str(error)), np.zeros(len(x), dtype=bool), np.zeros(0))
 
 
-def _rows(track: Track, x: np.ndarray, junction: tuple[float, float], end: float, rests: bool) -> np.ndarray:
+def _rows(x: np.ndarray, junction: tuple[float, float], end: float, rests: bool) -> np.ndarray:
     """Mask of the rows between corner and stop."""
     distance = end - junction[0]
     begin = junction[0] + max(CORNER_SHARE * distance, 3 * junction[1])

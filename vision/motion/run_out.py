@@ -68,22 +68,23 @@ def _measure(track: Track, recording: Recording, in_picture: tuple[float, float]
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
     time, x = track.time, sign * track.x
     _check_run(track, x, recording)
-    notes: list[str] = []
-    speed, top = _speeds(time, x)
+    half = max(2, len(x) // 100)  # of about 2 % of the rows, over which speeds and the plotted path are taken
+    row = np.arange(len(x))
+    low, high = np.clip(row - half, 0, None), np.clip(row + half, None, len(x) - 1)
+    speed = (x[high] - x[low]) / (time[high] - time[low])
+    top = float(np.percentile(speed, 98))
     no_stop = ""
     try:
         stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
     except MeasurementError as error:
         stop, stop_sd, stop_row, doubts, no_stop = float(x[-1]), math.nan, len(x) - 1, [], str(error)
-    place, place_sd, junction_notes, junction_doubts = _junction(track, x, speed, stop_row, recording, sign, in_picture)
-    notes += junction_notes
+    place, place_sd, notes, junction_doubts = _junction(track, x, speed, stop_row, recording, sign, in_picture)
     doubts = [*doubts, *junction_doubts, *_jumps(track, x, speed)]
     length = stop - place
     if length <= 0:
         raise MeasurementError(no_stop or "the seed stops before the junction: it never reaches the level plate")
     rests = not no_stop and stop <= x.max()
     level = fit_resistance(track, x, (place, place_sd), stop if rests else None, recording)
-    half = max(2, len(x) // 100)
     mean = np.ones(2 * half + 1) / (2 * half + 1)
     resistance, path = level.resistance, np.convolve(np.pad(x, half, mode="edge"), mean, mode="valid")
     path[level.rows] = level.curve
@@ -98,17 +99,12 @@ def _measure(track: Track, recording: Recording, in_picture: tuple[float, float]
     sd = math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2)
     run_out = Quantity("run_out", length, sd, track.unit, sd_common=scale_sd * length).doubt(*doubts)
     friction = _friction(run_out, recording)
-    notes += _comparison_note(friction, resistance)
-    return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
-
-
-def _comparison_note(friction: Quantity, resistance: Quantity) -> list[str]:
-    """A note where Eq. 3 exceeds the rolling resistance by more than three sds."""
     above = friction.value - resistance.value
-    if not above > 3 * math.hypot(friction.sd, resistance.sd) or resistance.value <= 0:
-        return []
-    message = f"rolling_friction (Eq. 3) is {100 * above / resistance.value:.2g} % above rolling_resistance"
-    return [f"{message}: it counts losses to the air and at the corner as friction"]
+    if above > 3 * math.hypot(friction.sd, resistance.sd) and resistance.value > 0:
+        share = f"{100 * above / resistance.value:.2g} % above rolling_resistance"
+        losses = "it counts losses to the air and at the corner as friction"
+        notes.append(f"rolling_friction (Eq. 3) is {share}: {losses}")
+    return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
 
 
 def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
@@ -150,14 +146,6 @@ def rolling_friction_eq3(length_mm: float, incline_deg: float, run_out_mm: float
     return value, np.array([math.sin(beta) * run_out_mm / below**2, math.radians(by_beta), -value / below])
 
 
-def _speeds(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
-    """Speed at each row over a window of about 2 % of the rows, and their 98th percentile."""
-    half = max(2, len(x) // 100)
-    low, high = np.clip(np.arange(len(x)) - half, 0, None), np.clip(np.arange(len(x)) + half, None, len(x) - 1)
-    speed = (x[high] - x[low]) / (time[high] - time[low])
-    return speed, float(np.percentile(speed, 98))
-
-
 def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[float, float, int, list[str]]:
     """Place of the stop, its sd, the row from which the seed rests, doubts. For a rocking seed: the mean of its last places."""
     moving = np.flatnonzero(speed > STILL_SHARE * top)
@@ -170,7 +158,7 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
     end_speed = float(np.polyfit(track.time[tail], x[tail], 1)[0])
     doubts: list[str] = []
     if rest < 5 and end_speed > 0.05 * top:
-        return _extrapolated(track, x, end_speed, top)
+        return _extrapolated(track, x, end_speed)
     # The last third of the rest: a seed that rocks has lost most of its swing by then.
     rows = slice(len(x) - max(5, rest // 3), None)
     swing = float(np.ptp(x[rows])) / 2
@@ -185,7 +173,7 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
     return stop, sd, min(last, len(x) - 1), doubts
 
 
-def _extrapolated(track: Track, x: np.ndarray, end_speed: float, top: float) -> tuple[float, float, int, list[str]]:
+def _extrapolated(track: Track, x: np.ndarray, end_speed: float) -> tuple[float, float, int, list[str]]:
     """As `_stop`, for a seed that still moves at the end: extrapolated at constant deceleration; MeasurementError if that is far."""
     late = slice(np.searchsorted(x, x[0] + 0.6 * np.ptp(x)), None)
     t = track.time[late] - track.time[-1]
@@ -238,11 +226,9 @@ def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign:
         place, sd = start + length_mm, math.hypot(start_sd, LENGTH_SD_MM)
         notes = [f"the junction is {length_mm:g} mm along the path from where the seed rests at first"]
     elif kinematic is None:
-        if length_mm is None:
-            text = f"{recording.toml}: [roll] incline_length_mm is missing, and the motion does not show where the incline ends"
-        else:
-            text = "neither the release nor the end of the incline is in the track: begin it before the seed is let go"
-        raise MeasurementError(text)
+        missing = f"{recording.toml}: [roll] incline_length_mm is missing, and the motion does not show where the incline ends"
+        early = "neither the release nor the end of the incline is in the track: begin it before the seed is let go"
+        raise MeasurementError(missing if length_mm is None else early)
     else:
         place, sd = kinematic
         return place, sd, [f"the junction is where speeding up turns into slowing down, ± {sd:.2g} {track.unit}"], []

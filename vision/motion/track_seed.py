@@ -59,10 +59,9 @@ def track_seed(
         progress(1.0)
     tracklets = [p for p in tracklets if len(p.frames) >= 3]
     chosen = _choose(tracklets, falling, scene) if at is None else _nearest_to(tracklets, *at)
-    if chosen is None and at is not None:
-        raise MeasurementError(f"{source.path}: nothing moves near [track] follow_px = {[float(f'{v:.6g}') for v in at]}")
     if chosen is None:
-        raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
+        where = "" if at is None else f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
+        raise MeasurementError(f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}")
     areas = np.array([s.area for s in chosen.shapes])
     return TrackedSeed(_to_track(chosen, scene, done, area_px), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
 
@@ -80,11 +79,11 @@ def _nearest_to(tracklets: list[Tracklet], frame: float, x: float, y: float) -> 
 
 def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet | None:
     """The tracklet with the highest score, joined with others of the same thing; None where all score 0."""
-    scored = [(_score(p, falling, scene), i) for i, p in enumerate(tracklets)]
-    scored = [entry for entry in scored if entry[0] > 0]
-    if not scored:
+    scores = [_score(tracklet, falling, scene) for tracklet in tracklets]
+    if not max(scores, default=0.0) > 0:
         return None
-    return join_alike(tracklets[max(scored)[1]], tracklets)
+    best = max(range(len(scores)), key=lambda i: (scores[i], i))
+    return join_alike(tracklets[best], tracklets)
 
 
 def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
@@ -136,7 +135,8 @@ def _smoothness(x: np.ndarray, size: float) -> float:
     if len(x) < 6:
         return 0.3
     jerk = np.abs(np.diff(x, 2))
-    return float(1 / (1 + 10 * np.median(jerk) / max(np.ptp(x) / len(x), 1e-9) * (np.median(jerk) > 0.3) + np.mean(jerk > size)))
+    typical, step = np.median(jerk), max(np.ptp(x) / len(x), 1e-9)
+    return float(1 / (1 + 10 * typical / step * (typical > 0.3) + np.mean(jerk > size)))
 
 
 def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float, float]) -> Track:

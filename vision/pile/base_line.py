@@ -169,10 +169,10 @@ def plate_edge(image: np.ndarray, background: Background, top: np.ndarray) -> Li
     step, slope, row = best
     if abs(step) < max(CLEAR_STEP_SDS * noise / np.sqrt(columns.size), 0.5):
         return None
-    return _refine(image, background, columns, slope, row - slope * middle, np.sign(step))
+    return _refine(image, background, columns, slope, row - slope * middle)
 
 
-def _refine(image, background: Background, columns, slope, intercept, sign) -> Line | None:
+def _refine(image, background: Background, columns, slope, intercept) -> Line | None:
     """The line through the gradient's centroid in each full column beside the pile; None where that is no straight line."""
     factor, (height, width) = background.factor, image.shape[:2]
     x = np.arange(width)

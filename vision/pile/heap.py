@@ -109,7 +109,7 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
         return Heap(crest, top, (), walls, "the pile is cut by the picture's top border")
     sharp = median_filter(np.where(np.isfinite(height), height, 0.0), 5, mode="nearest")
     flanks = tuple(_flank(side, smooth, sharp, crest, top, low, high, window) for side in ("left", "right"))
-    return Heap(crest, top, flanks, walls, _second_pile(smooth, free, pieces, crest, flanks))
+    return Heap(crest, top, flanks, walls, _second_pile(smooth, free, crest, flanks))
 
 
 def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -192,7 +192,7 @@ def _flank(
     return Flank(side, crest, toe)
 
 
-def _second_pile(smooth: np.ndarray, free: np.ndarray, pieces, crest: int, flanks: tuple[Flank, ...]) -> str:
+def _second_pile(smooth: np.ndarray, free: np.ndarray, crest: int, flanks: tuple[Flank, ...]) -> str:
     """The problem that another hump of more than 40 % of the height lies beyond the toes; "" where none does."""
     low, high = min(f.toe for f in flanks), max(f.toe for f in flanks)
     outside = np.where(free, smooth, 0.0)

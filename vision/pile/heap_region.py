@@ -72,7 +72,7 @@ def find_region(image: np.ndarray) -> Region | None:
     triangle, rival = best_triangle(clusters, features[..., 4], max(1.0, max(clusters.shape) / SEARCH_PX))
     if triangle is None:
         return None
-    rough = _coarse_cut(small, features, clusters, triangle)
+    rough = _coarse_cut(features, clusters, triangle)
     box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
     (x0, y0, x1, y1), triangle = box, triangle * factor
     close = cv2.resize(image[y0:y1, x0:x1], None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA)
@@ -179,7 +179,7 @@ def _local_odds(clusters: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> 
     return np.clip(cv2.GaussianBlur(odds, (0, 0), 0.7) / 8 + 0.5, 0, 1)
 
 
-def _coarse_cut(small: np.ndarray, features: np.ndarray, clusters: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+def _coarse_cut(features: np.ndarray, clusters: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """Graph cut of colour and of the log odds that a pixel's cluster lies inside the triangle rather than outside."""
     core, body, shell = (_triangle_mask(clusters.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8))
     mask = np.where(core, cv2.GC_FGD, np.where(body, cv2.GC_PR_FGD, np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD))).astype(np.uint8)
