@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vision.foreign.columns import TIME, column, name_and_unit
 from vision.foreign.contents import Contents
-from vision.foreign.source import Source
+from vision.foreign.source import TIME, Source, column, name_and_unit
 from vision.foreign.unit_inference import G_M_S2
 from vision.measurement import MeasurementError
 

@@ -9,9 +9,8 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from vision.foreign.columns import LENGTH, column
 from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
-from vision.foreign.source import Source
+from vision.foreign.source import LENGTH, Source, column
 from vision.foreign.unit_inference import infer_units
 from vision.measurement import MeasurementError
 

@@ -4,9 +4,8 @@ import re
 
 import numpy as np
 
-from vision.foreign.columns import column
 from vision.foreign.contents import Contents, point_track
-from vision.foreign.source import Source
+from vision.foreign.source import Source, column
 from vision.foreign.unit_inference import infer_units
 from vision.measurement import MeasurementError
 

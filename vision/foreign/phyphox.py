@@ -8,9 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from vision.foreign.accelerometer import AXES, plate_tilt
-from vision.foreign.columns import TIME, column, name_and_unit
 from vision.foreign.contents import Contents
-from vision.foreign.source import Rows, Source
+from vision.foreign.source import TIME, Rows, Source, column, name_and_unit
 from vision.measurement import MeasurementError
 
 TOOL = "phyphox"

@@ -5,9 +5,8 @@ then numbers separated by tab, comma, semicolon or space, with a point or a comm
 """
 
 from vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
-from vision.foreign.columns import LENGTH, PIXELS, TIME, column, heading_row, name_and_unit
 from vision.foreign.contents import Contents, PointTrack, point_track
-from vision.foreign.source import Source
+from vision.foreign.source import LENGTH, PIXELS, TIME, Source, column, heading_row, name_and_unit
 from vision.foreign.unit_inference import infer_units
 from vision.measurement import MeasurementError
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from vision.foreign.columns import FRAMES, LENGTH, PIXELS, TIME
 from vision.foreign.contents import Contents, PointTrack, require_tracks
+from vision.foreign.source import FRAMES, LENGTH, PIXELS, TIME
 from vision.measurement import MeasurementError
 
 _WITHOUT_UNIT = ("m", "cm", "mm", "in", "ft")

@@ -14,8 +14,8 @@ from scipy.stats import t as student
 from vision.evidence.frames import FrameSource, open_frames
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas
-from vision.pile.image import binarise, shrink
 from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
+from vision.pile.surface import binarise, shrink
 from vision.recording import Recording
 
 WINDOW = (0.25, 0.75)  # of the surface from wall to wall, along the horizontal: between these the line is fitted

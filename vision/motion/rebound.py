@@ -13,10 +13,17 @@ import numpy as np
 import pandas as pd
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, all_failed, failed
-from vision.motion.depth_drift import depth_drift_sd, depth_drift_shifts
 from vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
 from vision.motion.flight import G_MM_S2, Flights, fit_flights, fit_lateral
-from vision.motion.gravity import drag_one_sd_off, gravity_doubt, known_gravity, release_seen, scale_note
+from vision.motion.gravity import (
+    depth_drift_sd,
+    depth_drift_shifts,
+    drag_one_sd_off,
+    gravity_doubt,
+    known_gravity,
+    release_seen,
+    scale_note,
+)
 from vision.motion.least_squares import propagate
 from vision.motion.track import Track
 from vision.recording import Recording

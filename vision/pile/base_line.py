@@ -12,9 +12,8 @@ import numpy as np
 from vision.measurement import MeasurementError
 from vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
 from vision.pile.heap_region import Region
-from vision.pile.image import as_float, denoise
 from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
-from vision.pile.surface import Background, Silhouette, subpixel_edge
+from vision.pile.surface import Background, Silhouette, as_float, denoise, subpixel_edge
 from vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.pile.image import as_float, shrink
+from vision.pile.surface import as_float, shrink
 from vision.pile.triangle_search import best_triangle
 
 SEARCH_PX, FEATURES_PX, CUT_PX = 96, 480, 480  # longest side: for the triangles, the features, the cut of the close-up

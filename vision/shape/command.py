@@ -12,7 +12,7 @@ from rich.console import Console
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.measurement import MeasurementError
 from vision.out_folder import check_out, new_folder
-from vision.overlay.lot import draw_outlines, draw_sizes
+from vision.overlay.seeds import draw_outlines, draw_sizes
 from vision.shape.lot import OUTLINES, SEEDS, SIZES, SUMMARY, WHOLE, lot_summary, read_lot
 from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
 

@@ -10,7 +10,7 @@ import pandas as pd
 
 from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, GOOD, MeasurementError
-from vision.overlay.grains import draw_grains
+from vision.overlay.seeds import draw_grains
 from vision.paper.scale import Scale, read_scale
 from vision.shape.grains import Grain, Grains, measure_seeds
 from vision.shape.lot import BROKEN, CUT, HUSK, OTHER, OUTLINE_COLUMNS, SEED_COLUMNS, TOUCHING, WHOLE
