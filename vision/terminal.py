@@ -86,22 +86,18 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
     for line in lines:
         name = " ".join(part for part in (line.bench if several else "", line.rig, line.quantity) if part)
         mean, half = _rounded(line.mean, (line.high - line.low) / 2)
-        doubts = (
-            *([f"{line.doubtful} of {line.n} doubtful"] if line.doubtful else []),
-            *([f"{line.not_measured} not measured"] if line.not_measured else []),
-            *([f"far from the others: {', '.join(line.outliers)}"] if line.outliers else []),
-        )
+        doubts = [text for count, text in (
+            (line.doubtful, f"{line.doubtful} of {line.n} doubtful"),
+            (line.not_measured, f"{line.not_measured} not measured"),
+            (len(line.outliers), f"far from the others: {', '.join(line.outliers)}"),
+        ) if count]  # fmt: skip
         shown.add_row(
             _escape(f"{name}, {line.conditions}" if line.conditions else name),
             f"{mean} ± {half}" if half else mean, "" if line.unit == "1" else line.unit, str(line.n),
-            _figure(line.scatter), _figure(line.measuring), _escape("; ".join(doubts)),
+            *("–" if math.isnan(v) else f"{v:.2g}" for v in (line.scatter, line.measuring)), _escape("; ".join(doubts)),
         )  # fmt: skip
     console.print()
     console.print(shown)
-
-
-def _figure(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:.2g}"
 
 
 def _escape(text: str) -> str:

@@ -119,9 +119,8 @@ def scale_note(flights: Flights, track: Track, gravity: Gravity) -> list[str]:
     if gamma <= 0:
         return []
     if track.unit == "px" and track.timed:
-        return [
-            f"gravity makes it {G_MM_S2 / gamma:.5g} ± {G_MM_S2 / gamma * relative:.2g} mm per px (if the frame rate is right)"
-        ]
+        scale = G_MM_S2 / gamma
+        return [f"gravity makes it {scale:.5g} ± {scale * relative:.2g} mm per px (if the frame rate is right)"]
     if track.unit == "mm" and not track.timed:
         rate = math.sqrt(G_MM_S2 / gamma)
         return [f"gravity makes it {rate:.5g} ± {rate * relative / 2:.2g} frames per second (if the scale is right)"]

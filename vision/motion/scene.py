@@ -29,7 +29,7 @@ class Scene:
     """background: the picture without the seed, float32 (h, w, c), c = 1 (grey) or 3 colours.
 
     factor: full px per coarse px; coarse: the coarse picture's background; restless (h, w) ≥ 1: relative noise of each coarse pixel.
-    matrix, coarse_matrix: colours → sds of the noise (colour.in_sds). noise_spread ≥ 1: factor by which correlation of neighbouring
+    matrix, coarse_matrix: colours → sds of the noise (in_sds). noise_spread ≥ 1: factor by which correlation of neighbouring
     pixels enlarges the variance of sums. white: the greatest grey level. first: the first frame.
     """
 

@@ -192,19 +192,16 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
             rho = estimate_rho(design, x - known, lag)
     found = fit(design, x - known, lag, rho=rho)
 
-    def model(params: np.ndarray) -> np.ndarray:
-        columns, part = _design(params[0], time, tilt, turning, stop, physical)
-        return columns @ params[1:] + part
+    def model(onset: float) -> np.ndarray:
+        columns, part = _design(onset, time, tilt, turning, stop, physical)
+        return columns @ found.params + part
 
-    params = np.concatenate([[onset], found.params])
     step = max(1e-4 * (time[stop - 1] - time[0]), 0.2 * track.step)
-    later, sooner = params.copy(), params.copy()
-    later[0], sooner[0] = onset + step, onset - step
-    slope = (model(later) - model(sooner)) / (2 * step)
+    slope = (model(onset + step) - model(onset - step)) / (2 * step)
     jacobian = whiten(np.column_stack([slope, design]), lag, rho) / found.noise
     cov = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-15)
     cov[0, 0] = _onset_sd(lambda t: misfit(t, rho) / found.noise**2, onset, time[0], time[stop - 3]) ** 2
-    return found, params, cov
+    return found, np.concatenate([[onset], found.params]), cov
 
 
 def _onset_sd(misfit, onset: float, first: float, last: float) -> float:

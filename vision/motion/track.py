@@ -92,9 +92,9 @@ class Track:
         rows = rows[np.isfinite(self.angle_deg[rows])]
         if len(rows) < 5:
             return np.nan, np.nan
-        weight = None
-        if self.angle_sd_deg is not None and np.isfinite(self.angle_sd_deg[rows]).all():
-            weight = np.median(self.angle_sd_deg[rows]) / np.maximum(self.angle_sd_deg[rows], 1e-3)
+        weight, sd = None, None if self.angle_sd_deg is None else self.angle_sd_deg[rows]
+        if sd is not None and np.isfinite(sd).all():
+            weight = np.median(sd) / np.maximum(sd, 1e-3)
         design = np.column_stack([np.ones(len(rows)), self.time[rows] - self.time[rows].mean()])
         found = fit(design, np.radians(self.angle_deg[rows]), frame_lag(self.frame[rows]), weight=weight)
         return float(found.params[1]), float(np.sqrt(found.cov[1, 1]))
@@ -155,9 +155,8 @@ def track_from_gates(recording: Recording) -> Track:
     if rig not in GATE_PLACE:
         raise MeasurementError(f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)}, not to a {rig}")
     table = read_gates(recording.files[0], rig)
-    time, place = table.rows["t_s"].to_numpy(float), table.rows[GATE_PLACE[rig]].to_numpy(float)
-    sd_s = table.rows["sd_s"].to_numpy(float) if "sd_s" in table.rows else np.full(len(time), np.nan)
-    sd_mm = table.rows["sd_mm"].to_numpy(float) if "sd_mm" in table.rows else np.full(len(time), GATE_SD_MM)
+    rows = table.rows.assign(**{c: v for c, v in (("sd_s", np.nan), ("sd_mm", GATE_SD_MM)) if c not in table.rows})
+    time, place, sd_s, sd_mm = (rows[c].to_numpy(float) for c in ("t_s", GATE_PLACE[rig], "sd_s", "sd_mm"))
     sd = np.hypot(np.abs(_falling(time, place) if rig == "drop" else np.gradient(place, time)) * sd_s, sd_mm)
     zero = np.zeros(len(time))
     return make_track(time, zero if rig == "drop" else place, place if rig == "drop" else zero, sd=sd, notes=table.notes)

@@ -27,7 +27,7 @@ class Scale:
 
     `mm_per_px` ± `mm_per_px_sd` holds at the picture's centre, `paper_mm_per_px` ± `paper_mm_per_px_sd` at the paper's.
     It is the geometric mean of all directions, √|det ∂(mm)/∂(px)|. The sd contains the lines' scatter, its correlation from
-    place to place, extrapolation beyond the paper (see `grid_map`), and the paper's own error, `paper_sd`.
+    place to place, extrapolation beyond the paper (see `grid_follow`), and the paper's own error, `paper_sd`.
     `tilt_deg` ± `tilt_sd_deg`: direction of the grid's vertical lines at the paper's centre, clockwise from straight down,
     −45° to 45° (the sign of `plumb_deg`). `variation`: (largest − smallest) / centre of mm_per_px over the picture.
     `region`: polygon (n, 2) around the paper that was read [px]. `lines`: measured windows.

@@ -86,7 +86,7 @@ def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
 class Background:
     """The picture's background, and how far the colour of every pixel is from it. small: the
     reduced picture, float32 (h, w, c); factor: full px per small px. light: coefficients of
-    image.fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255."""
+    fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255."""
 
     small: np.ndarray
     factor: float

@@ -57,6 +57,7 @@ class Grains:
     grains: tuple[Grain, ...]
     scale: Scale | float | None
     notes: tuple[str, ...] = ()
+    stated_scale_sd: float = UNKNOWN_SCALE_SD  # relative
 
     @property
     def measured(self) -> tuple[Grain, ...]:
@@ -84,17 +85,15 @@ class Grains:
             spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
             common = float(values.mean()) * self.common_sd() if unit == "mm" else 0.0
             mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common)) if len(values) > 1 else float("nan")
-            rows.append(
-                (name, unit, len(values), float(values.mean()), spread, float(values.min()), float(values.max()), mean_sd)
-            )
+            mean, low, high = (float(v) for v in (values.mean(), values.min(), values.max()))
+            rows.append((name, unit, len(values), mean, spread, low, high, mean_sd))
         return pd.DataFrame(rows, columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"])
 
     def common_sd(self) -> float:
         """Relative sd of the scale, which all seeds share."""
-        shares = [_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured] if isinstance(self.scale, Scale) else [0.0]
-        return float(np.mean(shares)) if isinstance(self.scale, Scale) else self._stated_sd
-
-    _stated_sd: float = UNKNOWN_SCALE_SD
+        if not isinstance(self.scale, Scale):
+            return self.stated_scale_sd
+        return float(np.mean([_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured]))
 
 
 def measure_seeds(

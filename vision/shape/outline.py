@@ -36,10 +36,8 @@ def centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
     area = float(cross.sum()) / 2
     if abs(area) < 1e-9:
         return (float(origin[0]), float(origin[1])), 0.0
-    return (
-        float(origin[0] + ((x + xn) * cross).sum() / (6 * area)),
-        float(origin[1] + ((y + yn) * cross).sum() / (6 * area)),
-    ), abs(area)
+    x0, y0 = (float(o + ((a + b) * cross).sum() / (6 * area)) for o, a, b in zip(origin, (x, y), (xn, yn)))
+    return (x0, y0), abs(area)
 
 
 def ellipse_agreement(points: np.ndarray) -> float:
@@ -47,9 +45,8 @@ def ellipse_agreement(points: np.ndarray) -> float:
     (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
     turn = np.radians(angle)
     x, y = points[:, 0] - cx, points[:, 1] - cy
-    depth = np.hypot(
-        (x * np.cos(turn) + y * np.sin(turn)) / (axes[0] / 2), (-x * np.sin(turn) + y * np.cos(turn)) / (axes[1] / 2)
-    )
+    along, across = x * np.cos(turn) + y * np.sin(turn), -x * np.sin(turn) + y * np.cos(turn)
+    depth = np.hypot(along / (axes[0] / 2), across / (axes[1] / 2))
     return float(1 - 2 * np.mean(np.abs(depth - 1)))
 
 

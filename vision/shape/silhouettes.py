@@ -46,10 +46,10 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px:
         if large is None:
             break
         mask, outlines = large
-        second_channel = _best_channel(small, small_allowed & ~mask)
-        if second_channel is None or second_channel[0] < LEAST_CONTRAST:
+        again = _best_channel(small, small_allowed & ~mask)
+        if again is None or again[0] < LEAST_CONTRAST:
             break
-        best, small_allowed = second_channel, small_allowed & ~mask
+        best, small_allowed = again, small_allowed & ~mask
         others += tuple(o * step + step // 2 for o in outlines)
     if best is None or best[0] < LEAST_CONTRAST:
         raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
@@ -180,11 +180,8 @@ def touching_patch(relief: Relief, outline: np.ndarray, level: float = 0.4) -> t
 def without_thin_parts(shape: np.ndarray, typical: float) -> np.ndarray:
     """The patch without thin parts (dust, hairs, printed lines)."""
     size = max(3, 2 * int(0.08 * np.sqrt(typical)) + 1)
-    opened = cv2.morphologyEx(
-        cv2.copyMakeBorder(shape, size, size, size, size, cv2.BORDER_CONSTANT, value=0),
-        cv2.MORPH_OPEN,
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)),
-    )[size:-size, size:-size]
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    opened = cv2.morphologyEx(np.pad(shape, size), cv2.MORPH_OPEN, disc)[size:-size, size:-size]
     return opened if opened.any() else shape
 
 
@@ -192,7 +189,7 @@ def split(shape: np.ndarray) -> list[Piece]:
     """Split a patch (uint8) of touching grains where it is narrow. Maxima of the distance to the
     edge with a saddle below SADDLE between them are different grains. Every pixel is assigned to
     the grain with the least Mahalanobis distance, iterated."""
-    padded = cv2.copyMakeBorder(shape, 3, 3, 3, 3, cv2.BORDER_CONSTANT, value=0)
+    padded = np.pad(shape, 3)
     step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))  # resolution of the cut
     coarse = padded if step == 1 else cv2.resize(padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
     coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
@@ -204,12 +201,8 @@ def split(shape: np.ndarray) -> list[Piece]:
     labels = cv2.resize(labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST)
     near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))  # the rim that the coarse patch lacks
     labels = np.where(labels == 0, near, labels)
-    pieces = []
-    for label in range(1, len(summits) + 1):
-        grain = (labels == label).astype(np.uint8) & padded
-        if grain.any():
-            pieces.append(_make_piece(grain, padded))
-    return pieces
+    grains = ((labels == label).astype(np.uint8) & padded for label in range(1, len(summits) + 1))
+    return [_make_piece(grain, padded) for grain in grains if grain.any()]
 
 
 def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, int]]) -> np.ndarray:

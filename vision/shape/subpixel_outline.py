@@ -148,8 +148,8 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
         depth = np.hypot(along / semi[0], across / semi[1])
         off = np.abs(depth - 1) * np.sqrt(semi.prod())
         near = off < max(1.0, 4 * 1.4826 * float(np.median(off[free])))
-        without_thin_parts = not free.all() and (free & near).sum() >= 12
-        free = free & near if without_thin_parts else free
+        if not free.all() and (free & near).sum() >= 12:
+            free = free & near
     direction = np.mod(np.arctan2(across / semi[1], along / semi[0])[free], 2 * np.pi)
     order = np.argsort(direction)
     direction, depth = direction[order], depth[free][order]
@@ -162,9 +162,8 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
     depth = np.where(hidden, 1.0, np.interp(t, direction, depth, period=2 * np.pi))
     depth = ndimage.gaussian_filter1d(depth, SMOOTH_RAD * count / (2 * np.pi), mode="wrap")
     along, across = depth * semi[0] * np.cos(t), depth * semi[1] * np.sin(t)
-    return np.stack(
-        [cx + along * np.cos(turn) - across * np.sin(turn), cy + along * np.sin(turn) + across * np.cos(turn)], -1
-    ), hidden
+    x, y = along * np.cos(turn) - across * np.sin(turn), along * np.sin(turn) + across * np.cos(turn)
+    return np.stack([cx + x, cy + y], -1), hidden
 
 
 def _normals(points: np.ndarray) -> np.ndarray:
