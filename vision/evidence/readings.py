@@ -11,6 +11,7 @@ from vision.evidence.tables import READING_COLUMNS, Table, read_readings
 from vision.measurement import MeasurementError, Observation, Quantity
 from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, rolling_friction_eq3
 from vision.recording import Recording
+from vision.robust import robust_sd
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a protractor or ruler, release height.
 INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2}
@@ -82,7 +83,7 @@ def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
         elif share < 2e-3:
             yield f"a rebound of {s.mean:g} mm from {recording.drop.height_mm:g} mm: is it in millimetres?"
     off = np.abs(values - np.median(values))
-    typical = 1.4826 * float(np.median(off))
+    typical = robust_sd(off)
     if values.size >= 4 and typical > 0 and off.max() > 8 * typical:
         yield f"the reading {values[off.argmax()]:g} lies far from the others"
 

@@ -60,10 +60,10 @@ def read(source: Source) -> Contents:
     if not points:
         raise MeasurementError(f"{source.path}: no point mass that was tracked; a model or a ruler is no measurement")
     found = require_tracks(source.path, tracks)
-    return _found(source, panel, inside, found, 1000 / step_ms, systems)
+    return _contents(source, panel, inside, found, 1000 / step_ms, systems)
 
 
-def _found(
+def _contents(
     source: Source, panel: Element, inside: str, tracks: tuple[PointTrack, ...], fps: float, systems: dict[int, _System]
 ) -> Contents:
     guesses = [f"{fps:.6g} frames per second and times as {inside} says; a slowed film says another rate than its camera had"]

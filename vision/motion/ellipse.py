@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision.motion.detect import Patch, Silhouette
+from vision.robust import robust_sd
 
 RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 CLEAN = 0.08  # relative deviation from the seed's area, within which a silhouette shows the seed alone
@@ -115,7 +116,7 @@ def fit_ellipse(
     edge_share = float((edge * (np.abs(off) < 2 * CAUCHY)).sum() / max(edge.sum(), 1e-9))
     if np.hypot(p[0], p[1]) > ellipse.a:
         return None
-    noise = max(1.0, 1.4826 * float(np.median(np.abs(off[edge > 0.3 * edge.max()]))))
+    noise = max(1.0, robust_sd(off[edge > 0.3 * edge.max()]))
     inverse = np.linalg.inv(normal)
     error = noise * float(np.sqrt((inverse[0, 0] + inverse[1, 1]) / 2))
     return EllipsePose(start.x + p[0], start.y + p[1], float(p[2]), float(p[3]), error, edge_share)
@@ -155,7 +156,7 @@ def _steady(area: np.ndarray) -> bool:
     padded = np.pad(area, 2, mode="reflect")
     off = np.abs(area / np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1) - 1)
     deviating = np.abs(area / np.median(area) - 1) > MOST_DEVIATING
-    return 1.4826 * float(np.median(off)) < AREA_SCATTER and float(deviating.mean()) < MOST_DEVIATING
+    return robust_sd(off) < AREA_SCATTER and float(deviating.mean()) < MOST_DEVIATING
 
 
 def _estimate_ellipse(shapes: list[Silhouette], speed: np.ndarray, stated_px: tuple[float, float]) -> tuple[Ellipse, np.ndarray]:

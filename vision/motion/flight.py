@@ -15,8 +15,9 @@ import numpy as np
 
 from vision.measurement import MeasurementError
 from vision.motion.least_squares import Fit, all_stated, estimate_rho, fit, frame_lag
-from vision.motion.outliers import SPIKE_SD, curve_residuals, off_curve, robust_sd, single_spikes
+from vision.motion.outliers import SPIKE_SD, curve_residuals, off_curve, single_spikes
 from vision.motion.split_flights import free_flights, split
+from vision.robust import robust_sd
 
 G_MM_S2 = 9806.65
 GUARDS = (2.0, 1.0, 0.5)  # frames left out on either side of a contact; fewer only where a flight has hardly any

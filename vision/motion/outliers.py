@@ -4,6 +4,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.ndimage import maximum_filter1d, median_filter
 
+from vision.robust import robust_sd
+
 LEAST_ROWS = 15
 SPIKE_SD = 6.0  # a row this many robust sds off its flight is an outlier: 2e-9 by chance, so none among 5,000 true rows
 SMOOTH = 6  # degree of the curve through a flight
@@ -71,11 +73,6 @@ def curve_residuals(time: np.ndarray, place: np.ndarray) -> np.ndarray:
         left = place - basis @ np.linalg.lstsq(basis[kept], place[kept], rcond=None)[0]
         kept = np.abs(left) <= SPIKE_SD * robust_sd(left) + 1e-12
     return left
-
-
-def robust_sd(values: np.ndarray) -> float:
-    """1.4826 times the median of |values|: robust standard deviation of values about 0."""
-    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def rows_at_rest(place: np.ndarray) -> int:

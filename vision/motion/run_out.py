@@ -18,6 +18,7 @@ from vision.motion.outliers import single_spikes
 from vision.motion.rolling_resistance import fit_resistance, resistance_notes
 from vision.motion.track import Track
 from vision.recording import Recording
+from vision.robust import difference_noise
 
 INCLINE_SD_DEG = 0.1  # of a stated incline
 LENGTH_SD_MM = 0.2  # of a stated distance on the incline: a seed laid against a mark
@@ -163,7 +164,7 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
     rows = slice(len(x) - max(5, rest // 3), None)
     swing = float(np.ptp(x[rows])) / 2
     stop, sd = correlated_mean(x[rows], track.frame[rows])
-    noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6)
+    noise = difference_noise(x, 2)
     if swing > 6 * noise + 0.5:
         doubts.append(f"the seed still rocks by ± {swing:.2g} {track.unit} at the end of the recording")
         sd = math.hypot(sd, swing / 2)
@@ -193,7 +194,7 @@ def _extrapolated(track: Track, x: np.ndarray, end_speed: float) -> tuple[float,
 
 def _jumps(track: Track, x: np.ndarray, speed: np.ndarray) -> list[str]:
     """A doubt where a step is larger than twice the greatest speed and the noise allow."""
-    excess = np.abs(np.diff(x)) - 2 * float(speed.max()) * np.diff(track.time) - 8 * _noise(x)
+    excess = np.abs(np.diff(x)) - 2 * float(speed.max()) * np.diff(track.time) - 8 * difference_noise(x, 3)
     at = int(np.argmax(excess))
     if excess[at] <= 0:
         return []
@@ -201,14 +202,9 @@ def _jumps(track: Track, x: np.ndarray, speed: np.ndarray) -> list[str]:
     return [f"the track jumps by {x[at + 1] - x[at]:+.3g} {track.unit} in one step at {when}"]
 
 
-def _noise(x: np.ndarray) -> float:
-    """Noise of a place from third differences, which acceleration does not change."""
-    return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / math.sqrt(20)
-
-
 def _rest_rows(track: Track, x: np.ndarray, speed: np.ndarray) -> int:
     """Number of rows at the start in which the seed rests, 0 where the track begins with a moving seed."""
-    near = x <= np.median(x[:5]) + 4 * _noise(x) + 1e-6 * np.ptp(x)
+    near = x <= np.median(x[:5]) + 4 * difference_noise(x, 3) + 1e-6 * np.ptp(x)
     rows = int(np.flatnonzero(near)[-1]) + 1
     if rows < 4 or np.polyfit(track.time[:rows], x[:rows], 1)[0] > 0.25 * np.percentile(speed, 98):
         return 0

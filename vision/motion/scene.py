@@ -13,6 +13,7 @@ import numpy as np
 
 from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
+from vision.robust import robust_sd
 
 COARSE_WIDTH = 320  # px of the picture on which moving things are detected
 MEDIAN_FRAMES = 25
@@ -161,7 +162,7 @@ def _spread(off: np.ndarray) -> float:
     video codec repeats most of the picture unchanged and has errors in the rest, which the median
     alone does not show."""
     size = np.abs(off - np.median(off))
-    return max(1.4826 * float(np.median(size)), float(np.percentile(size[::2, ::2], 95)) / 1.96)
+    return max(robust_sd(size), float(np.percentile(size[::2, ::2], 95)) / 1.96)
 
 
 def noise_matrix(sd: np.ndarray, white: float) -> np.ndarray:

@@ -24,6 +24,7 @@ from vision.motion.least_squares import estimate_rho, fit, frame_lag, whiten
 from vision.motion.outliers import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
+from vision.robust import difference_noise
 
 TILT_SD_DEG = 0.05  # of a goniometer or inclinometer, common to a whole session
 START_SD_DEG = 0.5  # of a stated angle at t = 0: a film may begin somewhat before the tilting
@@ -76,7 +77,7 @@ def measure_slide_track(track: Track, recording: Recording) -> Slide:
 def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) -> Slide:
     time, x = track.time, track.x
     sign = 1.0 if _first_mean(x[::-1]) >= _first_mean(x) else -1.0
-    noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6) + 1e-9
+    noise = difference_noise(x, 2) + 1e-9
     travel = float(np.ptp(x))
     least = max(20 * noise, 0.3 if track.unit == "mm" else 2.0)
     if travel < least:

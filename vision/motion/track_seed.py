@@ -18,6 +18,7 @@ from vision.motion.ellipse import fit_ellipses
 from vision.motion.scene import Scene, learn_scene
 from vision.motion.track import Track, make_track
 from vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
+from vision.robust import robust_sd
 
 MOST_AREA_CHANGE = 0.12  # from the frames around: more means merged with something, or partly hidden
 MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
@@ -176,7 +177,7 @@ def _outlying_areas(area: np.ndarray) -> np.ndarray:
     padded = np.pad(area, half, mode="reflect")
     typical = np.median(np.lib.stride_tricks.sliding_window_view(padded, window), axis=1)
     off = np.abs(area / typical - 1)
-    return off > max(MOST_AREA_CHANGE, 6 * 1.4826 * float(np.median(off)))
+    return off > max(MOST_AREA_CHANGE, 6 * robust_sd(off))
 
 
 def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from vision.paper.grid_find import WINDOW_PX, GridCandidate, Level
+from vision.robust import robust_sd
 
 # Squared phase amplitude over that of noise: noise alone exceeds it, in both families, in exp(−10) of all windows.
 CLEAR = 5.0
@@ -208,7 +209,7 @@ def follow_grid(grid: GridMap, windows: Windows, start: tuple[float, float], rea
             return None
         chosen, gap = here[use], gap[use]
         u, v = grid.uv(windows.x[chosen], windows.y[chosen])
-        spread = max(1.4826 * float(np.median(np.abs(gap - np.median(gap, 0)))), 0.003)
+        spread = max(robust_sd(gap - np.median(gap, 0)), 0.003)
         weight = 1 / np.maximum(1, np.abs(gap) / (2 * spread))
         x, y = windows.x[chosen], windows.y[chosen]
         sd = 3 * max(spread, 0.01)  # errors of neighbouring windows are correlated (paper that is not flat): nine count as one

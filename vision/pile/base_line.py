@@ -15,6 +15,7 @@ from vision.pile.heap_region import Region
 from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 from vision.pile.surface import Background, Silhouette, as_float, denoise, subpixel_edge
 from vision.recording import Camera
+from vision.robust import robust_sd
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
@@ -96,7 +97,7 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
     for _ in range(4):  # the first, wide tolerance includes what leans on the plate
         line = fit_line(x[on], profile[on], floor=EDGE_FLOOR_PX)
         off = np.abs(profile - line.at(x))
-        on = off <= min(tolerance, max(4 * 1.4826 * float(np.median(off[on])), 0.3))
+        on = off <= min(tolerance, max(4 * robust_sd(off[on]), 0.3))
         if on.sum() < max(8, share / 2):
             return None
     if line.cubic_share > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
@@ -152,7 +153,7 @@ def plate_edge(image: np.ndarray, background: Background, top: np.ndarray) -> Li
     grey = cv2.GaussianBlur(background.distance, (0, 0), 1.0)
     gradient = np.gradient(grey, axis=0)[:, columns]
     foot, reach = int(top.max()), max(12, int(0.15 * (top.max() - top[top >= 0].min())))
-    noise = 1.4826 * float(np.median(np.abs(gradient - np.median(gradient)))) + 1e-3
+    noise = robust_sd(gradient - np.median(gradient)) + 1e-3
     best = (0.0, 0.0, 0.0)
     middle = columns.mean()
     offsets = np.arange(foot - reach, foot + reach + 1)
@@ -246,7 +247,7 @@ def _fit_line_and_bow(
         if found[2] < 0:
             found = np.r_[np.linalg.lstsq(terms[keep, :2], y[keep], rcond=None)[0], 0.0]
         off = np.abs(y - terms @ found)
-        inliers = off <= MOST_SDS * max(1.4826 * float(np.median(off[keep])), 0.7)
+        inliers = off <= MOST_SDS * max(robust_sd(off[keep]), 0.7)
         if (inliers == keep).all() or inliers.sum() < 0.4 * x.size:
             break
         keep = inliers

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from vision.pile.heap import BaseLine, Flank, Heap
+from vision.robust import robust_sd
 
 EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is
 STEEP_DEG = 50.0  # beyond this an angle is doubtful
@@ -77,7 +78,7 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
         slope = float(centred @ y[keep] / (centred @ centred))
         intercept = float(middle - slope * x[keep].mean())
         residual = y - intercept - slope * x
-        spread = 1.4826 * np.median(np.abs(residual[keep] - np.median(residual[keep])))
+        spread = robust_sd(residual[keep] - np.median(residual[keep]))
         inliers = np.abs(residual) <= 4 * max(spread, 0.25)
         if (inliers == keep).all() or inliers.sum() < 8:
             break

@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from scipy.ndimage import median_filter
 
+from vision.robust import robust_sd
+
 WORKING_PX = 1024  # longest side of the reduced picture; edges are read off the full one
 
 
@@ -150,7 +152,7 @@ def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
     for _ in range(most):
         threshold, _ = binarise(values)
         below = values[values <= threshold]
-        noise = 1.4826 * float(np.median(below)) if below.size else 0.0
+        noise = robust_sd(below) if below.size else 0.0
         if found and (below.size < 0.05 * distance.size / 3 or threshold < max(4 * noise, 4.0)):
             break
         found.append(threshold)

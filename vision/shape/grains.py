@@ -127,7 +127,9 @@ def measure_seeds(
     notes = ["thickness cannot be seen from above"]
     if isinstance(scale, Scale) and scale.quality != GOOD:
         notes.append(f"scale from the graph paper: {scale.reason}")
-    return Grains(tuple(sorted(grains, key=_reading_order(grains))), scale, tuple(notes), relative_sd)
+    row = max(float(np.nanmedian([g.length_px for g in grains])), 1.0)
+    grains.sort(key=lambda g: (round(g.y_px / row), g.x_px))  # in rows, each from left to right
+    return Grains(tuple(grains), scale, tuple(notes), relative_sd)
 
 
 def _find_grains(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
@@ -251,9 +253,3 @@ def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | N
         return None
     size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
     return np.maximum(cv2.dilate(region, np.ones((1, size), np.uint8)), cv2.dilate(region, np.ones((size, 1), np.uint8))) > 0
-
-
-def _reading_order(grains: list[Grain]):
-    """Sort key: rows from top to bottom, in each from left to right."""
-    row = float(np.nanmedian([g.length_px for g in grains])) if grains else 1.0
-    return lambda g: (round(g.y_px / max(row, 1.0)), g.x_px)

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
+from vision.robust import robust_sd
+
 STEP_PX = 0.25
 SMOOTH_RAD = 0.12
 LEVEL_STEP = 0.15  # above and below half height, between which the edge's blur is measured
@@ -130,7 +132,7 @@ def _smooth_known(shift: np.ndarray, good: np.ndarray, width: float) -> tuple[np
         weight = ndimage.gaussian_filter1d(use.astype(float), width, mode="wrap")
         smooth = ndimage.gaussian_filter1d(np.where(use, shift, 0.0), width, mode="wrap") / np.maximum(weight, 1e-6)
         rest = np.abs(np.where(good, shift, 0) - smooth)[good]
-        spread = max(1.4826 * float(np.median(rest)), 0.02)
+        spread = max(robust_sd(rest), 0.02)
         use = good & (np.abs(np.where(good, shift, np.inf) - smooth) < 4 * spread)
     smooth = np.where(weight > 0.02, smooth, 0.0)
     # Neighbouring points share the blur: about every second is independent.
@@ -147,7 +149,7 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
         along, across = x * np.cos(turn) + y * np.sin(turn), -x * np.sin(turn) + y * np.cos(turn)
         depth = np.hypot(along / semi[0], across / semi[1])
         off = np.abs(depth - 1) * np.sqrt(semi.prod())
-        near = off < max(1.0, 4 * 1.4826 * float(np.median(off[free])))
+        near = off < max(1.0, 4 * robust_sd(off[free]))
         if not free.all() and (free & near).sum() >= 12:
             free = free & near
     direction = np.mod(np.arctan2(across / semi[1], along / semi[0])[free], 2 * np.pi)
