@@ -23,17 +23,17 @@ LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
 BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # files that may lie beside evidence
 
 
-def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording | MeasurementError]:
+def find_recordings(path: Path, visited: set[Path] | None = None) -> list[Recording | MeasurementError]:
     """All recordings under `path`: a photo, a folder of photos, a recording, a bench folder. In
     place of a recording that cannot be read there is its error, so that the others are still
-    measured. met: folders visited already, by another link."""
+    measured. visited: folders visited already, by another link."""
     path = Path(path)
-    met = set() if met is None else met
+    visited = set() if visited is None else visited
     if not path.is_dir():
         return [_attempt(read_recording, path)]
-    if path.resolve() in met:
+    if path.resolve() in visited:
         return []
-    met.add(path.resolve())
+    visited.add(path.resolve())
     if _is_recording(path):
         return [_attempt(read_recording, path)]
     if path.name == "frames":
@@ -57,7 +57,7 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
             others.append(folder)
     for folder in others:
         if _is_bench(folder, {path.resolve()}):
-            found += find_recordings(folder, met)
+            found += find_recordings(folder, visited)
     found += [MeasurementError(f"{p}: no permission to look into this folder", p.name) for p in closed]
     found += _loose_files(path, defaults)
     if not found:
@@ -109,14 +109,14 @@ def _is_recording(folder: Path) -> bool:
     return named or ((heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists())
 
 
-def _is_bench(folder: Path, met: set[Path]) -> bool:
-    """Whether a folder contains recordings and is no folder of results; folders in `met` are not followed."""
-    if (folder / "measurements.csv").is_file() or folder.resolve() in met:
+def _is_bench(folder: Path, visited: set[Path]) -> bool:
+    """Whether a folder contains recordings and is no folder of results; folders in `visited` are not followed."""
+    if (folder / "measurements.csv").is_file() or folder.resolve() in visited:
         return False
-    met.add(folder.resolve())
+    visited.add(folder.resolve())
     if (folder / "bench.toml").is_file():
         return True
-    return any(_is_recording(p) or _is_bench(p, met) for p in _folders(folder)[0])
+    return any(_is_recording(p) or _is_bench(p, visited) for p in _folders(folder)[0])
 
 
 def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementError]:

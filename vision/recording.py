@@ -25,6 +25,7 @@ VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool counts as the table that it is converted to
 RESULTS_MARK = ".results"  # in a folder of results, in which no recordings are sought
+_WHICH_RIG = '{}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
 
 
 @dataclass(frozen=True)
@@ -182,9 +183,6 @@ def bare_recording(path: Path) -> Recording:
     if tool_of(path):
         return tool_recording(path, _defaults_beside(path))
     raise MeasurementError(_WHICH_RIG.format(path))
-
-
-_WHICH_RIG = '{}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
 
 
 def _kind(path: Path) -> str:

@@ -52,18 +52,17 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     table: Table = read_readings(recording.files[0])
     columns = [c for c in table.rows if c in READING_COLUMNS]
     rig = recording.rig or READING_COLUMNS[columns[0]][0]
-    for column in columns:
-        if READING_COLUMNS[column][0] != rig:
-            raise MeasurementError(f"{recording.files[0]}: {column} belongs to a {READING_COLUMNS[column][0]}, the rig is {rig}")
     quantities: list[Quantity] = []
     notes, rows = list(table.notes), []
     for column in columns:
         column_rig, name, unit = READING_COLUMNS[column]
+        if column_rig != rig:
+            raise MeasurementError(f"{recording.files[0]}: {column} belongs to a {column_rig}, the rig is {rig}")
         values = table.rows[column].dropna().to_numpy()
         s = summarise(values, trim)
         common = float(np.hypot(s.sd_rounding, INSTRUMENT_SD[unit]))
-        new = [_quantity(name, s.mean, s.sd_mean, common, unit, s.n), *_derived(recording, column_rig, s, common, notes)]
-        doubts = list(_doubts(recording, column_rig, values, s))
+        new = [_quantity(name, s.mean, s.sd_mean, common, unit, s.n), *_derived(recording, rig, s, common, notes)]
+        doubts = list(_doubts(recording, rig, values, s))
         quantities += [q.doubt(*doubts) for q in new]
         left_out = values.size - s.n
         rows.append((recording.id, name, s.mean, s.sd, s.sd_mean, s.n, s.low, s.high, unit, left_out))
@@ -76,12 +75,11 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
 
 def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
     """Doubts about readings: a rebound above the release or close to 0, one reading far from the others."""
-    if rig == "drop" and recording.drop.height_mm:
-        share = s.mean / recording.drop.height_mm
-        if s.high > recording.drop.height_mm:
-            yield f"a rebound of {s.high:g} mm is higher than the release at {recording.drop.height_mm:g} mm"
-        elif share < 2e-3:
-            yield f"a rebound of {s.mean:g} mm from {recording.drop.height_mm:g} mm: is it in millimetres?"
+    if rig == "drop" and (height := recording.drop.height_mm):
+        if s.high > height:
+            yield f"a rebound of {s.high:g} mm is higher than the release at {height:g} mm"
+        elif s.mean / height < 2e-3:
+            yield f"a rebound of {s.mean:g} mm from {height:g} mm: is it in millimetres?"
     off = np.abs(values - np.median(values))
     typical = robust_sd(off)
     if values.size >= 4 and typical > 0 and off.max() > 8 * typical:

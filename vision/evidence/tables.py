@@ -30,12 +30,11 @@ LEAST_GATES = 4  # place, speed, acceleration, and one degree of freedom
 SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
 LEAST_SD, GREATEST_SD = 1e-9, 1e6  # outside, weights overflow and fits do not converge
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
-
-
 MOST_BYTES = 500_000_000  # ten million rows
 LONGEST_LINE = 10_000
 SAME_TIME = 1e-6  # of the median step: closer rows have the same time
 LARGEST = 1e10  # of any number: seconds since 1970 are fewer
+Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -151,9 +150,6 @@ def _of_another_tool(path: Path) -> bool:
     from vision.foreign import tool_of
 
     return bool(tool_of(path))
-
-
-Range = tuple[float, float]
 
 
 def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str, Range] | None = None) -> pd.DataFrame:

@@ -17,8 +17,8 @@ LARGEST_SIDE = 1280  # px of the picture that is compared
 TEXTURED = 3.0  # least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
 LEAST_TILES, AGREEING, ALIKE_PX = 4, 0.6, 0.4  # share of the textured tiles that must shift alike
 LEAST_SHIFT_PX = 0.7
-MARGIN = 0.30  # of an area: a silhouette is no ellipse, and blur and compression reduce it
-MOST_OUTLIERS = 0.15  # share of the rows in motion that may be hidden or merged
+AREA_MARGIN = 0.30  # of an area: a silhouette is no ellipse, and blur and compression reduce it
+MOST_HIDDEN = 0.15  # share of the rows in motion that may be hidden or merged
 RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 LEAST_ROWS = 8
 
@@ -67,18 +67,18 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
     if moving.sum() < LEAST_ROWS:
         return ""
     hidden = float(track.outlier[moving].mean())
-    if hidden > MOST_OUTLIERS and recording.rig == "roll":  # a drop's places are compared with parabolas
+    if hidden > MOST_HIDDEN and recording.rig == "roll":  # a drop's places are compared with parabolas
         return f"the seed is partly hidden or merged with something in {100 * hidden:.0f} % of the frames in which it moves"
     typical = float(np.median(area[moving & ~track.outlier]))
     least, most = stated_area_px(recording)
-    if not least * (1 - MARGIN) < typical < most * (1 + MARGIN):
+    if not least * (1 - AREA_MARGIN) < typical < most * (1 + AREA_MARGIN):
         side = f"at most {most:.3g}" if typical > most else f"at least {least:.3g}"
         return f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it, or more than it, was tracked"
     resting = ~moving & ~track.outlier & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
     turns = most / least if least > 0 else math.inf  # an oblong seed may show another side at rest
     if resting.sum() >= LEAST_ROWS and recording.rig == "roll":
         ratio = float(np.median(area[resting])) / typical
-        if not 1 / (turns * (1 + MARGIN)) < ratio < turns * (1 + MARGIN):
+        if not 1 / (turns * (1 + AREA_MARGIN)) < ratio < turns * (1 + AREA_MARGIN):
             return f"at rest what is tracked covers {ratio:.2f} × what it covers in motion: it is not the seed alone"
     return ""
 

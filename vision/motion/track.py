@@ -15,6 +15,8 @@ from vision.motion.outliers import slips
 from vision.recording import Camera, Recording
 
 GATE_SD_MM = 0.3  # of a light gate's place read off a ruler: its beam is some millimetres wide
+_ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
+_OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
 
 
 @dataclass(frozen=True)
@@ -106,10 +108,6 @@ class Track:
         columns = {"frame": self.frame, "t_s": self.t_s, **places, **more}
         table = pd.DataFrame({**columns, "outlier": self.outlier.astype(int)})
         return table.drop(columns=[c for c in ("t_s", f"sd_{self.unit}") if table[c].isna().all()])
-
-
-_ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
-_OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
 
 
 def make_track(

@@ -13,6 +13,20 @@ RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 
 BINS = 16  # per line
 FAINTEST = 0.04  # of the heaviest line's strength: fainter ones are due to blur or compression
 SAMPLES = 60_000
+_CLASSES = {  # pattern: class of each of ten lines, rising with strength
+    "equal": (0,) * 10,
+    "second": (1, 0) * 5,
+    "fifth": (1, 0, 0, 0, 0) * 2,
+    "tenth": (1,) + (0,) * 9,
+    "fifth and tenth": (2, 0, 0, 0, 0, 1, 0, 0, 0, 0),
+}
+_MEANING = {  # pattern: possible distances of the finest lines [mm], description
+    "fifth and tenth": ((1.0,), ""),
+    "tenth": ((1.0,), ""),
+    "fifth": ((1.0, 2.0), "every fifth one heavier, none heaviest"),
+    "second": ((5.0,), "every second one heavier: 5-mm and 10-mm lines whose 1-mm lines cannot be seen"),
+    "equal": ((1.0, 5.0, 10.0), "all equally strong"),
+}
 
 
 @dataclass(frozen=True)
@@ -115,22 +129,6 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
     on_line, between = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2, (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
     dark_lines = int((on_line > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
     return Strengths(value, sd, dark_lines)
-
-
-_CLASSES = {  # pattern: class of each of ten lines, rising with strength
-    "equal": (0,) * 10,
-    "second": (1, 0) * 5,
-    "fifth": (1, 0, 0, 0, 0) * 2,
-    "tenth": (1,) + (0,) * 9,
-    "fifth and tenth": (2, 0, 0, 0, 0, 1, 0, 0, 0, 0),
-}
-_MEANING = {  # pattern: possible distances of the finest lines [mm], description
-    "fifth and tenth": ((1.0,), ""),
-    "tenth": ((1.0,), ""),
-    "fifth": ((1.0, 2.0), "every fifth one heavier, none heaviest"),
-    "second": ((5.0,), "every second one heavier: 5-mm and 10-mm lines whose 1-mm lines cannot be seen"),
-    "equal": ((1.0, 5.0, 10.0), "all equally strong"),
-}
 
 
 def _best_pattern(ratio: float, both: list[Strengths]) -> Pitch:
