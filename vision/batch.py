@@ -1,6 +1,7 @@
 """Measures any mix of photos, folders, recordings and bench folders."""
 
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -12,6 +13,8 @@ from vision.observe import observe, observe_or_fail
 from vision.pile.repose import PileOptions
 from vision.recording import Recording
 
+MOST_NAMED = 8  # files in one note
+
 
 def split_photos(recording: Recording) -> list[Recording]:
     """A pile recording of several photos as a recording for each photo, named recording/photo."""
@@ -22,25 +25,21 @@ def split_photos(recording: Recording) -> list[Recording]:
 
 def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
     """All recordings under `paths` with unique ids (a second "pile-01" becomes "bench-b/pile-01")."""
-    found: list[Recording | MeasurementError] = []
-    met: set[tuple] = set()
-    for path in paths:
-        for entry in find_recordings(path):
-            for one in split_photos(entry) if isinstance(entry, Recording) else [entry]:
-                files = tuple(f.resolve() for f in one.files) if isinstance(one, Recording) else (str(one),)
-                if files not in met:  # the same evidence counts once
-                    met.add(files)
-                    found.append(one)
-    ids = [r.id for r in found if isinstance(r, Recording)]
-    unique = []
-    seen: dict[str, int] = {}
-    for entry in found:
-        if isinstance(entry, Recording) and ids.count(entry.id) > 1:
-            entry = replace(entry, id=f"{entry.path.resolve().parent.name}/{entry.id}")
+    found: dict[tuple, Recording | MeasurementError] = {}  # by evidence, which counts once
+    for entry in (entry for path in paths for entry in find_recordings(path)):
+        for one in split_photos(entry) if isinstance(entry, Recording) else [entry]:
+            is_recording = isinstance(one, Recording)
+            found.setdefault(tuple(f.resolve() for f in one.files) if is_recording else (str(one),), one)
+    times = Counter(entry.id for entry in found.values() if isinstance(entry, Recording))
+    unique: list[Recording | MeasurementError] = []
+    taken: Counter[str] = Counter()
+    for entry in found.values():
         if isinstance(entry, Recording):
-            seen[entry.id] = seen.get(entry.id, 0) + 1
-            if seen[entry.id] > 1:
-                entry = replace(entry, id=f"{entry.id}-{seen[entry.id]}")
+            if times[entry.id] > 1:
+                entry = replace(entry, id=f"{entry.path.resolve().parent.name}/{entry.id}")
+            taken[entry.id] += 1
+            if taken[entry.id] > 1:
+                entry = replace(entry, id=f"{entry.id}-{taken[entry.id]}")
         unique.append(entry)
     return unique
 
@@ -48,20 +47,18 @@ def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
 def unread_notes(paths: Sequence[Path], entries: list[Recording | MeasurementError]) -> list[tuple[str, str]]:
     """(folder, note) for every folder with files that are not read."""
     missed = {folder: names for path in paths for folder, names in unread_files(path, entries)}
-    return [(folder.name, f"not read: {_shortened(names)} (benchtwin does not read it)") for folder, names in missed.items()]
-
-
-def _shortened(names: list[str], most: int = 8) -> str:
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+    notes = []
+    for folder, names in missed.items():
+        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        named = ", ".join(names[:MOST_NAMED]) + more
+        notes.append((folder.name, f"not read: {named} (benchtwin does not read it)"))
+    return notes
 
 
 def measure(
     paths: str | Path | Sequence[str | Path], options: PileOptions | None = None, trim: bool = False
 ) -> Iterator[Observation]:
-    """Observations of all recordings under `paths` (one path or several), one after the other.
-
-    A recording that cannot be measured has one failed quantity with the reason. Observations of several recordings together come last.
-    """
+    """Observations of all recordings under `paths` (one path or several), one after the other; those of several together last."""
     rolls: list[tuple[Recording, Observation]] = []
     for entry in find_all([Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]):
         found = observe_or_fail(entry, lambda recording: observe(recording, options, trim))
@@ -88,10 +85,7 @@ def observe_together(rolls: list[tuple[Recording, Observation]]) -> list[Observa
 def in_order(
     entries: Sequence[Recording | MeasurementError], one: Callable[[int, Recording | MeasurementError], Observation]
 ) -> Iterator[Observation]:
-    """`one(number, entry)` of every entry, in order; photos are measured ahead in threads, one for each processor.
-
-    At most 8 threads, as each photo takes up to 0.5 GB.
-    """
+    """`one(number, entry)` of every entry, in order; photos are measured ahead in at most 8 threads (0.5 GB each)."""
     workers = min(os.cpu_count() or 1, 8)
     begun: dict[int, Future] = {}
     with ThreadPoolExecutor(workers) as pool:

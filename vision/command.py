@@ -60,9 +60,13 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
 
         def one(i: int, entry: Recording | MeasurementError) -> Observation:
             progress.update(task, description=getattr(entry, "id", "?")[:40])
-            advance = partial(_advance, progress, task, i)
-            measure = observe_seeds_photo if seeds else partial(observe, options=options, trim=trim, progress=advance)
-            return observe_or_fail(entry, measure, "seeds" if seeds else None)
+            if seeds:
+                return observe_or_fail(entry, observe_seeds_photo, "seeds")
+
+            def advance(share: float) -> None:
+                progress.update(task, completed=i + share)
+
+            return observe_or_fail(entry, partial(observe, options=options, trim=trim, progress=advance))
 
         for i, (entry, observation) in enumerate(zip(entries, in_order(entries, one), strict=True)):
             results.add(observation)
@@ -71,10 +75,6 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
     for together in observe_together(rolls):
         results.add(together)
     return results.finish()
-
-
-def _advance(progress: Progress, task, done: int, share: float) -> None:
-    progress.update(task, completed=done + share)
 
 
 def _numbers(text: str, option: str, counts: tuple[int, ...]) -> list[float]:

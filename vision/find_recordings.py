@@ -23,21 +23,20 @@ LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
 BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # files that may lie beside evidence
 
 
-def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording | MeasurementError]:
-    """All recordings under `path`: a photo, a folder of photos, a recording, a bench folder.
-
-    In place of a recording that cannot be read there is its error, so that the others are still measured.
-    met: folders visited already, by another link.
-    """
+def find_recordings(path: Path, visited: set[Path] | None = None) -> list[Recording | MeasurementError]:
+    """All recordings under `path`: a photo, a folder of photos, a recording, a bench folder. In
+    place of a recording that cannot be read there is its error, so that the others are still
+    measured. visited: folders visited already, by another link."""
     path = Path(path)
-    met = set() if met is None else met
-    if path.is_dir():
-        if path.resolve() in met:
-            return []
-        met.add(path.resolve())
-    if path.is_file() or not path.is_dir() or _is_recording(path):
+    visited = set() if visited is None else visited
+    if not path.is_dir():
         return [_attempt(read_recording, path)]
-    if path.name == "frames" and not (path / "recording.toml").is_file():
+    if path.resolve() in visited:
+        return []
+    visited.add(path.resolve())
+    if _is_recording(path):
+        return [_attempt(read_recording, path)]
+    if path.name == "frames":
         return [_attempt(read_recording, path.parent)]
     defaults: dict = {}
     if (path / "bench.toml").is_file():
@@ -47,23 +46,30 @@ def find_recordings(path: Path, met: set[Path] | None = None) -> list[Recording 
             error.recording = path.resolve().name
             return [error]
     inside, closed = _folders(path)
-    folders = [p for p in inside if _is_candidate(p)]
-    found = [_attempt(read_recording, p, defaults) if _is_recording(p) else _attempt(_loose_files, p, defaults) for p in folders]
-    found += [find_recordings(p, met) for p in inside if p not in folders and _is_bench(p, {path.resolve()})]
-    found += [_attempt(_refuse, p) for p in closed]
-    flat = [r for entry in (*found, _loose_files(path, defaults)) for r in (entry if isinstance(entry, list) else [entry])]
-    if not flat:
-        nothing = MeasurementError(f"{path}: nothing to measure here (no recording.toml, no photo, no video, no sound, no track.csv)")
-        nothing.recording = path.resolve().name
-        return [nothing]
-    return flat
+    found: list[Recording | MeasurementError] = []
+    others = []
+    for folder in inside:
+        if _is_recording(folder):
+            found.append(_attempt(read_recording, folder, defaults))
+        elif photos_in(folder) or tool_files_in(folder):
+            found += _loose_files(folder, defaults)
+        else:
+            others.append(folder)
+    for folder in others:
+        if _is_bench(folder, {path.resolve()}):
+            found += find_recordings(folder, visited)
+    found += [MeasurementError(f"{p}: no permission to look into this folder", p.name) for p in closed]
+    found += _loose_files(path, defaults)
+    if not found:
+        what = "no recording.toml, no photo, no video, no sound, no track.csv"
+        found = [MeasurementError(f"{path}: nothing to measure here ({what})", path.resolve().name)]
+    return found
 
 
 def unread_files(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
-    """(folder, names) of the files that are not read, in `path` and in the folders of the recordings `found`.
-
-    A table counts only beside evidence, where it may have been meant as such.
-    """
+    """(folder, names) of the files that are not read, in `path` and in the folders of the
+    recordings `found`. A table counts only beside evidence, where it may have been meant as
+    such."""
     used = {f.resolve() for r in found if isinstance(r, Recording) for f in (*r.files, r.sound) if f}
     folders = {path.resolve(): path} if path.is_dir() else {}
     for file in used:
@@ -83,11 +89,10 @@ def _attempt(read, *args):
     try:
         return read(*args)
     except MeasurementError as error:
-        trouble = error
+        error.recording = args[0].name
+        return error
     except OSError as error:  # no permission, a broken link, a disk that fails
-        trouble = MeasurementError(f"{error.filename or args[0]}: {error.strerror or error}")
-    trouble.recording = args[0].name
-    return trouble
+        return MeasurementError(f"{error.filename or args[0]}: {error.strerror or error}", args[0].name)
 
 
 def _folders(path: Path) -> tuple[list[Path], list[Path]]:
@@ -98,28 +103,20 @@ def _folders(path: Path) -> tuple[list[Path], list[Path]]:
     return open_, [p for p in inside if not may[p]]
 
 
-def _refuse(folder: Path) -> Recording:
-    raise MeasurementError(f"{folder}: no permission to look into this folder")
-
-
 def _is_recording(folder: Path) -> bool:
     named = any((folder / name).exists() for name in ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames"))
     heard = bool(sounds_in(folder)) and not photos_in(folder)
     return named or ((heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists())
 
 
-def _is_candidate(folder: Path) -> bool:
-    return _is_recording(folder) or bool(photos_in(folder) or tool_files_in(folder))
-
-
-def _is_bench(folder: Path, met: set[Path]) -> bool:
-    """Whether a folder contains recordings and is no folder of results; folders in `met` are not followed."""
-    if (folder / "measurements.csv").is_file() or folder.resolve() in met:
+def _is_bench(folder: Path, visited: set[Path]) -> bool:
+    """Whether a folder contains recordings and is no folder of results; folders in `visited` are not followed."""
+    if (folder / "measurements.csv").is_file() or folder.resolve() in visited:
         return False
-    met.add(folder.resolve())
+    visited.add(folder.resolve())
     if (folder / "bench.toml").is_file():
         return True
-    return any(_is_recording(p) or _is_bench(p, met) for p in _folders(folder)[0])
+    return any(_is_recording(p) or _is_bench(p, visited) for p in _folders(folder)[0])
 
 
 def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementError]:

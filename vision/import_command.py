@@ -1,6 +1,5 @@
 """`benchtwin import`: drafts a bench folder from files of other tools."""
 
-import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 from vision.foreign import tool_of
 from vision.foreign.draft import BENCH_HEADING, DRAFTED, WRITTEN, Draft, drafts_of, write_bench
 from vision.measurement import MeasurementError
-from vision.out_folder import check_out, part_folder, put_in_place
+from vision.out_folder import check_out, file_name, new_folder
 from vision.recording import RIGS
 
 DONE, NOTHING, MISUSED = 0, 1, 2
@@ -19,7 +18,15 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
     try:
         if rig and rig not in RIGS:
             raise MeasurementError(f"--rig {rig}: it is one of {', '.join(RIGS)}")
-        paths = _files(files)
+        if missing := [p for p in files if not p.exists()]:
+            raise MeasurementError(f"{missing[0]}: no such file or folder")
+        found = []
+        for path in files:
+            inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p)) if path.is_dir() else [path]
+            if not inside:
+                raise MeasurementError(f"{path}: no file of another tool in this folder")
+            found += inside
+        paths = list(dict.fromkeys(found))
         check_out(out, "a drafted bench", _drafted, overwrite, paths)
     except (MeasurementError, OSError) as error:
         print(f"benchtwin import: {error}", file=sys.stderr)
@@ -31,25 +38,14 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
         print(f"benchtwin import: nothing could be read; {out} is not written", file=sys.stderr)
         return NOTHING
     try:
-        questions = _write(out, drafts, trouble, overwrite)
+        with new_folder(out, _drafted, overwrite) as part:
+            questions = write_bench(part, drafts, trouble)
     except OSError as error:
         print(f"benchtwin import: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
         return MISUSED
     if not quiet:
         _show(out, drafts, questions)
     return DONE
-
-
-def _files(paths: list[Path]) -> list[Path]:
-    if missing := [p for p in paths if not p.exists()]:
-        raise MeasurementError(f"{missing[0]}: no such file or folder")
-    found = []
-    for path in paths:
-        inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p)) if path.is_dir() else [path]
-        if not inside:
-            raise MeasurementError(f"{path}: no file of another tool in this folder")
-        found += inside
-    return list(dict.fromkeys(found))
 
 
 def _drafted(path: Path) -> bool:
@@ -73,24 +69,9 @@ def _read(paths: list[Path], rig: str, track: int | None) -> tuple[list[Draft], 
             trouble.append(str(error))
             continue
         for draft in found:
-            stem = "".join(c if c.isalnum() or c in "-_. " else "_" for c in draft.name)[:50].strip(". ") or "recording"
-            name, number = stem, 2
-            while name.lower() in taken:
-                name, number = f"{stem}-{number}", number + 1
-            taken.add(name.lower())
-            drafts.append(replace(draft, name=name))
+            drafts.append(replace(draft, name=file_name(draft.name, taken)))
+            taken.add(drafts[-1].name.lower())
     return drafts, trouble
-
-
-def _write(out: Path, drafts: list[Draft], trouble: list[str], overwrite: bool) -> list[str]:
-    """Write the bench folder, whole or not at all; returns the questions."""
-    part = part_folder(out)
-    try:
-        questions = write_bench(part, drafts, trouble)
-        put_in_place(part, out, _drafted, overwrite)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-    return questions
 
 
 def _show(out: Path, drafts: list[Draft], questions: list[str]) -> None:

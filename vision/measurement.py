@@ -11,9 +11,11 @@ _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
 
 
 class MeasurementError(ValueError):
-    """A recording cannot be measured; the message says why and what to do."""
+    """A recording cannot be measured; the message says why and what to do. recording: its name, where it cannot be read."""
 
-    recording: str = "?"  # name of the recording that cannot be read
+    def __init__(self, message: str, recording: str = "?"):
+        super().__init__(message)
+        self.recording = recording
 
 
 @dataclass(frozen=True)
@@ -22,9 +24,8 @@ class Quantity:
 
     `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small sample's wider interval is
     already in it). `sd_common`, included in `sd`, is the part that is the same error in all recordings of one session: the
-    scale, the plumb line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or failed, `reason`
-    says why in words ("" when good).
-    A failed quantity has value NaN.
+    scale, the plumb line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or failed (value NaN),
+    `reason` says why.
     """
 
     name: str
@@ -35,10 +36,12 @@ class Quantity:
     reason: str = ""
     sd_common: float = 0.0
 
-    def doubt(self, reason: str) -> "Quantity":
-        """The quantity, at best doubtful, with one more reason."""
+    def doubt(self, *reasons: str) -> "Quantity":
+        """The quantity, at best doubtful, with more reasons; unchanged where all of them are empty."""
+        if not any(reasons):
+            return self
         worse = self.quality if self.quality == FAILED else DOUBTFUL
-        return replace(self, quality=worse, reason="; ".join(r for r in (self.reason, reason) if r))
+        return replace(self, quality=worse, reason="; ".join(r for r in (self.reason, *reasons) if r))
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,11 @@ class Observation:
 def failed(name: str, unit: str, reason: str) -> Quantity:
     """A quantity that could not be measured."""
     return Quantity(name, float("nan"), float("nan"), unit, FAILED, reason)
+
+
+def all_failed(names_and_units: Iterable[tuple[str, str]], reason: str) -> tuple[Quantity, ...]:
+    """Quantities that could not be measured, for one reason."""
+    return tuple(failed(name, unit, reason) for name, unit in names_and_units)
 
 
 def worst(quantities: Iterable[Quantity]) -> str:

@@ -31,10 +31,8 @@ def observe(
     recording: Recording, options: PileOptions | None = None, trim: bool = False, progress: Progress | None = None
 ) -> Observation:
     """Measure one recording; MeasurementError with the reason where nothing can be measured.
-
-    options: how pile photos are read; trim: leave out the highest and the lowest of repeated readings; progress: called with
-    the fraction done.
-    """
+    options: how pile photos are read; trim: leave out the highest and the lowest of repeated
+    readings; progress: called with the fraction done."""
     observation = _observe(recording, options, trim, progress)
     return replace(observation, notes=(*observation.notes, *seed_questions(recording.seed)))
 
@@ -94,7 +92,7 @@ def _with_recording_options(options: PileOptions, recording: Recording) -> PileO
 
 def observe_seeds_photo(recording: Recording) -> Observation:
     """Measure a photo of spread seeds: mean length and width (sd of the mean, with that of the scale), and a row for each seed."""
-    from vision.shape.seed_photo import observe_seeds
+    from vision.shape.lot_photos import observe_seeds
 
     if recording.evidence != "photos":
         raise MeasurementError(f"{recording.path}: seeds are measured on photos, not on {recording.evidence}")
@@ -103,8 +101,7 @@ def observe_seeds_photo(recording: Recording) -> Observation:
         Quantity(f"seed_{row.quantity}", row.mean, row.mean_sd, row.unit) for row in grains.distribution().itertuples()
     )
     doubt = "in px: no scale is known" if grains.scale is None else getattr(grains.scale, "reason", "")
-    if doubt:
-        quantities = tuple(q.doubt(doubt) for q in quantities)
+    quantities = tuple(q.doubt(doubt) for q in quantities)
     rows = grains.distribution().itertuples()
     spread = [f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g} {r.unit}" for r in rows]
     table = grains.table()
@@ -115,7 +112,7 @@ def observe_seeds_photo(recording: Recording) -> Observation:
 def seed_questions(seed: Seed) -> list[str]:
     """A question for a size, a mass and a density that no seed has; they are used as stated."""
     questions = []
-    sizes = [s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s]
+    sizes = seed.sizes_mm
     if odd := [s for s in sizes if not _within(s, PLAUSIBLE_MM)]:
         questions.append(f"a seed of {odd[0]:,g} mm: is it in millimetres? It is taken as stated")
     if seed.mass_g and not _within(seed.mass_g, PLAUSIBLE_G):

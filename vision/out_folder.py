@@ -1,20 +1,23 @@
 """Output folders that appear whole or not at all, and that replace nothing but earlier output of the same command."""
 
+import contextlib
 import errno
+import itertools
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
 from vision.measurement import MeasurementError
 
+LONGEST_NAME = 50  # characters of a file name, each four bytes at most
+
 
 def check_out(out: Path, what: str, is_own: Callable[[Path], bool], overwrite: bool, inputs: Sequence[Path] = ()) -> None:
-    """Raise MeasurementError unless `out` can be written: absent, empty, or with `overwrite` and own output only.
-
-    what: what the folder may hold, for the message; is_own: whether a path in it is output of the command; inputs: paths that are read.
-    """
+    """Raise MeasurementError unless `out` can be written: absent, empty, or with `overwrite` and
+    own output only. what: what the folder may hold, for the message; is_own: whether a path in it
+    is output of the command; inputs: paths that are read."""
     if out.exists() and not out.is_dir():
         raise MeasurementError(f"{out}: is a file; --out names a folder")
     there = sorted(out.iterdir()) if out.is_dir() else []
@@ -48,3 +51,24 @@ def put_in_place(part: Path, out: Path, is_own: Callable[[Path], bool], overwrit
         if old.is_dir() and not out.exists():
             old.replace(out)
         shutil.rmtree(old, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def new_folder(out: Path, is_own: Callable[[Path], bool], overwrite: bool) -> Iterator[Path]:
+    """A folder to write into that becomes `out` at the end, and is removed where an error comes first."""
+    part = part_folder(out)
+    try:
+        yield part
+        put_in_place(part, out, is_own, overwrite)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def file_name(name: str, taken: Collection[str]) -> str:
+    """A name as a valid file name without folders, different from those `taken` (in lower case)."""
+    kept = "".join(c if c.isalnum() or c in "-_. " else "_" for c in name)
+    stem = kept[:LONGEST_NAME].strip(". ") or "recording"
+    numbered = (f"{stem}-{n}" for n in itertools.count(2))
+    if stem.lower() not in taken:
+        return stem
+    return next(other for other in numbered if other.lower() not in taken)

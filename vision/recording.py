@@ -25,15 +25,15 @@ VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool counts as the table that it is converted to
 RESULTS_MARK = ".results"  # in a folder of results, in which no recordings are sought
+_WHICH_RIG = '{}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One run of one rig: what is known of it (None = unknown) and where its evidence lies.
-
-    `path` is the recording's folder, or the photo itself for a bare photo. `evidence` is one of EVIDENCE,
-    `files` the evidence's files in order. `sound` lies beside pictures (a video's own track is not named).
-    """
+    """One run of one rig: what is known of it (None = unknown) and where its evidence lies. `path`
+    is the recording's folder, or the photo itself for a bare photo. `evidence` is one of EVIDENCE,
+    `files` the evidence's files in order. `sound` lies beside pictures (a video's own track is not
+    named)."""
 
     id: str
     path: Path
@@ -77,11 +77,7 @@ class Recording:
 
 
 def read_recording(path: Path, defaults: dict | None = None) -> Recording:
-    """Read one recording folder (with recording.toml) or one bare photo.
-
-    `defaults` is the content of bench.toml; without it, a bench.toml beside the folder is read.
-    Raises MeasurementError naming the file and the field.
-    """
+    """Read one recording folder or one bare photo; defaults: the content of bench.toml, by default of that beside the folder."""
     path = Path(path)
     if path.is_file():
         return bare_recording(path)
@@ -106,15 +102,13 @@ def _recording(path: Path, name: str, evidence: str | Evidence, files: tuple[Pat
         kind, rig = evidence, "pile" if evidence == "photos" else None
     fields = validate(stated, (path if path.is_dir() else path.parent) / "recording.toml")
     beside = sounds_in(path) if path.is_dir() and kind in ("frames", "video") else []
-    if len(beside) > 1:
-        raise MeasurementError(f"{path}: {len(beside)} sounds; a recording holds one ({', '.join(s.name for s in beside)})")
     return Recording(
         id=fields.id or name,
         path=path,
         rig=fields.rig or rig,
         evidence=kind,
         files=files,
-        sound=beside[0] if beside else None,
+        sound=_only(path, "sounds", beside) if beside else None,
         session=fields.session,
         provenance=fields.provenance or "measured",
         **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", "track", *RIGS)},
@@ -128,15 +122,12 @@ def _defaults_beside(path: Path) -> dict:
 
 def write_recording(recording: Recording) -> Path:
     """Write `recording`'s recording.toml into its folder (which holds, or will hold, the evidence); returns the file."""
-    content: dict = {"rig": recording.rig, "id": recording.id, "session": recording.session, "provenance": recording.provenance}
-    content = {key: value for key, value in content.items() if value is not None}
-    if recording.conditions:
-        content["conditions"] = dict(recording.conditions)
+    content: dict = {key: getattr(recording, key) for key in ("rig", "id", "session", "provenance")}
+    content["conditions"] = dict(recording.conditions)
     for name in ("seed", "camera", "reading", "air", "track", recording.rig):
         if name:
-            section = getattr(recording, name).model_dump(exclude_none=True, mode="json")
-            if section:
-                content[name] = section
+            content[name] = getattr(recording, name).model_dump(exclude_none=True, mode="json")
+    content = {key: value for key, value in content.items() if value is not None and value != {}}
     file = recording.path / "recording.toml"
     recording.path.mkdir(parents=True, exist_ok=True)
     part = file.with_suffix(".part")
@@ -194,22 +185,20 @@ def bare_recording(path: Path) -> Recording:
     raise MeasurementError(_WHICH_RIG.format(path))
 
 
-_WHICH_RIG = '{}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
-
-
 def _kind(path: Path) -> str:
     if path.name in EVIDENCE:
         return path.name
-    if path.suffix.lower() in VIDEO_SUFFIXES:
+    suffix = path.suffix.lower()
+    if suffix in VIDEO_SUFFIXES:
         return "sound" if only_sound(path) else "video"
-    if path.suffix.lower() in SOUND_SUFFIXES:
+    if suffix in SOUND_SUFFIXES:
         return "sound"
-    if path.suffix.lower() in PHOTO_SUFFIXES:
+    if suffix in PHOTO_SUFFIXES:
         return "photos"
     if tool_of(path):
         return evidence_of(path).kind
-    known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *SOUND_SUFFIXES, *TABLES)
-    raise MeasurementError(f"{path}: not something to measure (known are {', '.join(known)}, and files of other tools)")
+    known = ", ".join((*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *SOUND_SUFFIXES, *TABLES))
+    raise MeasurementError(f"{path}: not something to measure (known are {known}, and files of other tools)")
 
 
 def tool_files_in(folder: Path) -> list[Path]:
@@ -217,28 +206,29 @@ def tool_files_in(folder: Path) -> list[Path]:
     return sorted(p for p in folder.iterdir() if not p.name.startswith(".") and p.is_file() and tool_of(p))
 
 
+def _only(folder: Path, what: str, files: list[Path]) -> Path:
+    """The one file in a list; MeasurementError where there are several."""
+    if len(files) > 1:
+        names = ", ".join(file.name for file in files)
+        raise MeasurementError(f"{folder}: {len(files)} {what}; a recording holds one ({names})")
+    return files[0]
+
+
 def _find_evidence(folder: Path, rig: str | None) -> tuple[str | Evidence, tuple[Path, ...]]:
     for name in TABLES:
         if (folder / name).is_file():
             return name, (folder / name,)
     if (folder / "frames").is_dir():
-        frames = tuple(photos_in(folder / "frames"))
-        if not frames:
-            raise MeasurementError(f"{folder / 'frames'}: the folder holds no frames ({', '.join(PHOTO_SUFFIXES)})")
-        return "frames", frames
+        if frames := tuple(photos_in(folder / "frames")):
+            return "frames", frames
+        known = ", ".join(PHOTO_SUFFIXES)
+        raise MeasurementError(f"{folder / 'frames'}: the folder holds no frames ({known})")
     if videos := videos_in(folder):
-        if len(videos) > 1:
-            raise MeasurementError(f"{folder}: {len(videos)} videos; a recording holds one ({', '.join(v.name for v in videos)})")
-        return _kind(videos[0]), tuple(videos)
+        return _kind(_only(folder, "videos", videos)), tuple(videos)
     if rig != "pile" and (sounds := sounds_in(folder)):
-        if len(sounds) > 1:
-            raise MeasurementError(f"{folder}: {len(sounds)} sounds; a recording holds one ({', '.join(s.name for s in sounds)})")
-        return "sound", tuple(sounds)
+        return "sound", (_only(folder, "sounds", sounds),)
     if tools := tool_files_in(folder):
-        if len(tools) > 1:
-            names = ", ".join(f.name for f in tools)
-            raise MeasurementError(f"{folder}: {len(tools)} files of other tools; a recording holds one ({names})")
-        return evidence_of(tools[0]), tuple(tools)
+        return evidence_of(_only(folder, "files of other tools", tools)), tuple(tools)
     if photos := photos_in(folder):
         return "photos", tuple(photos)
     raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or photos)")

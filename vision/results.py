@@ -1,32 +1,59 @@
-"""The folder that `benchtwin measure` writes: tables, overlays, contact sheet."""
+"""The folder that `benchtwin measure` writes: tables, overlays, and a page on which fifty are looked through in a minute."""
 
-import itertools
 import shutil
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from jinja2 import Environment, PackageLoader
 from PIL import Image
 
-from vision.measurement import FAILED, Observation
-from vision.out_folder import check_out, part_folder, put_in_place
-from vision.overlay.contact_sheet import ContactSheet
+from vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
+from vision.out_folder import check_out, file_name, part_folder, put_in_place
 from vision.summary import Line, as_table, summarise
 
 COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
-LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
+_ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
+
+
+@dataclass
+class ContactSheet:
+    """Gathers what stands under each picture; `write` makes the page, which names the pictures beside it."""
+
+    cards: list[dict] = field(default_factory=list)
+
+    def add(self, file: str, picture: str, observation: Observation) -> None:
+        """The picture `file` (named `picture` in the observation), with what was measured on it."""
+        first = picture == next(iter(observation.pictures))
+        quantities = observation.quantities if first else ()
+        lines = []
+        for q in (q for q in quantities if q.quality != FAILED):
+            sd = f" ± {q.sd:.2g}" if q.sd == q.sd else ""
+            lines.append(f"{q.name} {q.value:.4g}{sd} {'' if q.unit == '1' else q.unit}")
+        self.cards.append({
+            "file": file, "rig": observation.rig, "lines": lines,
+            "title": observation.recording if first else f"{observation.recording}: {picture}",
+            "quality": worst(quantities) if quantities else GOOD,
+            "reasons": tuple(dict.fromkeys(f"{q.name}: {q.reason}" for q in quantities if q.reason)),
+        })  # fmt: skip
+
+    def write(self, page: Path) -> None:
+        """One HTML file without scripts; it loads the pictures as they come into view."""
+        cards = sorted(self.cards, key=lambda card: _ORDER[card["quality"]])
+        pages = Environment(loader=PackageLoader("vision.overlay", "."), autoescape=True, trim_blocks=True)
+        template = pages.get_template("contact_sheet.html.j2")
+        page.write_text(template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD)), encoding="utf8", errors="backslashreplace")
 
 
 class Results:
-    """Writes observations to a folder that appears whole or not at all.
-
-    measurements.csv, summary.csv and, where there is content, notes.csv, bounces.csv, readings.csv, seeds.csv, overlays/ (with a contact
-    sheet, index.html), tracks/. Conditions that recordings state are columns of every table.
-    """
+    """Writes observations to a folder that appears whole or not at all. measurements.csv,
+    summary.csv and, where there is content, notes.csv, bounces.csv, readings.csv, seeds.csv,
+    overlays/ (with a contact sheet, index.html), tracks/. Conditions that recordings state are
+    columns of every table."""
 
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
         self.out, self.overwrite = Path(out), overwrite
@@ -42,7 +69,7 @@ class Results:
         self.summary: list[Line] = []
 
     def add(self, observation: Observation) -> None:
-        stem = _file_name(observation.recording, self.stems)
+        stem = file_name(observation.recording, self.stems)
         self.stems.add(stem.lower())
         overlay = ""
         for i, (name, picture) in enumerate(observation.pictures.items()):
@@ -56,7 +83,8 @@ class Results:
             observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
         for name, tables in self.tables.items():
             if (table := getattr(observation, name)) is not None and len(table):
-                tables.append(_with_conditions(table, observation))
+                stated = {k: v for k, v in observation.conditions.items() if k not in table}
+                tables.append(table.assign(**stated))
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
             row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason, overlay)
@@ -83,20 +111,8 @@ class Results:
         shutil.rmtree(self.part, ignore_errors=True)
 
 
-def _with_conditions(table: pd.DataFrame, observation: Observation) -> pd.DataFrame:
-    """The table with a column for each condition of its recording, unless it has a column of that name."""
-    return table.assign(**{name: value for name, value in observation.conditions.items() if name not in table})
-
-
 def _is_own(path: Path) -> bool:
     return path.name in OWN
-
-
-def _file_name(name: str, taken: set[str]) -> str:
-    """An id as a valid file name without folders, different from those `taken` (in lower case)."""
-    stem = "".join(c if c.isalnum() or c in "-_. " else "_" for c in name)[:LONGEST_NAME].strip(". ") or "recording"
-    numbered = (f"{stem}-{n}" for n in itertools.count(2))
-    return stem if stem.lower() not in taken else next(other for other in numbered if other.lower() not in taken)
 
 
 def measured_anything(table: pd.DataFrame) -> bool:

@@ -4,7 +4,7 @@ One line for each bench, rig, quantity, and level of a condition that has repeat
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 import pandas as pd
@@ -14,12 +14,6 @@ from vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
 LEAST_FOR_OUTLIERS = 4  # with three values, any two make an outlier of the third
-COLUMNS = (
-    "bench", "rig", "quantity", "conditions", "n", "mean", "low", "high", "unit", "scatter", "measuring", "common",
-    "doubtful", "not_measured", "outliers",
-)  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Line:
     """The repeats of one quantity.
@@ -53,7 +47,9 @@ def summarise(observations: Iterable[Observation]) -> list[Line]:
     observations = list(observations)
     split = _conditions_with_repeats(observations)
     for observation in observations:
-        levels = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in _levels(observation, split))
+        names = split[observation.bench, observation.rig]
+        stated = ((k, observation.conditions[k]) for k in names if k in observation.conditions)
+        levels = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in stated)
         for q in observation.quantities:
             groups.setdefault((observation.bench, observation.rig, q.name, q.unit, levels), []).append((observation, q))
     lines = [_line(key, repeats) for key, repeats in groups.items()]
@@ -62,8 +58,8 @@ def summarise(observations: Iterable[Observation]) -> list[Line]:
 
 def as_table(lines: Sequence[Line]) -> pd.DataFrame:
     """The lines as rows of summary.csv; outliers parted by semicolons."""
-    rows = [{**{c: getattr(line, c) for c in COLUMNS}, "outliers": "; ".join(line.outliers)} for line in lines]
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    rows = [asdict(line) | {"outliers": "; ".join(line.outliers)} for line in lines]
+    return pd.DataFrame(rows, columns=[field.name for field in fields(Line)])
 
 
 def _conditions_with_repeats(observations: list[Observation]) -> dict[tuple[str, str], list[str]]:
@@ -76,28 +72,28 @@ def _conditions_with_repeats(observations: list[Observation]) -> dict[tuple[str,
     return kept
 
 
-def _levels(observation: Observation, split: dict[tuple[str, str], list[str]]) -> list[tuple[str, float | str]]:
-    names = split[observation.bench, observation.rig]
-    return [(name, observation.conditions[name]) for name in names if name in observation.conditions]
-
-
 def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
     bench, rig, name, unit, conditions = key
     measured = [(o, q) for o, q in repeats if q.quality != FAILED and np.isfinite(q.value)]
     values = np.array([q.value for _, q in measured])
     n, mean = values.size, float(values.mean()) if values.size else np.nan
-    own = np.array([np.sqrt(max(q.sd**2 - q.sd_common**2, 0)) if np.isfinite(q.sd) else np.nan for _, q in measured])
+    sds = np.array([np.sqrt(max(q.sd**2 - q.sd_common**2, 0)) for _, q in measured])
     common = _common([(o.session or "", q.sd_common) for o, q in measured])
+    count, scatter, half_alone = n, np.nan, np.nan
     if n > 1:
         scatter = float(values.std(ddof=1))
-        own_half = stats.t.ppf(0.975, n - 1) * scatter / np.sqrt(n)
-    else:
-        scatter, own_half = _reading_scatter(measured, name), 1.96 * float(own[0]) if n else np.nan
-    half = float(np.hypot(own_half, 1.96 * common))
-    measuring = float(np.sqrt(np.nanmean(own**2))) if np.isfinite(own).any() else np.nan
+        half_alone = stats.t.ppf(0.975, n - 1) * scatter / np.sqrt(n)
+    elif n:
+        half_alone = 1.96 * float(sds[0])
+        if (readings := measured[0][0].readings) is not None:  # a mean of readings
+            rows = readings[readings["quantity"] == name]
+            if len(rows) == 1:
+                count, scatter = int(rows["n"].iloc[0]), float(rows["sd"].iloc[0])
+    half = float(np.hypot(half_alone, 1.96 * common))
+    measuring = float(np.sqrt(np.nanmean(sds**2))) if np.isfinite(sds).any() else np.nan
     return Line(
-        bench, rig, name, conditions, _count(measured, name), mean, mean - half, mean + half, unit, scatter, measuring, common,
-        sum(q.quality == DOUBTFUL for _, q in measured), len(repeats) - n, tuple(_outliers(measured, values, own)),
+        bench, rig, name, conditions, count, mean, mean - half, mean + half, unit, scatter, measuring, common,
+        sum(q.quality == DOUBTFUL for _, q in measured), len(repeats) - n, tuple(_outliers(measured, values, sds)),
     )  # fmt: skip
 
 
@@ -109,25 +105,7 @@ def _common(errors: list[tuple[str, float]]) -> float:
     return float(np.sqrt(sum(share**2 for share in by_session.values())))
 
 
-def _reading_row(measured: list[tuple[Observation, Quantity]], name: str) -> pd.DataFrame | None:
-    """The row of readings whose mean is a single recording's quantity; None where it was not read off."""
-    if len(measured) != 1 or (readings := measured[0][0].readings) is None:
-        return None
-    rows = readings[readings["quantity"] == name]
-    return rows if len(rows) == 1 else None
-
-
-def _count(measured: list[tuple[Observation, Quantity]], name: str) -> int:
-    rows = _reading_row(measured, name)
-    return len(measured) if rows is None else int(rows["n"].iloc[0])
-
-
-def _reading_scatter(measured: list[tuple[Observation, Quantity]], name: str) -> float:
-    rows = _reading_row(measured, name)
-    return np.nan if rows is None else float(rows["sd"].iloc[0])
-
-
-def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, own: np.ndarray) -> Iterable[str]:
+def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, sds: np.ndarray) -> Iterable[str]:
     """Repeats too far from the mean of the others (deleted residuals with Bonferroni correction)."""
     n = values.size
     if n < LEAST_FOR_OUTLIERS:
@@ -135,7 +113,7 @@ def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, 
     bound = stats.t.ppf(1 - OUTLIER_P / (2 * n), n - 2)
     for i, (observation, _) in enumerate(measured):
         others = np.delete(values, i)
-        least = np.nanmean(own) if np.isfinite(own).any() else 0.0  # equal readings have no scatter, yet are not exact
+        least = np.nanmean(sds) if np.isfinite(sds).any() else 0.0  # equal readings have no scatter, yet are not exact
         spread = max(others.std(ddof=1), least) * np.sqrt(1 + 1 / (n - 1))
         if abs(values[i] - others.mean()) > bound * spread:
             yield observation.recording

@@ -26,10 +26,9 @@ Notes = Sequence[tuple[str, str]]
 
 
 def show_results(table: pd.DataFrame, means: Sequence[Line], notes: Notes, not_read: Notes, out: Path) -> None:
-    """Print the results of a batch; of a long one only the main quantities and what is doubtful or failed.
-
-    table: the rows of measurements.csv; not_read: those of the notes that name files which were left out; out: the folder.
-    """
+    """Print the results of a batch; of a long one only the main quantities and what is doubtful or
+    failed. table: the rows of measurements.csv; not_read: those of the notes that name files which
+    were left out; out: the folder."""
     console = Console(width=None if sys.stdout.isatty() else 160)
     short = len(table) <= MOST_ROWS
     look = table["quality"] != GOOD
@@ -76,13 +75,6 @@ def _show_rows(console: Console, table: pd.DataFrame) -> None:
         console.print(shown)
 
 
-def _show_reasons(console: Console, table: pd.DataFrame) -> None:
-    """One line for each recording and reason: what is doubtful or failed there, and why."""
-    for (recording, quality, reason), rows in table.groupby(["recording", "quality", "reason"], sort=False):
-        what = ", ".join(rows["quantity"])
-        console.print(f"{_escape(recording)}: {what} [{COLOURS[quality]}]{quality}[/]: {_escape(reason)}", highlight=False)
-
-
 def _show_means(console: Console, lines: Sequence[Line]) -> None:
     """Print the means over repeats."""
     if not lines:
@@ -94,22 +86,18 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
     for line in lines:
         name = " ".join(part for part in (line.bench if several else "", line.rig, line.quantity) if part)
         mean, half = _rounded(line.mean, (line.high - line.low) / 2)
-        doubts = (
-            *([f"{line.doubtful} of {line.n} doubtful"] if line.doubtful else []),
-            *([f"{line.not_measured} not measured"] if line.not_measured else []),
-            *([f"far from the others: {', '.join(line.outliers)}"] if line.outliers else []),
-        )
+        doubts = [text for count, text in (
+            (line.doubtful, f"{line.doubtful} of {line.n} doubtful"),
+            (line.not_measured, f"{line.not_measured} not measured"),
+            (len(line.outliers), f"far from the others: {', '.join(line.outliers)}"),
+        ) if count]  # fmt: skip
         shown.add_row(
             _escape(f"{name}, {line.conditions}" if line.conditions else name),
             f"{mean} ± {half}" if half else mean, "" if line.unit == "1" else line.unit, str(line.n),
-            _figure(line.scatter), _figure(line.measuring), _escape("; ".join(doubts)),
+            *("–" if math.isnan(v) else f"{v:.2g}" for v in (line.scatter, line.measuring)), _escape("; ".join(doubts)),
         )  # fmt: skip
     console.print()
     console.print(shown)
-
-
-def _figure(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:.2g}"
 
 
 def _escape(text: str) -> str:

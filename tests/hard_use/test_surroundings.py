@@ -11,7 +11,8 @@ import pytest
 
 from benchtwin import command_line
 from vision.measurement import GOOD, Observation, Quantity
-from vision.results import Results, _file_name
+from vision.out_folder import file_name
+from vision.results import Results
 
 ROOT = Path(__file__).parent.parent.parent
 TRACK = "t_s\n0.2\n0.45\n0.6\n"
@@ -56,8 +57,8 @@ def test_an_id_stays_within_the_results(tmp_path, name):
 
 
 def test_two_ids_that_look_alike_as_files_get_two_files():
-    assert _file_name("a/b", {"a_b"}) == "a_b-2"
-    assert _file_name("A_b", {"a_b", "a_b-2"}) == "A_b-3"
+    assert file_name("a/b", {"a_b"}) == "a_b-2"
+    assert file_name("A_b", {"a_b", "a_b-2"}) == "A_b-3"
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="limits of a process are set as on Unix")

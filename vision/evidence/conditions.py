@@ -1,7 +1,6 @@
 """[conditions] of recording.toml and bench.toml: what differs between recordings, numbers with the unit in the name, or words."""
 
 import datetime
-import math
 import re
 import reprlib
 from collections.abc import Iterator
@@ -54,7 +53,7 @@ def _value_error(key: str, value: object) -> str:
         case bool():
             return f'{key} = {str(value).lower()}: yes or no is written as a word: {key} = "{"yes" if value else "no"}"'
         case int() | float():
-            if not _usable(value):
+            if not -LARGEST <= value <= LARGEST:  # NaN neither
                 return f"{place}: should be a finite number below {LARGEST:g}; leave the key out where it is unknown"
             return ""
         case str():
@@ -93,10 +92,3 @@ def _number_in(word: str) -> tuple[str, str] | None:
     if rest and (not unit or (not gap and len(rest) == 1 and rest.isupper())):  # "2C" is a plate's name, "20 C" a temperature
         return None
     return number.removeprefix("+"), unit
-
-
-def _usable(value: float) -> bool:
-    try:
-        return math.isfinite(value) and abs(value) <= LARGEST
-    except OverflowError:
-        return False

@@ -28,10 +28,7 @@ class Frame:
 
 @dataclass
 class FrameSource(ABC):
-    """The frames of one recording.
-
-    count: number of frames expected; notes: what was skipped, with frame numbers.
-    """
+    """The frames of one recording; count: frames expected; notes: what was skipped, with frame numbers."""
 
     path: Path
     count: int
@@ -79,7 +76,13 @@ class FrameFolder(FrameSource):
     """A folder of numbered pictures; the number in the file name is the frame number, gaps are lost frames."""
 
     def __init__(self, files: tuple[Path, ...], fps: float | None):
-        numbered = sorted(_numbered(files))
+        numbered = []
+        for file in files:
+            digits = re.findall(r"\d+", file.stem)
+            if not digits:
+                raise MeasurementError(f"{file}: a frame's file name must end in its number (000123.png)")
+            numbered.append((int(digits[-1]), file))
+        numbered.sort()
         super().__init__(path=files[0].parent, count=len(numbered), fps=fps)
         self._files = numbered
         numbers = np.array([n for n, _ in numbered])
@@ -99,7 +102,9 @@ class FrameFolder(FrameSource):
                 continue
             shape = shape or pixels.shape
             if pixels.shape != shape:
-                self.note(f"frame {number} skipped: its size {_size(pixels)} is not that of the others")
+                colour = " (colour)" if pixels.ndim == 3 else ""
+                size = f"{pixels.shape[1]} × {pixels.shape[0]}{colour}"
+                self.note(f"frame {number} skipped: its size {size} is not that of the others")
                 continue
             yield Frame(number, self._time(number), pixels)
 
@@ -132,9 +137,9 @@ class Video(FrameSource):
                 size = f"{stream.width} × {stream.height} pixels a frame"
                 raise MeasurementError(f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down")
             duration = float(stream.duration * stream.time_base) if stream.duration and stream.time_base else 0.0
-            self._own_fps = float(stream.average_rate) if stream.average_rate else None
-            expected = stream.frames or round(duration * (self._own_fps or 0))
-        super().__init__(path=file, count=expected, fps=fps or self._own_fps)
+            self._file_fps = float(stream.average_rate) if stream.average_rate else None
+            expected = stream.frames or round(duration * (self._file_fps or 0))
+        super().__init__(path=file, count=expected, fps=fps or self._file_fps)
         self._stated_fps = fps
         self._grey: bool | None = None  # whether it is grey, by the first decoded frame
 
@@ -143,7 +148,9 @@ class Video(FrameSource):
 
     def sample(self, n: int) -> list[np.ndarray]:
         """About n evenly spaced pictures, of key frames only where there are enough, else of reference frames."""
-        enough = self._key_frames() >= 20
+        with _opened(self.path) as container:
+            packets = container.demux(container.streams.video[0])
+            enough = sum(packet.is_keyframe for packet in packets) >= 20
         every = 1 if enough else max(1, self.count // (2 * n))
         frames, stride = [], 1
         for i, frame in enumerate(self._decode(every, skip="NONKEY" if enough else "NONREF")):
@@ -159,10 +166,6 @@ class Video(FrameSource):
         every = max(1, -(-(last - first + 1) // n))
         stop = None if between is None else last + 1  # the count in a file's header may be wrong
         return list(itertools.islice(self._decode(every, first=first, stop=stop), 2 * n))
-
-    def _key_frames(self) -> int:
-        with _opened(self.path) as container:
-            return sum(packet.is_keyframe for packet in container.demux(container.streams.video[0]))
 
     def _decode(self, every: int, skip: str | None = None, first: int = 0, stop: int | None = None) -> Iterator[Frame]:
         import av
@@ -182,16 +185,17 @@ class Video(FrameSource):
                 except av.error.FFmpegError as error:
                     self.note(f"the video is damaged after frame {index - 1} ({error.strerror})")
                     break
-                own = frame.time if frame.time is not None else index / (self._own_fps or np.nan)
-                start = own if start is None else start
-                time = index / self._stated_fps if self._stated_fps else own - start
+                stamp = frame.time if frame.time is not None else index / (self._file_fps or np.nan)
+                start = stamp if start is None else start
+                time = index / self._stated_fps if self._stated_fps else stamp - start
                 if time <= last:
-                    self.note(f"frame {index} skipped: its time stamp {own:.4f} s does not increase")
+                    self.note(f"frame {index} skipped: its time stamp {stamp:.4f} s does not increase")
                 elif (frame.width, frame.height) != (size := size or (frame.width, frame.height)):
                     self.note(f"frame {index} skipped: its size {frame.width} × {frame.height} is not that of the others")
                 elif index >= first and (index - first) % every == 0:
                     self._grey = _is_grey(frame) if self._grey is None else self._grey
-                    yield Frame(index, time, _upright(_pixels(frame, self._grey), frame.rotation))
+                    upright = np.rot90(_pixels(frame, self._grey), round(frame.rotation / 90) % 4)
+                    yield Frame(index, time, np.ascontiguousarray(upright))
                 last = max(last, time)
                 index += 1
                 if index == stop:
@@ -200,20 +204,6 @@ class Video(FrameSource):
             raise MeasurementError(f"{self.path}: the video holds no frame that can be read")
         if self.count and index < self.count and not skip:
             self.note(f"the video stops early: {index} of {self.count} frames")
-
-
-def _upright(pixels: np.ndarray, rotation: int) -> np.ndarray:
-    """The picture rotated by the angle in the file (degrees anticlockwise, multiples of 90)."""
-    turns = round(rotation / 90) % 4
-    return np.ascontiguousarray(np.rot90(pixels, turns)) if turns else pixels
-
-
-def _numbered(files: tuple[Path, ...]) -> Iterator[tuple[int, Path]]:
-    for file in files:
-        digits = re.findall(r"\d+", file.stem)
-        if not digits:
-            raise MeasurementError(f"{file}: a frame's file name must end in its number (000123.png)")
-        yield int(digits[-1]), file
 
 
 def _opened(file: Path):
@@ -240,7 +230,3 @@ def _is_grey(frame) -> bool:
         return False
     rgb = frame.to_ndarray(format="rgb24")[::4, ::4].astype(int)
     return bool(np.abs(np.diff(rgb, axis=2)).max() <= 4)
-
-
-def _size(pixels: np.ndarray) -> str:
-    return f"{pixels.shape[1]} × {pixels.shape[0]}" + (" (colour)" if pixels.ndim == 3 else "")

@@ -74,6 +74,11 @@ class Seed(Section):
     shape_unit: Literal["mm", "cm", "m", "inch"] | None = None
     """Unit of that mesh's coordinates."""
 
+    @property
+    def sizes_mm(self) -> list[float]:
+        """The stated ones of length, width and thickness."""
+        return [s for s in (self.length_mm, self.width_mm, self.thickness_mm) if s]
+
 
 class Camera(Section):
     """The camera: still, level, as far away as its lens allows."""

@@ -1,7 +1,9 @@
 """Reads one picture from a file: complete, upright, 8 or 16 bits, grey or RGB; or raises a clear error."""
 
+import contextlib
 import os
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NoReturn
 
@@ -22,11 +24,10 @@ pillow_heif.register_heif_opener()
 
 
 def read_photo(path: Path) -> np.ndarray:
-    """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB, upright by its EXIF tag.
-
-    Transparent pictures get a white background. 16-bit colour is read with 16 bits (HEIC with 8); floating-point TIFF is refused.
-    Raises MeasurementError, naming the file, when it is missing, empty, not a picture, truncated or above MAX_PIXELS.
-    """
+    """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB,
+    upright by its EXIF tag. Transparent pictures get a white background. 16-bit colour is read with
+    16 bits (HEIC with 8); floating-point TIFF is refused. Raises MeasurementError, naming the file,
+    when it is missing, empty, not a picture, truncated or above MAX_PIXELS."""
     path = Path(path)
     if not path.is_file():
         raise MeasurementError(f"{path}: no such file")
@@ -88,7 +89,7 @@ def _on_white(image: Image.Image) -> Image.Image:
 
 def _decode_deep(path: Path) -> np.ndarray:
     """Decode with OpenCV what Pillow cannot give with all bits (OpenCV does not report truncated files, hence second)."""
-    import cv2
+    import cv2  # after its limit is set
 
     data = np.fromfile(path, dtype=np.uint8)
     with _silent_opencv(cv2):
@@ -112,16 +113,13 @@ def _not_a_picture(path: Path) -> NoReturn:
     raise MeasurementError(f"{path}: not a picture that can be read; its header is damaged or of another kind than {known}")
 
 
-class _silent_opencv:
+@contextlib.contextmanager
+def _silent_opencv(cv2) -> Iterator[None]:
     """OpenCV writes decoder complaints to the terminal; ours are in the error that is raised."""
-
-    def __init__(self, cv2):
-        self.log = getattr(getattr(cv2, "utils", None), "logging", None)
-
-    def __enter__(self):
-        if self.log:
-            self.level = self.log.setLogLevel(self.log.LOG_LEVEL_SILENT)
-
-    def __exit__(self, *_):
-        if self.log:
-            self.log.setLogLevel(self.level)
+    log = getattr(getattr(cv2, "utils", None), "logging", None)
+    level = log.setLogLevel(log.LOG_LEVEL_SILENT) if log else None
+    try:
+        yield
+    finally:
+        if log:
+            log.setLogLevel(level)

@@ -14,6 +14,11 @@ from vision.measurement import MeasurementError
 MOST_BYTES = 30_000  # all keys with comments fill 5,000
 LOT_TABLE = "seeds.csv"  # a folder with it is a lot of seeds
 LARGEST = 1e15  # larger numbers are not taken for values in another unit
+_OTHER_UNITS = {  # end of a key → what its number is in another unit, and its own
+    "_mm": (1e-3, "m", "millimetres"),
+    "_g": (1e-3, "kg", "grams"),
+    "readout_s": (1e3, "ms", "seconds"),
+}
 
 
 def read_toml(path: Path) -> dict:
@@ -29,11 +34,6 @@ def read_toml(path: Path) -> dict:
     except UnicodeDecodeError as error:
         raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
     validate(content, path)  # here, so that the error names this file
-    return _resolve_paths(content, path)
-
-
-def _resolve_paths(content: dict, path: Path) -> dict:
-    """The content with the paths of lot and mesh, relative to the file's folder, made absolute."""
     found = {name: (path.parent / file).resolve() for name, file in content.get("seed", {}).items() if name in ("lot", "shape")}
     if "lot" in found and not (found["lot"] / LOT_TABLE).is_file():
         raise MeasurementError(f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape wrote")
@@ -50,13 +50,6 @@ def merge(base: dict, over: dict) -> dict:
     for key, value in over.items():
         merged[key] = {**base[key], **value} if isinstance(value, dict) and isinstance(base.get(key), dict) else value
     return merged
-
-
-_OTHER_UNITS = {  # end of a key → what its number is in another unit, and its own
-    "_mm": (1e-3, "m", "millimetres"),
-    "_g": (1e-3, "kg", "grams"),
-    "readout_s": (1e3, "ms", "seconds"),
-}
 
 
 def validate(content: dict, path: Path) -> Keys:

@@ -8,9 +8,10 @@ from scipy.stats import t as student
 
 from vision.evidence.resolution import reading_step
 from vision.evidence.tables import READING_COLUMNS, Table, read_readings
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
+from vision.measurement import MeasurementError, Observation, Quantity
 from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, rolling_friction_eq3
 from vision.recording import Recording
+from vision.robust import robust_sd
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a protractor or ruler, release height.
 INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2}
@@ -19,11 +20,9 @@ HEIGHT_SD_MM = 1.0
 
 @dataclass(frozen=True)
 class Summary:
-    """Statistics of n repeated readings.
-
-    sd_mean = sd / √n, widened by Student's t so that mean ± 1.96 sd_mean is a 95 % interval. sd_rounding: error due to the step of the
-    readings, which repeats reduce only where they scatter by more than a step.
-    """
+    """Statistics of n repeated readings. sd_mean = sd / √n, widened by Student's t so that mean ±
+    1.96 sd_mean is a 95 % interval. sd_rounding: error due to the step of the readings, which
+    repeats reduce only where they scatter by more than a step."""
 
     mean: float
     sd: float
@@ -35,10 +34,7 @@ class Summary:
 
 
 def summarise(values: np.ndarray, trim: bool = False) -> Summary:
-    """Mean, sample sd, sd of the mean, n and range of `values` (n ≥ 1).
-
-    trim: leave out the highest and the lowest reading (needs n ≥ 4). The sd of the remaining ones understates the scatter.
-    """
+    """Statistics of `values` (n ≥ 1); trim: without the highest and the lowest (n ≥ 4), whose scatter is then understated."""
     values = np.sort(np.asarray(values, dtype=float))
     if trim and values.size >= 4:
         values = values[1:-1]
@@ -56,19 +52,18 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     table: Table = read_readings(recording.files[0])
     columns = [c for c in table.rows if c in READING_COLUMNS]
     rig = recording.rig or READING_COLUMNS[columns[0]][0]
-    for column in columns:
-        if READING_COLUMNS[column][0] != rig:
-            raise MeasurementError(f"{recording.files[0]}: {column} belongs to a {READING_COLUMNS[column][0]}, the rig is {rig}")
     quantities: list[Quantity] = []
     notes, rows = list(table.notes), []
     for column in columns:
         column_rig, name, unit = READING_COLUMNS[column]
+        if column_rig != rig:
+            raise MeasurementError(f"{recording.files[0]}: {column} belongs to a {column_rig}, the rig is {rig}")
         values = table.rows[column].dropna().to_numpy()
         s = summarise(values, trim)
         common = float(np.hypot(s.sd_rounding, INSTRUMENT_SD[unit]))
-        new = [_quantity(name, s.mean, s.sd_mean, common, unit, s.n), *_derived(recording, column_rig, s, common, notes)]
-        doubts = list(_doubts(recording, column_rig, values, s))
-        quantities += [q.doubt("; ".join(doubts)) for q in new] if doubts else new
+        new = [_quantity(name, s.mean, s.sd_mean, common, unit, s.n), *_derived(recording, rig, s, common, notes)]
+        doubts = list(_doubts(recording, rig, values, s))
+        quantities += [q.doubt(*doubts) for q in new]
         left_out = values.size - s.n
         rows.append((recording.id, name, s.mean, s.sd, s.sd_mean, s.n, s.low, s.high, unit, left_out))
         trimmed = "; one highest and one lowest left out" if left_out else ""
@@ -80,22 +75,21 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
 
 def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
     """Doubts about readings: a rebound above the release or close to 0, one reading far from the others."""
-    if rig == "drop" and recording.drop.height_mm:
-        share = s.mean / recording.drop.height_mm
-        if s.high > recording.drop.height_mm:
-            yield f"a rebound of {s.high:g} mm is higher than the release at {recording.drop.height_mm:g} mm"
-        elif share < 2e-3:
-            yield f"a rebound of {s.mean:g} mm from {recording.drop.height_mm:g} mm: is it in millimetres?"
+    if rig == "drop" and (height := recording.drop.height_mm):
+        if s.high > height:
+            yield f"a rebound of {s.high:g} mm is higher than the release at {height:g} mm"
+        elif s.mean / height < 2e-3:
+            yield f"a rebound of {s.mean:g} mm from {height:g} mm: is it in millimetres?"
     off = np.abs(values - np.median(values))
-    typical = 1.4826 * float(np.median(off))
+    typical = robust_sd(off)
     if values.size >= 4 and typical > 0 and off.max() > 8 * typical:
         yield f"the reading {values[off.argmax()]:g} lies far from the others"
 
 
 def _quantity(name: str, value: float, sd: float, common: float, unit: str, n: int) -> Quantity:
     """sd: of the mean, from the scatter; common: sd that repeats do not reduce."""
-    reason = "a single reading: no standard deviation" if n == 1 else ""
-    return Quantity(name, value, float(np.hypot(sd, common)), unit, DOUBTFUL if reason else GOOD, reason, sd_common=common)
+    found = Quantity(name, value, float(np.hypot(sd, common)), unit, sd_common=common)
+    return found.doubt("a single reading: no standard deviation" if n == 1 else "")
 
 
 def _derived(recording: Recording, rig: str, s: Summary, common: float, notes: list[str]) -> list[Quantity]:

@@ -7,10 +7,7 @@ TOLERANCE = 1e-6
 
 
 def reading_step(values: np.ndarray) -> float:
-    """The largest of STEPS of which all `values` (n,) are multiples; 0 where there is none.
-
-    Of equal readings the step that their digits show: 1, 0.5, 0.1 or 0.05.
-    """
+    """The largest of STEPS of which all `values` (n,) are multiples (of equal ones: 1, 0.5, 0.1 or 0.05); 0: none."""
     values = np.asarray(values, dtype=float)
     if len(values) and np.ptp(values) == 0:
         return max((g for g in (1.0, 0.5, 0.1, 0.05) if _multiples(values, g)), default=0.0)

@@ -11,11 +11,9 @@ SIZES, DENSITY = ("length_mm", "width_mm", "thickness_mm"), "density_kg_m3"
 
 @dataclass(frozen=True)
 class Published:
-    """One published range.
-
-    quantity: key of [seed], or restitution, static_friction, rolling_friction; on: the other surface, "itself" for seed on seed, "" for
-    properties of the seed; moisture: as the source states it, or how the value was determined.
-    """
+    """One published range. quantity: key of [seed], or restitution, static_friction,
+    rolling_friction; on: the other surface, "itself" for seed on seed, "" for properties of the
+    seed; moisture: as the source states it, or how the value was determined."""
 
     quantity: str
     low: float
@@ -48,11 +46,10 @@ def known(kind: str) -> str:
 
 
 def with_published_values(section: dict) -> tuple[dict, list[str]]:
-    """A [seed] table with absent sizes and density as published for its kind, and a note for each such value.
-
-    Sizes are taken together, and only where no size, lot or shape is stated; the density only where neither it nor the mass is.
-    A value is the middle of the first published range, which is of means over varieties and moisture, not of single seeds.
-    """
+    """A [seed] table with absent sizes and density as published for its kind, and a note for each
+    such value. Sizes are taken together, and only where no size, lot or shape is stated; the
+    density only where neither it nor the mass is. A value is the middle of the first published
+    range, which is of means over varieties and moisture, not of single seeds."""
     kind = section.get("kind")
     if kind is None:
         return section, []

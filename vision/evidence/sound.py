@@ -1,8 +1,7 @@
 """Reads the sound of a recording, a video's track or a sound file, as mono samples on the clock of the pictures."""
 
-import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,10 +21,7 @@ SILENT = 1e-7  # of full scale: below the last bit of 16
 
 @dataclass(frozen=True, eq=False)
 class Sound:
-    """Mono samples (n,) of full scale 1 at `rate_hz`; the first one at `start_s`, 0 being the time of the first picture, if any.
-
-    lossy: encoded as AAC, MP3, Opus or Vorbis.
-    """
+    """Mono samples (n,) of full scale 1; the first at `start_s`, 0 being the time of the first picture. lossy: AAC, MP3, Opus, Vorbis."""
 
     path: Path
     samples: np.ndarray
@@ -41,38 +37,33 @@ class Sound:
 
 def has_sound(file: Path) -> bool:
     """Whether a film or sound file has a sound track; False where it cannot be opened."""
-    try:
-        with open_media(file) as container:
-            return bool(container.streams.audio)
-    except MeasurementError:
-        return False
+    return bool(_in_media(file, lambda container: container.streams.audio))
 
 
 def film_fps(file: Path) -> float | None:
     """Frame rate by the file's clock, which is also that of its sound; None where it has no pictures or cannot be opened."""
-    try:
-        with open_media(file) as container:
-            film = _picture_stream(container)
-            return float(film.average_rate) if film is not None and film.average_rate else None
-    except MeasurementError:
-        return None
+    film = _in_media(file, _picture_stream)
+    return float(film.average_rate) if film is not None and film.average_rate else None
 
 
 def only_sound(file: Path) -> bool:
     """Whether a file contains sound and no moving pictures (a cover is none); False where it cannot be opened."""
+    return bool(_in_media(file, lambda c: _picture_stream(c) is None and c.streams.audio))
+
+
+def _in_media(file: Path, look: Callable[[Any], Any]) -> Any:
+    """`look(container)` of a file, None where it cannot be opened."""
     try:
         with open_media(file) as container:
-            return _picture_stream(container) is None and bool(container.streams.audio)
+            return look(container)
     except MeasurementError:
-        return False
+        return None
 
 
 def read_sound(file: Path) -> Sound:
-    """The sound of a film or a sound file.
-
-    Several channels are averaged; where time stamps leave a gap it is filled with silence and noted. Raises MeasurementError
-    where there is no sound, only silence, or nothing that can be decoded.
-    """
+    """The sound of a film or a sound file; MeasurementError where there is none, only silence, or
+    nothing that can be decoded. Several channels are averaged; where time stamps leave a gap it is
+    filled with silence and noted."""
     if file.stat().st_size == 0:
         raise MeasurementError(f"{file}: the file is empty (0 bytes)")
     notes: list[str] = []
@@ -132,8 +123,7 @@ def _fill_gaps(blocks: Iterator[tuple[float | None, np.ndarray]], rate: float, n
         if due is not None:
             missing = at - due
             if GAP_S < missing < LONGEST_S:
-                note = f"{missing * 1000:.0f} ms of sound are missing at {due:.3f} s"
-                notes.append(note)
+                notes.append(f"{missing * 1000:.0f} ms of sound are missing at {due:.3f} s")
                 block = np.concatenate([np.zeros(round(missing * rate), np.float32), block])
             at = due
         due = at + len(block) / rate
@@ -165,7 +155,7 @@ def _first_picture(file: Path) -> float:
 
     with open_media(file) as container:
         try:
-            frame = next(itertools.islice(container.decode(_picture_stream(container)), 1), None)
+            frame = next(container.decode(_picture_stream(container)), None)
         except av.error.FFmpegError:
             frame = None
     return float(frame.time) if frame is not None and frame.time is not None else 0.0

@@ -30,12 +30,11 @@ LEAST_GATES = 4  # place, speed, acceleration, and one degree of freedom
 SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
 LEAST_SD, GREATEST_SD = 1e-9, 1e6  # outside, weights overflow and fits do not converge
 TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
-
-
 MOST_BYTES = 500_000_000  # ten million rows
 LONGEST_LINE = 10_000
 SAME_TIME = 1e-6  # of the median step: closer rows have the same time
 LARGEST = 1e10  # of any number: seconds since 1970 are fewer
+Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -47,11 +46,10 @@ class Table:
 
 
 def read_track(path: Path) -> Table:
-    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA.
-
-    Rows with a missing position or time are left out and noted; rows out of order are sorted and noted. Two rows of one time, a missing
-    or unknown column and text in place of a number are errors. Files of other tools are converted (vision/foreign).
-    """
+    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA; files of other
+    tools are converted. Rows with a missing position or time are left out, rows out of order are
+    sorted; both are noted. Errors: two rows of one time, a missing or unknown column, text in place
+    of a number."""
     if _of_another_tool(path):
         from vision.foreign.as_evidence import foreign_track
 
@@ -83,12 +81,10 @@ def read_track(path: Path) -> Table:
 
 
 def read_gates(path: Path, rig: str) -> Table:
-    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s at which the seed's centre passed it, and,
-    if known, sd_s and sd_mm.
-
-    Rows are sorted by time; gates that did not fire (empty cells) are left out and noted. Errors: fewer than LEAST_GATES, two passages at
-    one time or of one gate, a seed that turns back, an sd that is not positive.
-    """
+    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s of
+    the seed's centre, sd_s, sd_mm. Rows are sorted by time; gates that did not fire (empty cells)
+    are left out and noted. Errors: fewer than LEAST_GATES, two passages at one time or of one gate,
+    a seed that turns back, an sd that is not positive."""
     where, rows = GATE_PLACE[rig], _read_csv(path)
     columns = (where, "t_s")
     _check_columns(path, rows, columns, GATE_EXTRA, numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")])
@@ -103,17 +99,14 @@ def read_gates(path: Path, rig: str) -> Table:
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
     if rig == "drop":  # it passes some gates twice
         wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
-    if wrong.any():
-        at = int(np.argmax(wrong)) + 1
-        message = f"{where} = {place[at]:g} in row {rows.index[at] + 2} is out of its order"
-        raise MeasurementError(f"{path}: {message}; a seed passes the gates one after the other")
+    order = " is out of its order; a seed passes the gates one after the other"
+    _require(path, rows, where, np.append(True, ~wrong), order)
     _check_sds(path, rows)
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
 def read_impacts(path: Path) -> Table:
-    """Read impacts.csv: rows of t_s, strictly increasing, at least two, and sd_s if known; or another tool's file of them
-    (vision/foreign)."""
+    """Read impacts.csv: at least two rows of t_s, strictly increasing, and sd_s if known; or another tool's file of them."""
     if _of_another_tool(path):
         from vision.foreign.as_evidence import foreign_impacts
 
@@ -146,11 +139,8 @@ def read_readings(path: Path) -> Table:
         if len(missing):
             notes.append(f"{path.name}: {column} is empty in row {', '.join(str(i + 2) for i in missing)}; left out")
         low, high = _READING_RANGE[READING_COLUMNS[column][2]]
-        wrong = rows.index[(rows[column] <= low) | (rows[column] >= high)]
-        if len(wrong):
-            raise MeasurementError(
-                f"{path}: {column} = {rows[column][wrong[0]]:g} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}"
-            )
+        right = ~((rows[column] <= low) | (rows[column] >= high))
+        _require(path, rows, column, right, f"; it should lie between {low:g} and {high:g}")
         if rows[column].notna().sum() == 0:
             raise MeasurementError(f"{path}: {column} holds no numbers")
     return Table(rows, tuple(notes))
@@ -162,15 +152,10 @@ def _of_another_tool(path: Path) -> bool:
     return bool(tool_of(path))
 
 
-Range = tuple[float, float]
-
-
 def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str, Range] | None = None) -> pd.DataFrame:
-    """Read a CSV table of numbers: the columns `needed` and those of `optional` that are there, {name: (least, greatest)}.
-
-    Other columns are left out; the order is the file's. Raises MeasurementError naming file, column and row where a column is
-    missing or comes twice, and where a cell is empty, no number or outside its range.
-    """
+    """Read the columns `needed` and those of `optional` that are there, {name: (least, greatest)},
+    of a CSV table of numbers. MeasurementError naming file, column and row where a column is
+    missing or comes twice, or a cell is empty, no number or outside its range."""
     rows = _read_csv(path)
     _check_present(path, rows, needed)
     ranges = {**(optional or {}), **needed}
@@ -225,6 +210,14 @@ def _separators_of(path: Path) -> Separators:
     return by
 
 
+def _require(path: Path, rows: pd.DataFrame, column: str, is_right, message: str) -> None:
+    """MeasurementError for the first row that is not right, with its value and line."""
+    if not (right := np.asarray(is_right)).all():
+        at = int(np.argmin(right))
+        value = f"{column} = {rows[column].iloc[at]:g} in row {rows.index[at] + 2}"
+        raise MeasurementError(f"{path}: {value}{message}")
+
+
 def _check_present(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
     if absent := [c for c in needed if c not in rows]:
         raise MeasurementError(
@@ -244,10 +237,10 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
 
 def _check_sds(path: Path, rows: pd.DataFrame) -> None:
     """MeasurementError for a stated sd outside LEAST_SD to GREATEST_SD; an empty cell is unknown."""
+    limits = f"; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}"
     for column in (c for c in SDS if c in rows):
-        if len(wrong := rows.index[rows[column].notna() & ~rows[column].between(LEAST_SD, GREATEST_SD)]):
-            value = f"{column} = {rows[column][wrong[0]]:g} in row {wrong[0] + 2}"
-            raise MeasurementError(f"{path}: {value}; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}")
+        right = rows[column].isna() | rows[column].between(LEAST_SD, GREATEST_SD)
+        _require(path, rows, column, right, limits)
 
 
 def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
@@ -260,8 +253,7 @@ def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
             shown = reprlib.repr(rows[column][row])
             raise MeasurementError(f"{path}: {column} = {shown} in row {row + 2} is not a number") from error
         rows[column] = rows[column].where(np.isfinite(rows[column]))
-        if len(absurd := rows.index[rows[column].abs() > LARGEST]):
-            raise MeasurementError(f"{path}: {column} = {rows[column][absurd[0]]:g} in row {absurd[0] + 2} cannot be")
+        _require(path, rows, column, ~(rows[column].abs() > LARGEST), " cannot be")
 
 
 def _is_number(value: object) -> bool:

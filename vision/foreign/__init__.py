@@ -45,14 +45,10 @@ def _read(path: Path, time: int, size: int) -> Contents:
 @lru_cache(maxsize=2)
 def _opened(path: Path, time: int, size: int) -> tuple[Source, ModuleType | None]:
     source = Source(path)
-    return source, _reader(source)
+    return source, next((reader for reader in READERS if reader.recognises(source)), None)
 
 
 def _version(path: Path) -> tuple[Path, int, int]:
     """Cache key of a file: it is read again where it has changed."""
     stat = path.stat()
     return path, stat.st_mtime_ns, stat.st_size
-
-
-def _reader(source: Source) -> ModuleType | None:
-    return next((reader for reader in READERS if reader.recognises(source)), None)

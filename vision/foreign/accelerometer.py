@@ -10,11 +10,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vision.foreign.columns import column
 from vision.foreign.contents import Contents
-from vision.foreign.free_fall import G_M_S2
-from vision.foreign.source import Source
-from vision.foreign.units import TIME, name_and_unit
+from vision.foreign.source import TIME, Source, column, name_and_unit
+from vision.foreign.unit_inference import G_M_S2
 from vision.measurement import MeasurementError
 
 TOOL = "accelerometer table"
@@ -28,9 +26,7 @@ _TURNING = 0.15  # of the rise: from the start and from the end, between which t
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its name and its first lines."""
-    if source.is_zip or source.is_xml or source.is_workbook:
-        return False
-    head = source.first_rows
+    head = source.first_rows if source.is_text else []
     return len(head) > 2 and len(_axes(head[0])) == AXES and any(_TIME.search(str(h).lower()) for h in head[0])
 
 
@@ -40,10 +36,19 @@ def read(source: Source) -> Contents:
     headings = [str(h).lower() for h in rows[0]]
     axes = _axes(rows[0])
     units = {name_and_unit(rows[0][k])[1] for k in axes}
-    clocks = [k for k, h in enumerate(headings) if _TIME.search(h) and (_unit_of_time(h) in TIME) and _numeric(rows, k)]
+    clocks = [
+        k for k, h in enumerate(headings)
+        if _TIME.search(h) and _unit_of_time(h) in TIME
+        and any(len(row) > k and isinstance(row[k], float) for row in rows[1:3])
+    ]  # fmt: skip
     if not clocks:
         raise MeasurementError(f"{path}: no column of time says its unit; write it behind the name, such as time (s) or timestamp (ms)")
-    best = max(clocks, key=lambda k: (_alike(headings[k], headings[axes[0]]), "since" in headings[k] or "elapsed" in headings[k], -k))
+
+    def alike(k: int) -> int:  # of several clocks the one named like the sensor is its own
+        pairs = zip(headings[k], headings[axes[0]])
+        return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+
+    best = max(clocks, key=lambda k: (alike(k), "since" in headings[k] or "elapsed" in headings[k], -k))
     time = column(path, rows[1:], best, headings[best], 2) * TIME[_unit_of_time(headings[best])]
     measured = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
     if units <= {"g"}:
@@ -53,8 +58,8 @@ def read(source: Source) -> Contents:
 
 def plate_tilt(path: Path, tool: str, time: np.ndarray, measured: np.ndarray) -> Contents:
     """Tilt of a plate from the acceleration of a phone on it: time [s] (n,), measured [m/s²] or [g] (n, 3)."""
-    there = np.isfinite(time) & np.isfinite(measured).all(axis=1)
-    time, measured = time[there], measured[there]
+    known = np.isfinite(time) & np.isfinite(measured).all(axis=1)
+    time, measured = time[known], measured[known]
     if len(time) < 10 or np.ptp(time) <= 0:
         raise MeasurementError(f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10")
     order = np.argsort(time, kind="stable")
@@ -108,15 +113,6 @@ def _axes(headings: list) -> list[int]:
     return [whole[0][axis] for axis in "xyz"] if whole else []
 
 
-def _alike(clock: str, axis: str) -> int:
-    """Length of the common beginning: of several clocks the one named like the sensor is its own."""
-    return len(list(takewhile(lambda pair: pair[0] == pair[1], zip(clock, axis))))
-
-
 def _unit_of_time(heading: str) -> str:
     name, unit = name_and_unit(heading)
     return unit or _KNOWN.get(name, "") or name.rpartition("_")[2] or ("ms" if name.endswith(" in ms") else "")
-
-
-def _numeric(rows: list, k: int) -> bool:
-    return any(len(row) > k and isinstance(row[k], float) for row in rows[1:3])

@@ -10,16 +10,13 @@ import pandas as pd
 from vision.evidence.tables import Table
 from vision.foreign import read_foreign
 from vision.foreign.contents import Contents, PointTrack
-from vision.foreign.free_fall import fits_gravity, free_fall
+from vision.foreign.unit_inference import fits_gravity, free_fall
 from vision.measurement import MeasurementError
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else, else ""; keys: of recording.toml that the file states.
-
-    unitless: its lengths have no unit.
-    """
+    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else, else ""; keys: that the file states."""
 
     kind: str
     rig: str

@@ -48,12 +48,9 @@ class Contents:
 
 
 def point_track(path: Path, name: str, time: np.ndarray, x: np.ndarray, y: np.ndarray) -> PointTrack | None:
-    """A track of the rows without NaN, sorted by time; None where they are fewer than LEAST_ROWS. x to the right, y up.
-
-    MeasurementError for two places at one time.
-    """
-    there = np.isfinite(time) & np.isfinite(x) & np.isfinite(y)
-    time, x, y = time[there], x[there], y[there]
+    """A track of the rows without NaN, sorted by time; None for fewer than LEAST_ROWS, an error for two places at one time."""
+    known = np.isfinite(time) & np.isfinite(x) & np.isfinite(y)
+    time, x, y = time[known], x[known], y[known]
     if len(time) < LEAST_ROWS:
         return None
     if max(np.abs(x).max(), np.abs(y).max(), np.abs(time).max()) > LARGEST:
@@ -70,7 +67,7 @@ def point_track(path: Path, name: str, time: np.ndarray, x: np.ndarray, y: np.nd
 
 def require_tracks(path: Path, found: Sequence[PointTrack | None]) -> tuple[PointTrack, ...]:
     """The tracks that are not None; MeasurementError where there are none."""
-    there = tuple(t for t in found if t is not None)
-    if not there:
+    tracks = tuple(t for t in found if t is not None)
+    if not tracks:
         raise MeasurementError(f"{path}: no track of {LEAST_ROWS} or more places")
-    return there
+    return tracks

@@ -37,10 +37,7 @@ BENCH_QUESTIONS = (  # (section, key, question)
 
 @dataclass(frozen=True)
 class Draft:
-    """One recording to be written: its name, source file, evidence (a file name), keys, guesses and questions.
-
-    table: of the evidence; None where the file itself is the evidence and is copied.
-    """
+    """One recording to be written; evidence: a file name; table: its rows, None where the file itself is copied."""
 
     name: str
     file: Path
@@ -99,10 +96,7 @@ def _draft(path: Path, name: str, found: Contents, rig: str, evidence: str, tabl
 
 
 def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[str]:
-    """Write bench.toml and a folder for each draft into `folder`, which is empty; returns all questions, each with its recording.
-
-    trouble: files that could not be read, in words, to stand in bench.toml.
-    """
+    """Write bench.toml and a folder for each draft into `folder`, which is empty; returns all questions. trouble: files not read."""
     questions = []
     for draft in drafts:
         inside = folder / draft.name

@@ -9,11 +9,9 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from vision.foreign.columns import column
 from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
-from vision.foreign.source import Source
+from vision.foreign.source import LENGTH, Source, column
 from vision.foreign.unit_inference import infer_units
-from vision.foreign.units import LENGTH
 from vision.measurement import MeasurementError
 
 TOOL = "Kinovea"
@@ -91,12 +89,12 @@ def _seconds(text: str) -> float:
 
 def _analysis(source: Source) -> Contents:
     root, path, guesses = source.xml, source.path, []
-    step, fps = _value(source, root, "AverageTimeStampsPerFrame"), _value(source, root, "CaptureFramerate")
+    step, fps = (_finite(source, root, n) for n in ("AverageTimeStampsPerFrame", "CaptureFramerate"))
     if not step or step <= 0:
         raise MeasurementError(f"{path}: AverageTimeStampsPerFrame is missing; without it its times cannot be told")
     tracks = []
     for track in root.iter("Track"):
-        points = [_point(source, p) for p in track.iter("TrackPoint")]
+        points = [_numbers(source, p.text, 3, "a TrackPoint", "x;y;time") for p in track.iter("TrackPoint")]
         x, y, stamp = np.array(points, dtype=float).reshape(-1, 3).T
         tracks.append(point_track(path, (track.get("name") or "")[:50], np.round(stamp / step), x, y))
     found = require_tracks(path, tracks)
@@ -115,35 +113,29 @@ def _scale(source: Source, root: Element) -> float | None:
     line = root.find(".//CalibrationLine")
     if line is not None:
         unit = (root.findtext(".//Calibration/Unit") or root.findtext(".//Unit") or "").strip().lower()
-        (ax, ay), (bx, by) = (_pair(source, line.findtext(f"Segment/{end}") or "") for end in ("A", "B"))
-        length, pixels = _value(source, line, "Length"), math.hypot(bx - ax, by - ay)
+        (ax, ay), (bx, by) = (
+            _numbers(source, line.findtext(f"Segment/{end}"), 2, "an end of its calibration line", "x;y")
+            for end in ("A", "B")
+        )
+        length, pixels = _finite(source, line, "Length"), math.hypot(bx - ax, by - ay)
         mm = LENGTH.get(_CENTIMETRES.get(unit, unit))
         return float(f"{length * mm / pixels:.8g}") if length and mm and pixels > 0 else None
     mm = LENGTH.get(_CENTIMETRES.get((root.findtext(".//LengthUnit") or "").strip().lower(), ""))
-    scale = _value(source, root, ".//PixelToUnit")
+    scale = _finite(source, root, ".//PixelToUnit")
     return float(f"{scale * mm:.8g}") if scale and mm else None
 
 
-def _point(source: Source, point: Element) -> list[float]:
-    cells = (point.text or "").strip().split(";")
+def _numbers(source: Source, text: str | None, count: int, what: str, form: str) -> list[float]:
+    """The first numbers of a text such as "x;y;time"."""
     try:
-        return [float(c) for c in cells[:3]] if len(cells) >= 3 else [][1]
-    except (ValueError, IndexError) as error:
-        raise MeasurementError(f"{source.path}: a TrackPoint is {(point.text or '')[:30]!r}; it should be x;y;time") from error
+        numbers = [float(cell) for cell in (text or "").strip().split(";")[:count]]
+    except ValueError:
+        numbers = []
+    if len(numbers) < count:
+        raise MeasurementError(f"{source.path}: {what} is {(text or '')[:30]!r}; it should be {form}")
+    return numbers
 
 
-def _pair(source: Source, text: str) -> tuple[float, float]:
-    try:
-        x, y = (float(c) for c in text.split(";"))
-    except ValueError as error:
-        raise MeasurementError(f"{source.path}: an end of its calibration line is {text[:30]!r}; it should be x;y") from error
-    return x, y
-
-
-def _value(source: Source, root: Element, name: str) -> float | None:
-    text = root.findtext(name)
-    try:
-        value = float(text) if text and text.strip() else None
-    except ValueError as error:
-        raise MeasurementError(f"{source.path}: {name} = {(text or '')[:30]!r} is not a number") from error
+def _finite(source: Source, root: Element, name: str) -> float | None:
+    value = source.number(root.findtext(name), name)
     return value if value is not None and math.isfinite(value) else None

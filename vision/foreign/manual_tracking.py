@@ -4,9 +4,8 @@ import re
 
 import numpy as np
 
-from vision.foreign.columns import column
 from vision.foreign.contents import Contents, point_track
-from vision.foreign.source import Source
+from vision.foreign.source import Source, column
 from vision.foreign.unit_inference import infer_units
 from vision.measurement import MeasurementError
 
@@ -16,9 +15,7 @@ _TRACK, _SLICE = re.compile(r"track\s*n"), re.compile(r"slice\s*n")
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its name and its first lines."""
-    if source.is_zip or source.is_xml or source.is_workbook:
-        return False
-    heading = " ".join(map(str, source.first_rows[0])).lower()
+    heading = " ".join(map(str, source.first_rows[0])).lower() if source.is_text else ""
     return bool(_TRACK.search(heading) and _SLICE.search(heading))
 
 
@@ -43,5 +40,4 @@ def read(source: Source) -> Contents:
                 f"its Distance says {scale:.5g} units a pixel, in the unit chosen in ImageJ: how many millimetres is a pixel "
                 "([camera] mm_per_px)? Without it, ratios only"
             )
-    guesses = ["a slice is a frame"]
-    return infer_units(path, TOOL, tracks, "frame", "px", "down", {}, guesses, questions)
+    return infer_units(path, TOOL, tracks, "frame", "px", "down", {}, ["a slice is a frame"], questions)

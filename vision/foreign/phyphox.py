@@ -8,10 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from vision.foreign.accelerometer import AXES, plate_tilt
-from vision.foreign.columns import column
 from vision.foreign.contents import Contents
-from vision.foreign.source import Rows, Source
-from vision.foreign.units import TIME, name_and_unit
+from vision.foreign.source import TIME, Rows, Source, column, name_and_unit
 from vision.measurement import MeasurementError
 
 TOOL = "phyphox"
@@ -81,8 +79,8 @@ def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
         return [times[np.isfinite(times) & (times > 0)]]
     runs, stated = [], [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]  # there may be empty columns between
     for k in (k for k in stated[::2] if k + 1 < wide):
-        there = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
-        time, gap = columns[k][there], columns[k + 1][there]
+        known = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
+        time, gap = columns[k][known], columns[k + 1][known]
         if len(time):
             last = [time[-1] + gap[-1]] if gap[-1] > 0 else []  # an interval of 0 marks the last event
             runs.append(np.append(time, last))

@@ -9,9 +9,10 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError
 
 import defusedxml.ElementTree
+import numpy as np
 from defusedxml.common import DefusedXmlException
 
-from vision.evidence.separators import Separators, separators
+from vision.evidence.separators import separators
 from vision.foreign.workbook import sheets_of
 from vision.measurement import MeasurementError
 
@@ -22,6 +23,20 @@ Cell = str | float
 Rows = list[list[Cell]]
 _SAYS_UTF8 = re.compile(rb"""\s*<\?xml[^>]*encoding=["']utf-?8["']""", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+LARGEST = 2e18  # of any number: nanoseconds since 1970 are 1.8e18
+LENGTH = {  # → millimetres
+    "mm": 1.0, "millimeter": 1.0, "millimetre": 1.0, "cm": 10.0, "centimeter": 10.0, "centimetre": 10.0, "dm": 100.0, "m": 1000.0,
+    "meter": 1000.0, "metre": 1000.0, "meters": 1000.0, "metres": 1000.0, "µm": 1e-3, "μm": 1e-3, "um": 1e-3, "micron": 1e-3,
+    "microns": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "inches": 25.4, "ft": 304.8, "feet": 304.8, "yd": 914.4,
+}  # fmt: skip
+PIXELS = ("px", "pixel", "pixels", "pix")
+TIME = {  # → seconds
+    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "millisecond": 1e-3,
+    "milliseconds": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6, "ns": 1e-9, "nanoseconds": 1e-9, "min": 60.0, "minute": 60.0,
+    "minutes": 60.0, "h": 3600.0, "hour": 3600.0,
+}  # fmt: skip
+FRAMES = ("frame", "frames", "slice", "slices")
+_IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\(\[]\s*([^()\[\]]*?)\s*[\)\]]\s*")
 
 
 class Source:
@@ -49,6 +64,10 @@ class Source:
     def is_xml(self) -> bool:
         return _decoded(self.head[:400]).lstrip("\ufeff \r\n\t").startswith("<")
 
+    @property
+    def is_text(self) -> bool:
+        return not (self.is_zip or self.is_xml or self.is_workbook)
+
     @cached_property
     def text(self) -> str:
         """The whole file as text."""
@@ -71,15 +90,15 @@ class Source:
     def members(self) -> list[str]:
         """Names of the files in a packed one."""
         try:
-            with zipfile.ZipFile(self.path) as is_zip:
-                return [m.filename for m in is_zip.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
+            with zipfile.ZipFile(self.path) as archive:
+                return [m.filename for m in archive.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
         except Exception as error:  # the library raises many kinds for a damaged file
             raise MeasurementError(f"{self.path}: the zip file is damaged or cut short ({error})") from error
 
     def member(self, name: str) -> bytes:
         """What a packed file holds under `name`."""
         try:
-            with zipfile.ZipFile(self.path) as is_zip, is_zip.open(name) as file:
+            with zipfile.ZipFile(self.path) as archive, archive.open(name) as file:
                 content = file.read(MOST_BYTES + 1)
         except Exception as error:
             raise MeasurementError(f"{self.path}: {name} in it is damaged or locked ({error})") from error
@@ -90,6 +109,15 @@ class Source:
     @cached_property
     def xml(self) -> Element:
         return self.parsed(self.path.read_bytes())
+
+    def number(self, text: str | None, name: str) -> float | None:
+        """The number that `text` is, None without a text; MeasurementError for words, naming what it stands for."""
+        if text is None or not text.strip():
+            return None
+        try:
+            return float(text)
+        except ValueError as error:
+            raise MeasurementError(f"{self.path}: {name} = {text[:30]!r} is not a number") from error
 
     def parsed(self, content: bytes) -> Element:
         """Parsed XML; entities, whose expansion could fill the memory, are refused."""
@@ -107,7 +135,11 @@ class Source:
     def sheets(self) -> dict[str, Rows]:
         """The tables in the file by name: sheets of a workbook, members of a packed file, or the file's own."""
         if self.is_workbook:
-            return self._workbook()
+            try:
+                sheets = sheets_of(self.path)
+            except ValueError as error:
+                raise MeasurementError(f"{self.path}: {error}") from error
+            return {k: [[_cell(c, ".") for c in row] for row in rows] for k, rows in sheets.items()}
         if self.is_zip:
             tables = [n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))][:MOST_TABLES]
             return {n.rpartition(".")[0]: self._rows(_decoded(self.member(n))) for n in tables}
@@ -118,13 +150,6 @@ class Source:
         """The cells of a text table, its numbers as floats."""
         return self._rows(self.text)
 
-    def _workbook(self) -> dict[str, Rows]:
-        try:
-            raw = sheets_of(self.path)
-        except ValueError as error:
-            raise MeasurementError(f"{self.path}: {error}") from error
-        return {name: [[_cell(c, ".") for c in row] for row in rows] for name, rows in raw.items()}
-
     def _rows(self, text: str) -> Rows:
         try:
             return table_of(text.splitlines())
@@ -133,12 +158,17 @@ class Source:
 
 
 def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
-    """The cells of the lines that are not empty, numbers as floats.
-
-    ValueError, where it is strict, for decimals that are ambiguous or cells that are too long.
-    """
+    """The cells of the lines that are not empty, numbers as floats. ValueError, where it is strict,
+    for decimals that are ambiguous or cells that are too long."""
     lines = [line for line in lines if line.strip()]
-    by = _separators(lines)
+    few = lines[:200]
+    # Tab, semicolon or comma, whichever is in most lines and in those with words (decimal commas are not).
+    words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
+    often = (
+        c for c in ("\t", ";", ",")
+        if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words)
+    )  # fmt: skip
+    by = separators(next(often, " "), lines)
     if not by.decimal and strict:
         raise ValueError("numbers with points and with commas, or with thousands marked; save it with one kind")
     if by.column == " ":
@@ -150,14 +180,6 @@ def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
             return []
         raise ValueError(f"not a table ({error})") from error
     return [[_cell(c, by.decimal) for c in row] for row in rows]
-
-
-def _separators(lines: Sequence[str]) -> Separators:
-    """Separators of a table: tab, semicolon or comma, whichever is in most lines and in those with words (decimal commas are not)."""
-    few = lines[:200]
-    words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
-    often = (c for c in ("\t", ";", ",") if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words))
-    return separators(next(often, " "), lines)
 
 
 def _decoded(content: bytes) -> str:
@@ -177,3 +199,39 @@ def _cell(cell: object, decimal: str) -> Cell:
     text = str(cell).strip().lstrip("\ufeff")
     number = text.replace(",", ".") if decimal == "," else text
     return float(number) if _NUMBER.fullmatch(number) and len(number) < 50 else text
+
+
+def name_and_unit(heading: object) -> tuple[str, str]:
+    """A column's name and the unit in brackets behind it, both in small letters: "Time (s)" → ("time", "s")."""
+    text = str(heading).strip().strip('"').lower()
+    found = _IN_BRACKETS.fullmatch(text)
+    return (found[1].strip(), found[2]) if found else (text, "")
+
+
+def heading_row(rows: Rows) -> int:
+    """Row of the headings: the last one before the numbers."""
+    numbers = (k for k, row in enumerate(rows[:7]) if any(isinstance(cell, float) for cell in row))
+    return next(numbers, min(6, len(rows))) - 1
+
+
+def column(path: Path, rows: Rows, at: int, name: str, first_line: int) -> np.ndarray:
+    """One column of numbers, NaN for an empty cell; MeasurementError naming column and line for words. first_line: of `rows`."""
+    values = np.full(len(rows), np.nan)
+    for k, row in enumerate(rows):
+        cell = row[at] if at < len(row) else ""
+        if isinstance(cell, float):
+            values[k] = cell
+        elif cell and cell.lower() not in ("nan", "none", "null", "-", "∞", "inf", "-inf"):
+            raise MeasurementError(f"{path}: {name} = {cell[:30]!r} in line {first_line + k} is not a number")
+    values[~np.isfinite(values)] = np.nan
+    if (wrong := np.flatnonzero(np.abs(np.nan_to_num(values)) > LARGEST)).size:
+        raise MeasurementError(f"{path}: {name} = {values[wrong[0]]:g} in line {first_line + wrong[0]} cannot be")
+    return values
+
+
+def need(path: Path, headings: Sequence[str], names: Sequence[str]) -> list[int]:
+    """Indices of the columns `names` in `headings`; MeasurementError naming those that are missing."""
+    if missing := [n for n in names if n not in headings]:
+        found = ", ".join(headings)[:200]
+        raise MeasurementError(f"{path}: column {', '.join(missing)} is missing; found {found}")
+    return [headings.index(n) for n in names]

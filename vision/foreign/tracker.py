@@ -4,20 +4,20 @@ Places are stored in pixels of the picture (y down); the coordinate system (orig
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
-from vision.foreign.source import Source
+from vision.foreign.source import LENGTH, Source
 from vision.foreign.unit_inference import infer_units
-from vision.foreign.units import LENGTH
 from vision.measurement import MeasurementError
 
 TOOL = "Tracker"
 _PANEL, _ANY = "tracker.TrackerPanel", b"org.opensourcephysics.cabrillo.tracker."
-_CALIBRATIONS = ("TapeMeasure", "Calibration")
+_CALIBRATIONS = (".TapeMeasure", ".Calibration")
 
 
 @dataclass(frozen=True)
@@ -45,33 +45,33 @@ def recognises(source: Source) -> bool:
 def read(source: Source) -> Contents:
     """The project's tracks, with its clip's times, its scale and its axes."""
     panel, inside = _panel(source)
-    clip, control, coords = (_object(panel, name) for name in ("videoclip", "clipcontrol", "coords"))
+    clip, control, coords = (panel.find(f"*[@name='{name}']/object") for name in ("videoclip", "clipcontrol", "coords"))
     step_ms = _number(source, control, "delta_t")
     if step_ms is None or not 1e-4 < step_ms < 1e7:
         raise MeasurementError(f"{source.path}: delta_t = {step_ms} of its clip; it should be the milliseconds from frame to frame")
     start_ms, first = _number(source, clip, "starttime") or 0.0, _number(source, clip, "startframe") or 0.0
     systems = _systems(source, coords)
-    points = [item for item in _items(panel) if _kind(item) == "PointMass"]
+    points = [item for item in _items(panel) if item.get("class", "").endswith(".PointMass")]
     tracks = []
     for item in points:
         frames, places = _places(source, item, systems)
         time = (start_ms + (frames - first) * step_ms) / 1000
-        tracks.append(point_track(source.path, _text(item, "name") or "", time, places[:, 0], places[:, 1]))
+        tracks.append(point_track(source.path, _text(item, "name"), time, places[:, 0], places[:, 1]))
     if not points:
         raise MeasurementError(f"{source.path}: no point mass that was tracked; a model or a ruler is no measurement")
     found = require_tracks(source.path, tracks)
-    return _found(source, panel, inside, found, 1000 / step_ms, systems)
+    return _contents(source, panel, inside, found, 1000 / step_ms, systems)
 
 
-def _found(
+def _contents(
     source: Source, panel: Element, inside: str, tracks: tuple[PointTrack, ...], fps: float, systems: dict[int, _System]
 ) -> Contents:
     guesses = [f"{fps:.6g} frames per second and times as {inside} says; a slowed film says another rate than its camera had"]
     questions, keys = [], {"camera": {"fps": round(fps, 6)}}
-    first, unit = systems[min(systems)], _text(panel, "length_unit") or ""
+    first, unit = systems[min(systems)], _text(panel, "length_unit")
     if {round(s.angle, 3) for s in systems.values()} != {0.0}:
         guesses.append(f"x and y along Tracker's axes, which are turned by {first.angle:.3g}°")
-    if first.scale[0] == 1.0 and not any(_kind(item) in _CALIBRATIONS for item in _items(panel)):
+    if first.scale[0] == 1.0 and not any(item.get("class", "").endswith(_CALIBRATIONS) for item in _items(panel)):
         questions.append("it has no calibration: how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios only")
         unit = "px"
     elif unit and unit.lower() not in LENGTH:
@@ -101,7 +101,7 @@ def _panel(source: Source) -> tuple[Element, str]:
 def _systems(source: Source, coords: Element | None) -> dict[int, _System]:
     """Coordinate systems by the first frame to which each applies."""
     systems = {}
-    for frame, data in _frames(_property(coords, "framedata")):
+    for frame, data in _frames(coords):
         x0, y0, angle, x_scale, y_scale = (_number(source, data, n) for n in ("xorigin", "yorigin", "angle", "xscale", "yscale"))
         if x0 is None or y0 is None or not x_scale or not y_scale:
             raise MeasurementError(f"{source.path}: its coordinate system at frame {frame} lacks origin or scale")
@@ -116,7 +116,7 @@ def _systems(source: Source, coords: Element | None) -> dict[int, _System]:
 def _places(source: Source, item: Element, systems: dict[int, _System]) -> tuple[np.ndarray, np.ndarray]:
     """Frames (n) and places (n, 2) of a point mass, in Tracker's coordinates."""
     frames, places, starts = [], [], np.array(sorted(systems))
-    for frame, data in _frames(_property(item, "framedata")):
+    for frame, data in _frames(item):
         x, y = _number(source, data, "x"), _number(source, data, "y")
         if x is None or y is None:
             continue
@@ -127,45 +127,24 @@ def _places(source: Source, item: Element, systems: dict[int, _System]) -> tuple
 
 
 def _items(panel: Element) -> list[Element]:
-    tracks = _property(panel, "tracks")
-    return [o for p in ([] if tracks is None else tracks) if (o := p.find("object")) is not None]
+    return [o for p in panel.iterfind("*[@name='tracks']/*") if (o := p.find("object")) is not None]
 
 
-def _frames(array: Element | None):
-    """(frame, object) of an array's elements; those that are empty are left out."""
-    for child in [] if array is None else array:
+def _frames(element: Element | None) -> Iterator[tuple[int, Element]]:
+    """(frame, object) of an element's framedata; those that are empty are left out."""
+    for child in () if element is None else element.iterfind("*[@name='framedata']/*"):
         number = re.fullmatch(r"\[(\d{1,9})\]", child.get("name", ""))
         inside = child.find("object")
         if number and inside is not None:
             yield int(number[1]), inside
 
 
-def _kind(item: Element) -> str:
-    return item.get("class", "").rsplit(".", 1)[-1]
-
-
-def _property(element: Element | None, name: str) -> Element | None:
-    return next((p for p in ([] if element is None else element) if p.get("name") == name), None)
-
-
-def _object(element: Element, name: str) -> Element | None:
-    held = _property(element, name)
-    return None if held is None else held.find("object")
-
-
-def _text(element: Element | None, name: str) -> str | None:
-    held = _property(element, name)
-    return None if held is None else (held.text or "").strip()
+def _text(element: Element, name: str) -> str:
+    return (element.findtext(f"*[@name='{name}']") or "").strip()
 
 
 def _number(source: Source, element: Element | None, name: str) -> float | None:
-    text = _text(element, name)
-    if text is None:
-        return None
-    try:
-        value = float(text)
-    except ValueError as error:
-        raise MeasurementError(f"{source.path}: {name} = {text[:30]!r} is not a number") from error
-    if not np.isfinite(value):
-        raise MeasurementError(f"{source.path}: {name} = {text[:30]} is not finite")
+    value = None if element is None else source.number(_text(element, name), name)
+    if value is not None and not np.isfinite(value):
+        raise MeasurementError(f"{source.path}: {name} = {value} is not finite")
     return value

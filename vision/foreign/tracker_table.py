@@ -5,11 +5,9 @@ then numbers separated by tab, comma, semicolon or space, with a point or a comm
 """
 
 from vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
-from vision.foreign.columns import column, heading_row
 from vision.foreign.contents import Contents, PointTrack, point_track
-from vision.foreign.source import Rows, Source
+from vision.foreign.source import LENGTH, PIXELS, TIME, Source, column, heading_row, name_and_unit
 from vision.foreign.unit_inference import infer_units
-from vision.foreign.units import LENGTH, PIXELS, TIME, name_and_unit
 from vision.measurement import MeasurementError
 
 TOOL = "Tracker table"
@@ -19,7 +17,7 @@ _PLACES = ("x", "y")
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its name and its first lines."""
-    if source.is_zip or source.is_xml or source.is_workbook:
+    if not source.is_text:
         return False
     head = source.first_rows
     row = heading_row(head)
@@ -43,7 +41,8 @@ def read(source: Source) -> Contents:
     rows = source.rows
     at = heading_row(rows)
     headings = [parsed(h) for h in rows[at]]
-    numbers, names = rows[at + 1 :], _names(rows, at)
+    numbers, above = rows[at + 1 :], [row for row in rows[:at] if not str(row[0]).startswith("#")]
+    names = [str(cell).strip() for cell in above[-1]] if above else []  # of the tracks
     xs, ys = ([k for k, (name, _) in enumerate(headings) if name == place] for place in _PLACES)
     times = [k for k, (name, _) in enumerate(headings) if name in _TIMES]
     if len(xs) != len(ys):
@@ -54,24 +53,13 @@ def read(source: Source) -> Contents:
         seconds = [t for t in left if headings[t][0] in ("t", "time")]
         when = (seconds or left)[-1]
         t, px, py = (column(source.path, numbers, k, headings[k][0], at + 2) for k in (when, x, y))
-        tracks.append(point_track(source.path, _name_at(names, min(x, y)), t, px, py))
-    unit_of_time = {headings[t][1] or ("frame" if headings[t][0] in ("frame", "step", "n") else "") for t in _used(times, headings)}
+        name = next((n for n in reversed(names[: min(x, y) + 1]) if n), "")
+        tracks.append(point_track(source.path, name, t, px, py))
+    clocks = [t for t in times if headings[t][0] in ("t", "time")] or times[:1]
+    counted = ("frame", "step", "n")
+    unit_of_time = {headings[t][1] or ("frame" if headings[t][0] in counted else "") for t in clocks}
     unit_of_length = {headings[k][1] for k in (*xs, *ys)}
     if len(unit_of_time) > 1 or len(unit_of_length) > 1:
         raise MeasurementError(f"{source.path}: its columns have several units; x and y of all tracks are to have one, and t one")
     time_unit, length_unit = unit_of_time.pop(), unit_of_length.pop()
     return infer_units(source.path, TOOL, tracks, time_unit, length_unit, "")
-
-
-def _used(times: list[int], headings: list[tuple[str, str]]) -> list[int]:
-    return [t for t in times if headings[t][0] in ("t", "time")] or times[:1]
-
-
-def _names(rows: Rows, at: int) -> list[str]:
-    """The cells of the row of tracks' names above the headings; empty where there is none."""
-    above = [row for row in rows[:at] if not str(row[0]).startswith("#")]
-    return [str(cell).strip() for cell in above[-1]] if above else []
-
-
-def _name_at(names: list[str], at: int) -> str:
-    return next((n for n in reversed(names[: at + 1]) if n), "")

@@ -7,11 +7,9 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from vision.foreign.columns import column, need
 from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
-from vision.foreign.source import Source
+from vision.foreign.source import Source, column, name_and_unit, need
 from vision.foreign.unit_inference import infer_units
-from vision.foreign.units import name_and_unit
 from vision.measurement import MeasurementError
 
 TOOL = "TrackMate"
@@ -95,8 +93,7 @@ def _with_units(source: Source, tracks: tuple[PointTrack, ...], time_unit: str, 
 
 
 def _number(source: Source, element: Element, key: str) -> float:
-    text = element.get(key, "")
-    try:
-        return float(text)
-    except ValueError as error:
-        raise MeasurementError(f"{source.path}: {key} = {text[:30]!r} of a {element.tag} is not a number") from error
+    value = source.number(element.get(key, ""), f"{key} of a {element.tag}")
+    if value is None:
+        raise MeasurementError(f"{source.path}: {key} of a {element.tag} is missing")
+    return value

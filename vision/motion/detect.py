@@ -9,9 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.motion.colour import dot, in_sds, weighted_product
-from vision.motion.ellipse_fit import Patch
-from vision.motion.scene import Scene, colours
+from vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
 
 MOVES_SD = 6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
 FAINTEST = 0.03  # of the strongest difference in the frame: below it are codec errors and reflected light
@@ -25,6 +23,16 @@ LIKE_SHADOW = (-0.5, 0.25)  # relative brightness over the background within whi
 CLEAR_SD = 6.0  # off every shadow of the background, at which colour separates a thing from them
 SHADE_PX = 3.0  # over which the illumination changes
 LEAST_SHADE = 0.02  # relative change of the illumination; less is noise
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Coverage of the pixels about one thing, (h, w), and its sd (infinite where it is unknown); x0, y0: column and row of the first."""
+
+    coverage: np.ndarray
+    error: np.ndarray
+    x0: int
+    y0: int
 
 
 @dataclass(frozen=True)
@@ -105,10 +113,7 @@ def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> 
 
 @dataclass(frozen=True)
 class _Outline:
-    """mask (h, w): filled, at about half coverage; share (h, w): approximate coverage, smoothed by a pixel.
-
-    level: median difference from the background; contrast, colour, background_sds: as in Silhouette.
-    """
+    """mask (h, w): filled, at about half coverage; share (h, w): approximate coverage; level: median difference from the background."""
 
     mask: np.ndarray
     share: np.ndarray
@@ -177,24 +182,24 @@ def _coverage(
     poor = power < (0.3 * outline.level) ** 2
     alpha = np.clip(weighted_product(shift, off, background_sds, LEAST_SHADE) / np.maximum(power, 1e-9), -0.35, 1.35)
     noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))  # the background is a median of 25 frames
-    seen = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
+    by_pixel = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
     guess = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.8)
     alpha = np.where(poor, guess, alpha)
     coverage = np.where(band, alpha, inner.astype(np.float32))
     error = np.where(band, np.where(poor, 0.15, noise_share), 0.0)
-    return coverage.astype(np.float64), error, seen
+    return coverage.astype(np.float64), error, by_pixel
 
 
 def _shaded(image: np.ndarray, background: np.ndarray, outside: np.ndarray, scene: Scene) -> np.ndarray:
     """The background under this frame's illumination, extrapolated from the pixels outside to the thing's edge."""
     light = dot(image, background) / np.maximum(dot(background, background), 1e-6)
     off = np.atleast_3d(in_sds(image - light[..., None] * background, scene.matrix))
-    seen = outside & (dot(off, off) < 16 + 20) & (light > 0.3) & (light < 1.3)
-    if seen.sum() < 50:
+    lit = outside & (dot(off, off) < 16 + 20) & (light > 0.3) & (light < 1.3)
+    if lit.sum() < 50:
         return background
-    typical = float(np.median(light[seen]))
-    weight = cv2.GaussianBlur(seen.astype(np.float32), (0, 0), SHADE_PX)
-    local = cv2.GaussianBlur(np.where(seen, light - typical, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
+    typical = float(np.median(light[lit]))
+    weight = cv2.GaussianBlur(lit.astype(np.float32), (0, 0), SHADE_PX)
+    local = cv2.GaussianBlur(np.where(lit, light - typical, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
     clear = (np.abs(local) > LEAST_SHADE) & (weight > 0.02)
     return background * (typical + np.where(clear, local, 0.0))[..., None].astype(np.float32)
 
@@ -223,9 +228,7 @@ def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: f
 
 def _band(share: np.ndarray, mask: np.ndarray) -> float:
     """Half width of the edge band: BAND_PX for a sharp edge, more where motion or focus blurs it.
-
-    Blur is measured by the number of pixels between 20 and 80 % coverage, per pixel of outline.
-    """
+    Blur is measured by the number of pixels between 20 and 80 % coverage, per pixel of outline."""
     near = cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0
     soft = float(((share > 0.2) & (share < 0.8) & near).sum())
     outline = float((mask - cv2.erode(mask, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)).sum())

@@ -10,40 +10,30 @@ import numpy as np
 
 from vision.measurement import MeasurementError
 from vision.motion.flight import Flights, Gravity, drag_shift
-from vision.motion.least_squares import variance_factor
+from vision.motion.least_squares import all_stated, variance_factor
+from vision.motion.outliers import STILL, rows_at_rest
 
 FEW_ROWS = 16  # with fewer, no rows are left out about a contact, and outliers are not detected
-STILL = 0.01  # of the fall: rows so near the first are those of a seed that is held
 SLACK = 0.05  # of the time between two rows, by which noise may move the impact out of that interval
 
 
 def fit_few_flights(
     time: np.ndarray, frame: np.ndarray, height: np.ndarray, across: np.ndarray, sd: np.ndarray, gravity: Gravity, *, gates: bool
 ) -> Flights:
-    """Fit both flights, as flight.fit_flights does; sd (n,): of each height, or NaN; `frame` and `across` are not used.
-
-    Raises MeasurementError where no impact lies between two of the rows, or the rows are too few.
-    """
-    stated = bool(np.isfinite(sd).all() and (sd > 0).all())
+    """Fit both flights, as flight.fit_flights does; sd (n,): of each height, or NaN; `frame` and `across` are not used."""
+    stated = all_stated(sd)
     unknowns = 4 + (gravity.value is None)
     least = unknowns + (not stated)
-    begin = _release_row(height)
+    begin = rows_at_rest(height)
     if len(time) - begin < least:
-        why = "gravity, " if gravity.value is None else ""
-        message = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({why}two places and two speeds)"
+        gravity_too = "gravity, " if gravity.value is None else ""
+        message = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({gravity_too}two places and two speeds)"
         raise MeasurementError(f"{message}; {least} are needed" + ("" if stated else f", or {least - 1} with their sd stated"))
     tried = [_fit_impact_after(time, height, sd, gravity, begin, j, least, gates) for j in range(begin + 1, len(time) - 2)]
     found = [flights for flights in tried if flights is not None]
     if not found:
         raise MeasurementError("no impact lies between two of the rows: none of them splits into a fall and a rebound of two rows each")
     return min(found, key=lambda f: f.noise * (1.0 if stated else len(time) / len(np.concatenate(f.rows))))
-
-
-def _release_row(height: np.ndarray) -> int:
-    """The first row of the fall, after those of a seed that is held."""
-    still = np.abs(height - height[0]) < STILL * np.ptp(height)
-    first = int(np.argmin(still)) if not still.all() else len(height)
-    return 0 if first < 2 else first
 
 
 def _fit_impact_after(time, height, sd, gravity: Gravity, begin: int, j: int, least: int, gates: bool) -> Flights | None:
@@ -81,10 +71,10 @@ def _linear(time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarr
     tau = time[used] - middle[np.repeat([0, 1], [len(r) for r in rows])]
     bare = np.zeros((len(used), 4))
     for k, r in enumerate(rows):
-        here = np.isin(used, r)
-        bare[here, 2 * k], bare[here, 2 * k + 1] = 1.0, tau[here]
+        of_flight = np.isin(used, r)
+        bare[of_flight, 2 * k], bare[of_flight, 2 * k + 1] = 1.0, tau[of_flight]
     bend, known = -(tau**2) / 2, gravity.value
-    stated = bool(np.isfinite(sd).all() and (sd > 0).all())
+    stated = all_stated(sd)
     weight, shift = np.ones(len(used)), np.zeros(len(used))
     for _ in range(3):
         columns = bare if known is not None else np.column_stack([bare, bend])
@@ -119,4 +109,3 @@ def _linear(time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarr
 def is_few(flights: Flights) -> bool:
     """Whether the flights were fitted here: no rows are left out about the contacts."""
     return flights.guard == 0.0
-

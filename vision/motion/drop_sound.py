@@ -14,8 +14,7 @@ import pandas as pd
 
 from vision.evidence.sound import Sound, film_fps, has_sound, read_sound
 from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
-from vision.motion.impact_chain import Chain, find_chain
-from vision.motion.impact_corrections import correct_impacts
+from vision.motion.impact_chain import Chain, correct_impacts, find_chain
 from vision.motion.impacts import measure_impacts
 from vision.motion.onsets import Onsets, find_onsets
 from vision.overlay.sound import draw_sound
@@ -31,11 +30,9 @@ MOST_LISTED = 6  # rejected sounds in one note
 
 @dataclass(frozen=True, eq=False)
 class SoundImpacts:
-    """The impacts in the sound of one drop.
-
-    times, sd [s] (m,): successive impacts without a gap, on the clock of the pictures; first: whether the first of them is the
-    first after the release; added: rows of the onsets that somebody added as impacts; doubt: "" where there is none.
-    """
+    """The impacts in the sound of one drop. times, sd [s] (m,): successive impacts without a gap,
+    on the clock of the pictures; first: whether the first of them is the first after the release;
+    added: rows of the onsets that somebody added as impacts; doubt: "" where there is none."""
 
     sound: Sound
     onsets: Onsets
@@ -66,10 +63,10 @@ def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
     """Read a sound and find its onsets. MeasurementError where there is no sound, or the rig is no drop."""
     if recording.rig != "drop":
         raise MeasurementError(f"{file}: sound shows the impacts of a drop; a {recording.rig} needs pictures, a track or light gates")
-    stated, own = recording.camera.fps, film_fps(file) if recording.sound is None else None
-    if stated and own and abs(stated / own - 1) > MOST_RATE_DIFFERENCE:
+    stated, file_fps = recording.camera.fps, film_fps(file) if recording.sound is None else None
+    if stated and file_fps and abs(stated / file_fps - 1) > MOST_RATE_DIFFERENCE:
         raise MeasurementError(
-            f"{file}: [camera] fps = {stated:g}, but the file plays {own:g} a second, and its sound with it: slow motion"
+            f"{file}: [camera] fps = {stated:g}, but the file plays {file_fps:g} a second, and its sound with it: slow motion"
         )
     sound = read_sound(file)
     return sound, find_onsets(sound)
@@ -113,19 +110,19 @@ def _longest_complete_run(chain: Chain, onsets: Onsets) -> tuple[np.ndarray, boo
 def _rejection_notes(chain: Chain, onsets: Onsets) -> list[str]:
     """One note for each reason of rejection, with the times of the sounds."""
     by_reason: dict[str, list[str]] = {}
-    for row, why in chain.rejected.items():
-        by_reason.setdefault(why, []).append(f"{onsets.time_s[row]:.3f}")
-    more = {why: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else "" for why, at in by_reason.items()}
-    return [f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s{more[why]}: {why}" for why, at in by_reason.items()]
+    for row, reason in chain.rejected.items():
+        by_reason.setdefault(reason, []).append(f"{onsets.time_s[row]:.3f}")
+    more = {reason: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else "" for reason, at in by_reason.items()}
+    return [f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s{more[reason]}: {reason}" for reason, at in by_reason.items()]
 
 
 def observe_sound(recording: Recording, file: Path) -> Observation:
     """Measure a drop by its sound alone."""
     heard = impacts_in_sound(file, recording)
-    seen = sound_observation(heard, recording)
-    shown = [q for q in seen.quantities if q.name.startswith("restitution") and q.value > 0]
+    found = sound_observation(heard, recording)
+    shown = [q for q in found.quantities if q.name.startswith("restitution") and q.value > 0]
     caption = ", ".join(f"{q.name} {q.value:.4g} ± {q.sd:.2g}" for q in shown)
-    return replace(seen, pictures={"sound": draw_sound(heard.sound, heard.onsets, heard.chain, heard.added, caption)})
+    return replace(found, pictures={"sound": draw_sound(heard.sound, heard.onsets, heard.chain, heard.added, caption)})
 
 
 def sound_observation(heard: SoundImpacts, recording: Recording) -> Observation:
@@ -160,14 +157,14 @@ def combine_with_sound(seen: Observation, recording: Recording, file: Path) -> O
     return replace(seen, quantities=quantities, notes=notes, pictures=pictures, bounces=bounces)
 
 
-def _clock_shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[float | None, str, bool]:
+def _clock_shift(seen: pd.DataFrame, heard: pd.DataFrame, from_film: bool) -> tuple[float | None, str, bool]:
     """Lag of the sound behind the pictures [s] (None: no impacts match), a note, whether both agree. own: sound of the film itself."""
     a, a_sd = seen.t_s.to_numpy(), seen.t_sd_s.to_numpy()
     b, b_sd = heard.t_s.to_numpy(), heard.t_sd_s.to_numpy()
     off = b[None] - a[:, None]
     sd = np.hypot(a_sd[:, None], b_sd[None])
     near = np.maximum(SAME_IMPACT_S, 3 * sd)
-    tried = off[np.isfinite(off) & (~np.full(off.shape, own) | (np.abs(off) < MOST_SHIFT_S + near))]
+    tried = off[np.isfinite(off) & (~np.full(off.shape, from_film) | (np.abs(off) < MOST_SHIFT_S + near))]
     if not tried.size:
         return None, "no impact heard is near one seen: sound and pictures are of different drops, or far out of step", False
     fits = [(np.abs(off - lag) < near) for lag in tried]
@@ -181,7 +178,7 @@ def _clock_shift(seen: pd.DataFrame, heard: pd.DataFrame, own: bool) -> tuple[fl
     spread = max(1.0, np.sqrt(chi / max(1, pairs.sum() - 1)))
     lag_sd = float(spread / np.sqrt(weight.sum()))
     amount = f"{1000 * lag:.1f} ± {1000 * lag_sd:.1f} ms"
-    if not own:
+    if not from_film:
         message = f"the sound's clock runs {amount} after that of the pictures"
     elif abs(lag) > 3 * lag_sd:
         message = f"the sound is shifted by {amount} against the pictures; only its intervals are used"

@@ -13,9 +13,9 @@ from scipy.stats import t as student
 
 from vision.evidence.frames import FrameSource, open_frames
 from vision.measurement import GOOD, MeasurementError, Observation, Quantity
-from vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas, Colour
-from vision.pile.image import binarise
+from vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas
 from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
+from vision.pile.surface import binarise, shrink
 from vision.recording import Recording
 
 WINDOW = (0.25, 0.75)  # of the surface from wall to wall, along the horizontal: between these the line is fitted
@@ -44,10 +44,13 @@ def observe_drum(recording: Recording, progress: Callable[[float], None] | None 
     level, level_sd, notes = _horizontal(recording)
     angles = np.array([line.angle_deg - level for line in found])
     sd = float(student.ppf(0.975, len(angles) - 1) / 1.96 * angles.std(ddof=1) / np.sqrt(len(angles)))
-    value = Quantity("flowing_angle", abs(float(angles.mean())), float(np.hypot(sd, level_sd)), "deg", GOOD, "", level_sd)
-    for doubt in _doubts(angles, found):
-        value = value.doubt(doubt)
-    picture = _overlay(first, _mean(surfaces), found, value)
+    sd = float(np.hypot(sd, level_sd))
+    value = Quantity("flowing_angle", abs(float(angles.mean())), sd, "deg", sd_common=level_sd)
+    value = value.doubt(*_doubts(angles, found))
+    seen = np.isfinite(surfaces)
+    total, count = np.where(seen, surfaces, 0.0).sum(axis=0), seen.sum(axis=0)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    picture = _overlay(first, mean, found, value)
     share = f"{100 * (WINDOW[1] - WINDOW[0]):.0f} %"
     notes += [f"line through the middle {share} of the surface; {len(found)} stretches of the film", *source.notes]
     return Observation(recording.id, "drum", (value,), tuple(notes), {"drum": picture})
@@ -62,7 +65,7 @@ def _flicker(source: FrameSource, progress: Callable[[float], None] | None) -> t
     sums = squares = first = None
     taken = np.zeros(stretches)
     for number, frame in enumerate(source.iterate()):
-        grey = _small(frame.pixels)
+        grey = cv2.GaussianBlur(shrink(frame.pixels, LONGEST_PX)[0].mean(axis=2), (0, 0), 1.0)
         if sums is None or squares is None or first is None:
             first = frame.pixels
             sums, squares = np.zeros((stretches, *grey.shape), np.float32), np.zeros((stretches, *grey.shape), np.float32)
@@ -78,15 +81,6 @@ def _flicker(source: FrameSource, progress: Callable[[float], None] | None) -> t
         raise MeasurementError(f"{source.path}: {int(taken.sum())} of {count} frames could be read")
     each = taken[:, None, None]
     return np.sqrt(np.maximum(squares / each - (sums / each) ** 2, 0.0)), first
-
-
-def _small(pixels: np.ndarray) -> np.ndarray:
-    """Grey, 0 to 255, of at most LONGEST_PX, softened by a pixel."""
-    factor = max(1.0, max(pixels.shape[:2]) / LONGEST_PX)
-    size = (round(pixels.shape[1] / factor), round(pixels.shape[0] / factor))
-    image = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA) if factor > 1 else pixels
-    image = image.astype(np.float32) * (255.0 / np.iinfo(pixels.dtype).max if np.issubdtype(pixels.dtype, np.integer) else 1.0)
-    return cv2.GaussianBlur(image if image.ndim == 2 else image.mean(axis=2), (0, 0), 1.0)
 
 
 def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
@@ -117,17 +111,12 @@ def _largest(mask: np.ndarray, grain: int) -> np.ndarray:
     return labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
 
 
-def _mean(surfaces: np.ndarray) -> np.ndarray:
-    seen = np.isfinite(surfaces)
-    return np.where(seen.any(axis=0), np.where(seen, surfaces, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1), np.nan)
-
-
 def _line(surface: np.ndarray) -> Line | None:
-    there = np.flatnonzero(np.isfinite(surface))
-    if len(there) < 40:
+    columns = np.flatnonzero(np.isfinite(surface))
+    if len(columns) < 40:
         return None
-    first, wide = there[0], there[-1] - there[0]
-    inside = there[(there >= first + WINDOW[0] * wide) & (there <= first + WINDOW[1] * wide)]
+    first, wide = columns[0], columns[-1] - columns[0]
+    inside = columns[(columns >= first + WINDOW[0] * wide) & (columns <= first + WINDOW[1] * wide)]
     return fit_line(inside, surface[inside], floor=EDGE_FLOOR_PX)
 
 
@@ -155,16 +144,11 @@ def _overlay(first: np.ndarray, surface: np.ndarray, lines: list[Line], value: Q
     factor = max(1.0, max(first.shape[:2]) / LONGEST_PX)
     canvas.curve(np.arange(len(surface)) * factor, surface * factor, GREEN, 1.5)
     for line in lines:
-        _draw(canvas, factor, line.x_low, float(line.at(line.x_low)), line.x_high, float(line.at(line.x_high)), YELLOW, 0.5)
+        x = np.array([line.x_low, line.x_high])
+        canvas.curve(factor * x, factor * line.at(x), YELLOW, 0.5)
     slope, x = np.mean([line.slope for line in lines]), np.array([lines[0].x_low, lines[0].x_high])
     middle = np.mean([line.at(x.mean()) for line in lines])
-    y = middle + slope * (x - x.mean())
-    _draw(canvas, factor, x[0], y[0], x[1], y[1], RED, 2.5)
+    canvas.curve(factor * x, factor * (middle + slope * (x - x.mean())), RED, 2.5)
     legend = [(f"{value.name} {value.value:.2f} ± {value.sd:.2f}°  {value.quality}", WHITE if value.quality == GOOD else YELLOW)]
     canvas.legend([*legend, (value.reason, YELLOW)] if value.reason else legend)
     return canvas.pixels
-
-
-def _draw(canvas: Canvas, factor: float, x1: float, y1: float, x2: float, y2: float, colour: Colour, width: float) -> None:
-    """A line given in px of the reduced picture."""
-    canvas.line(factor * x1, factor * y1, factor * x2, factor * y2, colour, width)

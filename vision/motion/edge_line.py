@@ -1,6 +1,6 @@
 """Tracks one long straight edge that rotates (that of a tilting plate), sub-pixel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -16,9 +16,8 @@ CANDIDATES = 5
 @dataclass(frozen=True)
 class Line:
     """A line in the picture (x right, y down): points at(s), s = 0 nearest to the picture's origin.
-
-    angle: clockwise from the picture's horizontal [rad]; extent: first and last s at which it was seen.
-    """
+    angle: clockwise from the picture's horizontal [rad]; extent: first and last s at which it was
+    seen."""
 
     angle: float
     offset: float
@@ -46,7 +45,11 @@ def track_edge(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, 
     """The rotating edge by frame number (None: no edge rotates), the shape of the pictures, the last one."""
     sample = source.picked(9)
     last = sample[-1].pixels
-    starts = _candidates([_eight_bit(f.pixels) for f in sample])
+    stretched = []
+    for image in (grey(f.pixels) for f in sample):
+        low, high = np.percentile(image[::4, ::4], (1, 99))
+        stretched.append(np.clip((image - low) * (255 / max(high - low, 1)), 0, 255).astype(np.uint8))
+    starts = _candidates(stretched)
     signs: list[float | None] = [None] * len(starts)
     current: list[Line | None] = list(starts)
     found: list[dict[int, Line]] = [{} for _ in starts]
@@ -55,8 +58,7 @@ def track_edge(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, 
         for k, line in enumerate(current):
             if line is None:
                 continue
-            sign = signs[k]
-            if sign is None:
+            if (sign := signs[k]) is None:
                 sign = signs[k] = _sign(image, line)
             better = _refine(image, line, sign)
             if better is not None:
@@ -73,12 +75,6 @@ def track_edge(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, 
     return (best[1] if best else None), last.shape[:2], last
 
 
-def _eight_bit(pixels: np.ndarray) -> np.ndarray:
-    image = grey(pixels)
-    low, high = np.percentile(image[::4, ::4], (1, 99))
-    return np.clip((image - low) * (255 / max(high - low, 1)), 0, 255).astype(np.uint8)
-
-
 def _candidates(images: list[np.ndarray]) -> list[Line]:
     """Long edges of the first picture that are not at the same place in the others (Hough transform)."""
     smooth = [cv2.GaussianBlur(i, (0, 0), 1.2) for i in images]
@@ -86,18 +82,15 @@ def _candidates(images: list[np.ndarray]) -> list[Line]:
     near = sum((cv2.dilate(e, np.ones((3, 3), np.uint8)) > 0).astype(int) for e in edges[1:])
     moving = edges[0].copy()
     moving[near > 0.6 * (len(edges) - 1)] = 0
-    _height, width = moving.shape
-    votes = cv2.HoughLines(moving, 1, np.pi / 720, max(40, width // 8))
+    votes = cv2.HoughLines(moving, 1, np.pi / 720, max(40, moving.shape[1] // 8))
+    points = np.argwhere(moving)[:, ::-1].astype(float)  # x, y
     lines: list[Line] = []
     for rho, theta in [] if votes is None else votes[:60, 0]:
         angle = theta - np.pi / 2
         line = Line(float(angle), float(rho), (0.0, 0.0))
-        if abs(angle) > np.radians(80) or any(
-            abs(line.angle - o.angle) < 0.03 and abs(line.offset - o.offset) < 8 for o in lines
-        ):
+        alike = (abs(line.angle - o.angle) < 0.03 and abs(line.offset - o.offset) < 8 for o in lines)
+        if abs(angle) > np.radians(80) or any(alike):
             continue
-        rows, columns = np.nonzero(moving)
-        points = np.column_stack([columns, rows]).astype(float)
         on = np.abs(points @ line.across - line.offset) < 2.5
         if on.sum() < 30:
             continue
@@ -139,7 +132,6 @@ def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
     place = (weight * middle).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
     good = (height > 0.35 * np.percentile(height, 75)) & (height > 0.8)
     lever = s - s.mean()
-    slope = level = noise = 0.0
     # Block, graph paper and clamps disturb some places: start from the line that most places agree on.
     guess = _agreed(lever[good], place[good])
     if guess is None:
@@ -151,15 +143,11 @@ def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
             return None
         slope, level = np.polyfit(lever[near], place[near], 1)
         noise = float(np.std(place[near] - level - slope * lever[near]))
-    turn = float(np.arctan(slope))
     centre = line.offset * line.across + s.mean() * line.along + level * line.across
-    angle = line.angle + turn
-    across_new = np.array([-np.sin(angle), np.cos(angle)])
-    along_new = np.array([np.cos(angle), np.sin(angle)])
-    half = (line.extent[1] - line.extent[0]) / 2
-    at = float(centre @ along_new)
+    turned = replace(line, angle=line.angle + float(np.arctan(slope)))
+    half, at = (line.extent[1] - line.extent[0]) / 2, float(centre @ turned.along)
     sd = max(noise, 0.02) / float(np.sqrt(((lever[near]) ** 2).sum()))
-    return Line(angle, float(centre @ across_new), (at - half, at + half), sd)
+    return Line(turned.angle, float(centre @ turned.across), (at - half, at + half), sd)
 
 
 def _agreed(lever: np.ndarray, place: np.ndarray) -> tuple[float, float] | None:

@@ -7,15 +7,17 @@ g (1 + η)(1 + ε): ε the error of the scale, η that of everything else. Both 
 parabolas refines the scale.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vision.measurement import MeasurementError
-from vision.motion.least_squares import Fit, estimate_rho, fit, frame_lag
-from vision.motion.outliers import SPIKE_SD, curve_residuals, off_curve, robust_sd, single_spikes
+from vision.motion.least_squares import Fit, all_stated, estimate_rho, fit, frame_lag
+from vision.motion.outliers import SPIKE_SD, curve_residuals, off_curve, single_spikes
 from vision.motion.split_flights import free_flights, split
+from vision.robust import robust_sd
 
 G_MM_S2 = 9806.65
 GUARDS = (2.0, 1.0, 0.5)  # frames left out on either side of a contact; fewer only where a flight has hardly any
@@ -24,11 +26,9 @@ LEAST_FALL = 0.3  # of the track's height: a single flight of less, without a co
 
 @dataclass(frozen=True)
 class Gravity:
-    """Prior of γ.
-
-    value: g in the track's units, None where scale or frame rate is unknown; scale_sd: relative, of the scale; other_sd: relative, of
-    everything else (perspective, air); drag: k in a = −k v |v|, per length unit of the track.
-    """
+    """Prior of γ. value: g in the track's units, None where scale or frame rate is unknown;
+    scale_sd: relative, of the scale; other_sd: relative, of everything else (perspective, air);
+    drag: k in a = −k v |v|, per length unit of the track."""
 
     value: float | None
     scale_sd: float = 0.0
@@ -38,11 +38,10 @@ class Gravity:
 
 @dataclass(frozen=True)
 class Flights:
-    """F flights fitted together.
-
-    rows: those used of each flight; params: a₀ b₀ a₁ b₁ … γ ε (2F + 2), with cov; middle (F,): times from which τ counts; free, free_sd: γ
-    by the parabolas alone, without a prior; outlier (n,): of all rows; guard: frames left out on either side of a contact.
-    """
+    """F flights fitted together. rows: those used of each flight; params: a₀ b₀ a₁ b₁ … γ ε (2F +
+    2), with cov; middle (F,): times from which τ counts; free, free_sd: γ by the parabolas alone,
+    without a prior; outlier (n,): of all rows; guard: frames left out on either side of a
+    contact."""
 
     rows: tuple[np.ndarray, ...]
     time: np.ndarray  # (n,) of all rows
@@ -81,8 +80,8 @@ class Flights:
     def contact_times(self) -> list[float]:
         """Times of the impacts, and of the landing that ends the last flight (by symmetry about its apex); empty without impacts."""
         last = len(self.rows) - 1
-        contact_states = [self.contact_time(k) for k in range(last)]
-        return contact_states if not contact_states else [*contact_states, 2 * self.apex_time(last) - contact_states[-1]]
+        times = [self.contact_time(k) for k in range(last)]
+        return [*times, 2 * self.apex_time(last) - times[-1]] if times else []
 
     def contact_states(self) -> list[tuple[float, float]]:
         """Height and speed at each impact."""
@@ -108,21 +107,17 @@ class Flights:
 
 
 def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
-    """Height and speed that quadratic drag adds to a parabola at the time `late` from its apex.
-
-    a = −k v |v| along v = −γ t, integrated twice with the undisturbed v:  ± k γ² t⁴/12 and k γ² |t|³/3.
-    First order in k: correct to 0.03 % of the speed for a soybean falling 310 mm, where drag takes 0.9 %.
-    """
+    """Height and speed that quadratic drag adds to a parabola at the time `late` from its apex. a =
+    −k v |v| along v = −γ t, integrated twice with the undisturbed v: ± k γ² t⁴/12 and k γ² |t|³/3.
+    First order in k: correct to 0.03 % of the speed for a soybean falling 310 mm, where drag takes
+    0.9 %."""
     return drag * gamma**2 * late**3 * np.abs(late) / 12, drag * gamma**2 * np.abs(late) ** 3 / 3
 
 
 def fit_flights(
     time: np.ndarray, frame: np.ndarray, height: np.ndarray, across: np.ndarray, sd: np.ndarray, gravity: Gravity
 ) -> Flights:
-    """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,): used to find outliers only.
-
-    Raises MeasurementError where there is no flight.
-    """
+    """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,): used to find outliers only."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
     outlier = single_spikes(height)
@@ -144,11 +139,7 @@ def fit_flights(
 
 
 def _spikes(rows, residual: np.ndarray, time: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Mask of the rows far off their flight; none where the rows are too few for robust residuals.
-
-    Where a smooth curve fits a flight as well as parabolas fit all flights, rows on that curve are no outliers: air may bend a flight
-    by more than is assumed.
-    """
+    """Mask of the rows far off their flight, but not of those on a smooth curve, by which air may bend it."""
     mask = np.zeros(len(time), dtype=bool)
     if len(residual) < 4 * (2 * len(rows) + 1):
         return mask
@@ -164,10 +155,17 @@ def _spikes(rows, residual: np.ndarray, time: np.ndarray, height: np.ndarray) ->
 
 
 def _weights(sd: np.ndarray) -> np.ndarray:
-    known = np.isfinite(sd) & (sd > 0)
-    if known.sum() < len(sd):
-        return np.ones(len(sd))
-    return np.median(sd) / sd
+    return np.median(sd) / sd if all_stated(sd) else np.ones(len(sd))
+
+
+def _places_and_speeds(rows: Sequence[np.ndarray], time: np.ndarray, middle: np.ndarray, more: int) -> np.ndarray:
+    """Design of a place and a speed for each flight, (rows, 2F + more), its last columns 0."""
+    design = np.zeros((sum(map(len, rows)), 2 * len(rows) + more))
+    at = 0
+    for k, r in enumerate(rows):
+        design[at : at + len(r), 2 * k : 2 * k + 2] = np.column_stack([np.ones(len(r)), time[r] - middle[k]])
+        at += len(r)
+    return design
 
 
 def _usable(ranges, contact_times, time, outlier, step) -> tuple[tuple[np.ndarray, ...], float]:
@@ -196,21 +194,16 @@ def _usable(ranges, contact_times, time, outlier, step) -> tuple[tuple[np.ndarra
 def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guard, quick: bool):
     used = np.concatenate(rows)
     middle = np.array([time[r].mean() for r in rows])
-    design = np.zeros((len(used), 2 * len(rows) + 2))
-    at = 0
-    for k, r in enumerate(rows):
-        tau = time[r] - middle[k]
-        block = slice(at, at + len(r))
-        design[block, 2 * k], design[block, 2 * k + 1], design[block, -2] = 1.0, tau, -(tau**2) / 2
-        at += len(r)
+    design = _places_and_speeds(rows, time, middle, 2)
+    design[:, -2] = -(design[:, 1:-2:2].sum(axis=1) ** 2) / 2
     lag = frame_lag(frame[used])
     target = height[used]
-    solved = _solve(design, target, lag, weight[used], gravity, quick, len(rows))
+    solved = _solve(design, target, lag, weight[used], gravity, quick)
     for _ in range(2 if gravity.drag else 0):
         params = solved[0].params
         late = np.concatenate([time[r] - middle[k] - params[2 * k + 1] / params[-2] for k, r in enumerate(rows)])
         shifted = target - drag_shift(late, params[-2], gravity.drag)[0]
-        solved = _solve(design, shifted, lag, weight[used], gravity, quick, len(rows))
+        solved = _solve(design, shifted, lag, weight[used], gravity, quick)
     found, free = solved
     return Flights(
         rows, time, middle, found.params, found.cov, found.noise, found.rho, float(free.params[-1]),
@@ -218,7 +211,7 @@ def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guar
     ), found.residuals * weight[used]  # fmt: skip
 
 
-def _solve(design, target, lag, weight, gravity: Gravity, quick: bool, flights: int) -> tuple[Fit, Fit]:
+def _solve(design, target, lag, weight, gravity: Gravity, quick: bool) -> tuple[Fit, Fit]:
     """The fit with the prior of gravity, and the one without."""
     bare = design[:, :-1]
     rho = 0.0 if quick else estimate_rho(bare * weight[:, None], target * weight, lag)
@@ -237,20 +230,11 @@ def _solve(design, target, lag, weight, gravity: Gravity, quick: bool, flights: 
 def fit_lateral(
     flights: Flights, time: np.ndarray, frame: np.ndarray, across: np.ndarray, sd: np.ndarray, plumb_sd: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Fit c + u τ + a τ²/2 sideways for each flight; the prior of a is gravity times the plumb line's error `plumb_sd` [rad].
-
-    Returns params (c₀ u₀ c₁ u₁ … a) and their covariance.
-    """
+    """Fit c + u τ + a τ²/2 sideways for each flight (c₀ u₀ c₁ u₁ … a, and their covariance); sd of a: γ times `plumb_sd` [rad]."""
     used = np.concatenate(flights.rows)
-    count = len(flights.rows)
-    design = np.zeros((len(used), 2 * count + 1))
-    at = 0
-    for k, r in enumerate(flights.rows):
-        tau = time[r] - flights.middle[k]
-        block = slice(at, at + len(r))
-        design[block, 2 * k], design[block, 2 * k + 1], design[block, -1] = 1.0, tau, tau**2 / 2
-        at += len(r)
-    row = np.zeros((1, 2 * count + 1))
+    design = _places_and_speeds(flights.rows, time, flights.middle, 1)
+    design[:, -1] = design[:, 1:-1:2].sum(axis=1) ** 2 / 2
+    row = np.zeros((1, design.shape[1]))
     row[0, -1] = 1.0
     prior = (row, np.zeros(1), np.array([max(plumb_sd, 1e-6) * abs(flights.gamma)]))
     found = fit(design, across[used], frame_lag(frame[used]), weight=_weights(sd)[used], prior=prior)

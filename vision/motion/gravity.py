@@ -1,7 +1,8 @@
-"""Gravity and air drag of a drop: priors for the fit of its flights, and a check of scale and frame rate.
+"""Gravity, air drag and motion in depth of a drop: priors for the fit of its flights, and a check of scale and frame rate.
 
 Air drag is a small known correction of every parabola (flight.drag_shift) where the recording describes the seed and its air. It
-reduces the speed of a soybean that falls 310 mm by 0.9 %; without it a restitution of 0.50 is measured as 0.497.
+reduces the speed of a soybean that falls 310 mm by 0.9 %; without it a restitution of 0.50 is measured as 0.497. Motion of a bouncing
+seed towards the camera or away from it changes the scale.
 """
 
 import math
@@ -17,18 +18,18 @@ UNKNOWN_AIR_SD = 0.01  # relative, due to drag on a seed of unknown size and mas
 UNKNOWN_DRAG_PER_M = 0.045  # assumed where the seed is not described: a soybean's (maize 0.03, wheat 0.08)
 UNKNOWN_FALL_M = 0.6  # assumed height of an unknown fall: rms of heights up to 1 m
 SHAPE_SD = 0.15  # relative: drag coefficient of a seed against that of a sphere
+NEAREST_MM, FARTHEST_MM = 300.0, 20_000.0  # of a camera at unknown distance; log-uniform
 
 
 def drag_per_metre(recording: Recording, speed: float) -> float | None:
-    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None where the seed is not described.
-
-    k = ρ_a C_d π d² / (8 m), d the diameter of the sphere of equal volume, C_d of Schiller & Naumann (1935) up to
-    Re 1000 and 0.44 beyond (Re < 2e5). A seed's own C_d differs by about SHAPE_SD.
-    """
+    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None where the
+    seed is not described. k = ρ_a C_d π d² / (8 m), d the diameter of the sphere of equal volume,
+    C_d of Schiller & Naumann (1935) up to Re 1000 and 0.44 beyond (Re < 2e5). A seed's own C_d
+    differs by about SHAPE_SD."""
     seed, air = recording.seed, recording.air
     if air.density_kg_m3 == 0:
         return 0.0
-    sizes = [s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s]
+    sizes = seed.sizes_mm
     if not sizes:
         return None
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000
@@ -38,18 +39,17 @@ def drag_per_metre(recording: Recording, speed: float) -> float | None:
         mass = seed.density_kg_m3 * math.pi / 6 * diameter**3
     else:
         return None
+    coefficient = 0.44
     if air.viscosity_pa_s > 0:
         reynolds = max(air.density_kg_m3 * speed * diameter / air.viscosity_pa_s, 1e-3)
-        coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687) if reynolds < 1000 else 0.44
-    else:
-        coefficient = 0.44
+        if reynolds < 1000:
+            coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687)
     return air.density_kg_m3 * coefficient * math.pi * diameter**2 / (8 * mass)
 
 
 def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str]]:
     """The prior of γ, and notes about scale, time and air."""
-    physical = track.unit == "mm" and track.timed
-    if not physical:
+    if not track.physical:
         missing = (["scale"] if track.unit == "px" else []) + ([] if track.timed else ["frame rate"])
         text = f"{' and '.join(missing)} unknown: lengths in {track.unit}, times in {track.time_unit}; ratios do not need them"
         return Gravity(None, recording.camera.scale_sd if track.unit == "mm" else 0.0), [text]
@@ -64,11 +64,10 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
 
 
 def drag_one_sd_off(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> float | None:
-    """The drag, per length unit of the track, one sd from the assumed one; None where there is no air.
-
-    Known drag has a relative sd of SHAPE_SD; where it is unknown, UNKNOWN_DRAG_PER_M is the sd. The length unit in metres follows from
-    the scale, else from gravity, else (no clock) from the stated height or UNKNOWN_FALL_M.
-    """
+    """The drag, per length unit of the track, one sd from the assumed one; None where there is no
+    air. Known drag has a relative sd of SHAPE_SD; where it is unknown, UNKNOWN_DRAG_PER_M is the
+    sd. The length unit in metres follows from the scale, else from gravity, else (no clock) from
+    the stated height or UNKNOWN_FALL_M."""
     if recording.air.density_kg_m3 == 0:
         return None
     if gravity.drag > 0:
@@ -114,18 +113,55 @@ def release_seen(flights: Flights, track: Track) -> bool:
     return first >= track.time[0] - max(0.03 * fall_time, 1.5 * track.step)
 
 
-def scale_note(flights: Flights, track: Track, gravity: Gravity, recording: Recording) -> list[str]:
+def scale_note(flights: Flights, track: Track, gravity: Gravity) -> list[str]:
     """Notes on a scale or frame rate that is not stated, as gravity gives it."""
     gamma, relative = flights.free, flights.free_sd / flights.free
     if gamma <= 0:
         return []
     if track.unit == "px" and track.timed:
-        return [
-            f"gravity makes it {G_MM_S2 / gamma:.5g} ± {G_MM_S2 / gamma * relative:.2g} mm per px (if the frame rate is right)"
-        ]
+        scale = G_MM_S2 / gamma
+        return [f"gravity makes it {scale:.5g} ± {scale * relative:.2g} mm per px (if the frame rate is right)"]
     if track.unit == "mm" and not track.timed:
         rate = math.sqrt(G_MM_S2 / gamma)
         return [f"gravity makes it {rate:.5g} ± {rate * relative / 2:.2g} frames per second (if the scale is right)"]
     if gravity.value is not None and abs(flights.params[-1]) > 2e-3:
         return [f"gravity corrects the scale by {-100 * flights.params[-1]:.2f} % within its stated sd"]
     return []
+
+
+def inverse_distance(distance_mm: float | None) -> float:
+    """1/distance [1/mm]; for an unknown distance its root mean square."""
+    if distance_mm:
+        return 1 / distance_mm
+    return math.sqrt((NEAREST_MM**-2 - FARTHEST_MM**-2) / 2 / math.log(FARTHEST_MM / NEAREST_MM))
+
+
+def depth_drift_sd(sideways_mm_s: np.ndarray, lasts_s: np.ndarray, before_mm_s: float, distance_mm: float | None) -> float:
+    """Relative sd of a restitution due to unseen motion in depth.
+
+    sideways_mm_s, lasts_s: (2,) of the flights before and after. The seed is assumed to move in depth about as fast as sideways. Then the
+    scales of the flights differ; and a change of depth looks like one of height, in proportion to the distance of the plate from the
+    optical axis, which is assumed to be half a fall at `before_mm_s`.
+    """
+    depth = float(np.hypot(*(sideways_mm_s * lasts_s / 2)))
+    lever = before_mm_s**2 / (4 * G_MM_S2)
+    return inverse_distance(distance_mm) * math.hypot(depth, lever * float(np.hypot(*sideways_mm_s)) / before_mm_s)
+
+
+def depth_drift_shifts(
+    flights: Flights, time: np.ndarray, up: np.ndarray, across: np.ndarray, axis: float, distance_mm: float | None
+) -> list[np.ndarray]:
+    """Changes of the heights `up` (n,) if the seed moved in depth during one flight as fast as
+    sideways: one array for each flight. In later flights the depth stays changed. axis: height of
+    the optical axis. The first flight's speed in depth is at most the one that it shows
+    sideways."""
+    speeds = np.array([np.polyfit(time[r], across[r], 1)[0] if len(r) > 2 else 0.0 for r in flights.rows])
+    typical = float(np.sqrt(np.mean(speeds[1:] ** 2))) if len(speeds) > 1 else 0.0
+    begins = [time[0], *(flights.contact_time(k) for k in range(len(flights.rows) - 1))]
+    ends = [*begins[1:], time[-1]]
+    out = []
+    for k, (begin, end) in enumerate(zip(begins, ends)):
+        speed = abs(float(speeds[0])) if k == 0 else max(typical, abs(float(speeds[k])))
+        depth = speed * (np.clip(time, begin, end) - begin)
+        out.append(-(up - axis) * depth * inverse_distance(distance_mm))
+    return out

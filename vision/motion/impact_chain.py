@@ -6,13 +6,18 @@ highest likelihood ratio is selected: impacts against noise, speech or handling,
 in this recording. Solved by dynamic programming over pairs of onsets.
 """
 
+import itertools
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vision.evidence.keys import Drop
+from vision.evidence.sound import Sound
+from vision.measurement import MeasurementError
 from vision.motion.flight import G_MM_S2
-from vision.motion.onsets import Onsets
+from vision.motion.onsets import APART_S, Onsets, onset_near
 
 G = G_MM_S2 / 1000  # m/s²
 LEAST_E, MOST_E = 0.08, 1.0
@@ -36,14 +41,14 @@ ECHO = 4.0  # ln likelihood ratio against an impact at the delay of an echo
 BESIDE_S = (0.02, 0.02)  # before and after an onset, where others are a part of its sound
 LEAST_STRENGTH = 4.0  # of a sound that stands out from the noise
 DOUBLE_S = 0.04  # within which the other end of a long seed hits the plate
+STRUCK = "struck out by hand"
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """impacts (m,): rows of the onsets, in order; missed (m,): whether an impact before this one was not heard.
-
-    rejected: {row: reason} of the other onsets that stand out; log_odds: ln likelihood ratio of the whole chain.
-    """
+    """impacts (m,): rows of the onsets, in order; missed (m,): whether an impact before this one
+    was not heard. rejected: {row: reason} of the other onsets that stand out; log_odds: ln
+    likelihood ratio of the whole chain."""
 
     impacts: np.ndarray
     missed: np.ndarray
@@ -63,10 +68,9 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
 
 
 def _log_likelihoods(o: Onsets, duration: float, known: np.ndarray) -> np.ndarray:
-    """(n,): ln likelihood ratio of each onset being an impact, expected within a second, against another sound as loud.
-
-    known: rows of the impacts found so far, which do not count among the others.
-    """
+    """(n,): ln likelihood ratio of each onset being an impact, expected within a second, against
+    another sound as loud. known: rows of the impacts found so far, which do not count among the
+    others."""
     sudden = (o.rise_s <= SUDDEN_S) & (o.lasting_db <= LASTS_DB)
     other = np.ones(len(o), bool)
     other[known] = False
@@ -102,16 +106,15 @@ def echo_lags(o: Onsets) -> np.ndarray:
 def _likeliest_chain(
     o: Onsets, log_likelihood: np.ndarray, height_mm: float | None
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Rows of the likeliest chain, whether an impact before each was missed, ln odds.
-
-    State: the pair (j, k) of successive impacts; `score` is the ln likelihood ratio of the best chain that ends with it.
-    """
+    """Rows of the likeliest chain, whether an impact before each was missed, ln odds. State: the
+    pair (j, k) of successive impacts; `score` is the ln likelihood ratio of the best chain that
+    ends with it."""
     n, t = len(o), o.time_s
     fall = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
     alike = o.timbre @ o.timbre.T
-    sure = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
+    audible = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
     score = np.full((n, n), -np.inf)
-    interval, e, came = np.zeros((n, n)), np.full((n, n), np.nan), np.full((n, n), -1)
+    interval, e, previous = np.zeros((n, n)), np.full((n, n), np.nan), np.full((n, n), -1)
     skipped = np.zeros((n, n), bool)
     for k in range(n):
         for j in range(k - 1, -1, -1):
@@ -120,7 +123,7 @@ def _likeliest_chain(
                 break
             if gap < LEAST_INTERVAL_S:
                 continue
-            pair = ALIKE_WEIGHT * (alike[j, k] - ALIKE) * min(sure[j], sure[k]) + log_likelihood[k]
+            pair = ALIKE_WEIGHT * (alike[j, k] - ALIKE) * min(audible[j], audible[k]) + log_likelihood[k]
             begin = log_likelihood[j] + pair - math.log(gap + 0.1) + PRIOR_LOG_ODDS
             first_e = gap / fall if fall else math.nan
             fainter = 20 * LEVEL_POWER * math.log10(min(first_e, 1.0)) if fall else UNKNOWN_FAINTER_DB
@@ -136,19 +139,20 @@ def _likeliest_chain(
                 now = (np.sqrt(1 + 4 * q) - 1) / 2 if lost else q
                 fits = (now > LEAST_E) & (now <= MOST_E)
                 old = e[before, j]
-                prior_sd = np.where(came[before, j] < 0, FIRST_E_SD, E_SD)
-                like = np.where(np.isfinite(old), _log_likelihood_of_ratio(np.log(now / old), prior_sd), -1.0)
+                prior_sd = np.where(previous[before, j] < 0, FIRST_E_SD, E_SD)
+                wide_tails = -1.5 * np.log1p((np.log(now / old) / prior_sd) ** 2 / 2)
+                like = np.where(np.isfinite(old), wide_tails, -1.0)
                 due = -np.log(0.3 * gap)
                 fainter = _log_likelihood_of_level(o.level_db[k] - o.level_db[j], 20 * LEVEL_POWER * np.log10(now) * (1 + lost))
                 whole = np.where(fits, score[before, j] + pair + like + due + fainter - MISSED * lost, -np.inf)
                 best = int(np.argmax(whole))
                 if whole[best] > score[j, k]:
-                    score[j, k], came[j, k], e[j, k], skipped[j, k] = whole[best], before[best], now[best], lost
+                    score[j, k], previous[j, k], e[j, k], skipped[j, k] = whole[best], before[best], now[best], lost
                     interval[j, k] = gap * now[best] / (1 + now[best]) if lost else gap
-    return _backtrack(score, came, skipped)
+    return _backtrack(score, previous, skipped)
 
 
-def _backtrack(score: np.ndarray, came: np.ndarray, skipped: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+def _backtrack(score: np.ndarray, previous: np.ndarray, skipped: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     none = np.zeros(0, int), np.zeros(0, bool), -math.inf
     if not np.isfinite(score).any() or score.max() < LEAST_LOG_ODDS:
         return none
@@ -157,13 +161,8 @@ def _backtrack(score: np.ndarray, came: np.ndarray, skipped: np.ndarray) -> tupl
     while j >= 0:
         lost.append(bool(skipped[j, k]))
         chain.append(int(j))
-        j, k = came[j, k], j
+        j, k = previous[j, k], j
     return np.array(chain[::-1]), np.array([False, *lost[::-1]]), log_odds
-
-
-def _log_likelihood_of_ratio(off, sd):
-    """ln likelihood of a deviation `off` of ln e, with wide tails."""
-    return -1.5 * np.log1p((off / sd) ** 2 / 2)
 
 
 def _log_likelihood_of_level(change_db, due_db):
@@ -193,3 +192,62 @@ def _rejections(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
         else:
             out[i] = "it does not fit the shrinking intervals"
     return out
+
+
+def correct_impacts(
+    sound: Sound, onsets: Onsets, chain: Chain, drop: Drop, where: str
+) -> tuple[Onsets, Chain, tuple[int, ...], list[str]]:
+    """(onsets, chain, rows of the added impacts, notes) after the corrections in `drop`, which the file `where` states."""
+    if not (drop.impacts_added_s or drop.impacts_struck_s):
+        return onsets, chain, (), []
+    for name in ("impacts_added_s", "impacts_struck_s"):
+        for at in getattr(drop, name) or ():
+            if not sound.start_s <= at <= sound.start_s + sound.duration_s:
+                until = sound.start_s + sound.duration_s
+                raise MeasurementError(f"{where}: [drop] {name}: {at:g} s is not in this sound, {sound.start_s:.3g} to {until:.4g} s")
+    onsets, chain, added = _with_added(sound, onsets, chain, drop.impacts_added_s or ())
+    struck, notes = set(), []
+    for at in drop.impacts_struck_s or ():
+        row = _nearest(onsets.time_s, at)
+        if row in added:
+            raise MeasurementError(f"{where}: [drop] impacts_added_s and impacts_struck_s both name the impact at {at:g} s")
+        if row is None or row not in chain.impacts:
+            notes.append(f"{at:g} s is struck out by hand, but no impact was found there")
+        else:
+            struck.add(row)
+    impacts = np.array(sorted((set(chain.impacts.tolist()) | set(added)) - struck), int)
+    rejected = {row: reason for row, reason in chain.rejected.items() if row not in added} | dict.fromkeys(struck, STRUCK)
+    notes.insert(0, f"impacts set by hand: {len(set(added))} added, {len(struck)} struck out")
+    return onsets, replace(chain, impacts=impacts, missed=_missed(chain, impacts), rejected=rejected), tuple(added), notes
+
+
+def _with_added(
+    sound: Sound, onsets: Onsets, chain: Chain, moments: Sequence[float]
+) -> tuple[Onsets, Chain, list[int]]:
+    """Onsets with the added ones, the chain with rows renumbered accordingly, the rows of all added impacts."""
+    new = [onset_near(sound, at) for at in moments if _nearest(onsets.time_s, at) is None]
+    times, sds = np.array(new).reshape(-1, 2).T
+    unknown = {"time_s": times, "sd_s": sds, "timbre": np.full((len(new), onsets.timbre.shape[1]), np.nan)}
+    fields = Onsets.__dataclass_fields__
+    grown = Onsets(*(np.concatenate([getattr(onsets, f), unknown.get(f, np.full(len(new), np.nan))]) for f in fields))
+    order = np.argsort(grown.time_s, kind="stable")
+    row_of = np.argsort(order)
+    grown = grown.take(order)
+    rejected = {int(row_of[row]): reason for row, reason in chain.rejected.items()}
+    added = [int(np.abs(grown.time_s - at).argmin()) for at in moments]
+    return grown, replace(chain, impacts=row_of[chain.impacts], rejected=rejected), added
+
+
+def _nearest(times: np.ndarray, at: float) -> int | None:
+    """Row of the onset nearest to a moment, None where none is within APART_S."""
+    if not len(times):
+        return None
+    row = int(np.abs(times - at).argmin())
+    return row if abs(times[row] - at) <= APART_S else None
+
+
+def _missed(chain: Chain, impacts: np.ndarray) -> np.ndarray:
+    """(m,): whether an impact is still missing between each impact and the one before."""
+    gaps = [(chain.impacts[k - 1], chain.impacts[k]) for k in np.flatnonzero(chain.missed)]
+    inside = [any(a <= first and last <= b for first, last in gaps) for a, b in itertools.pairwise(impacts)]
+    return np.array([False, *inside][: len(impacts)], bool)

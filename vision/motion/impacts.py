@@ -12,7 +12,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from vision.measurement import DOUBTFUL, FAILED, GOOD, Quantity, failed
+from vision.measurement import DOUBTFUL, FAILED, GOOD, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
 from vision.motion.rebound import HEIGHT_SD_MM
@@ -29,10 +29,7 @@ JUMP = 2.0  # greatest factor between successive restitutions
 def measure_impacts(
     times: np.ndarray, sd: np.ndarray | None, recording: Recording, *, first: bool = True
 ) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
-    """Quantities, the table of bounces, notes.
-
-    times [s]: increasing, at least two; sd [s]: of each, None where not stated; first: whether the first is the first after the release.
-    """
+    """Quantities, the table of bounces, notes; times, sd [s]; first: whether the first impact is that after the release."""
     gap = np.diff(times)
     notes = []
     if sd is None:
@@ -57,7 +54,7 @@ def measure_impacts(
         "speed_before_m_s": before, "speed_before_sd_m_s": [fall_sd, *before_sd],
         "speed_after_m_s": speed, "speed_after_sd_m_s": speed_sd,
         "height_mm": 1000 * rise, "height_sd_mm": 1000 * np.hypot(G * gap / 4 * gap_sd, air[2] - rise),
-        "restitution": e, "restitution_sd": e_sd, "quality": _qualities(e, bool(height)),
+        "restitution": e, "restitution_sd": e_sd, "quality": _qualities(e),
     })  # fmt: skip
     top = float(bounces.height_mm[0])
     quantities = [
@@ -68,19 +65,19 @@ def measure_impacts(
         by_height = math.sqrt(top / height)
         by_height_sd = by_height / 2 * math.hypot(float(bounces.height_sd_mm[0]) / top, HEIGHT_SD_MM / height)
         if (lost := 1 - fall_speed**2 / (2 * G * height / 1000)) > MOST_LOST:
-            said_of = f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) = {by_height:.4g} is no restitution"
-            notes.append(f"{said_of}; the ratio of the speeds is given")
+            text = f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) = {by_height:.4g} is no restitution"
+            notes.append(f"{text}; the ratio of the speeds is given")
             by_height, by_height_sd = float(e[0]), float(e_sd[0])
         quantities.insert(1, Quantity("restitution", by_height, by_height_sd, "1"))
         quantities.insert(2, Quantity("impact_speed", fall_speed, fall_sd, "m/s"))
         quantities.append(Quantity("restitution_normal", float(e[0]), float(e_sd[0]), "1"))
     else:
         text = f"{recording.toml}: [drop] height_mm is missing; the first impact's speed is needed" if first else NOT_FIRST
-        quantities[1:1] = [failed("restitution", "1", text), failed("impact_speed", "m/s", text)]
+        quantities[1:1] = all_failed((("restitution", "1"), ("impact_speed", "m/s")), text)
         if len(gap) > 1:
             second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "1")
-            why = "[drop] height_mm is missing, so the first one's speed is unknown" if first else NOT_FIRST
-            quantities.append(second.doubt(f"of the second impact: {why}"))
+            reason = "[drop] height_mm is missing, so the first one's speed is unknown" if first else NOT_FIRST
+            quantities.append(second.doubt(f"of the second impact: {reason}"))
         else:
             quantities.append(failed("restitution_normal", "1", text))
     if wrong := _wrong_unit(gap, e, top, recording):
@@ -139,7 +136,7 @@ def _missed_interval(e: np.ndarray) -> int | None:
     return min([*map(int, longer), *jumps], default=None)
 
 
-def _qualities(e: np.ndarray, fallen: bool) -> list[str]:
+def _qualities(e: np.ndarray) -> list[str]:
     """Quality of each bounce: failed without a speed before it, doubtful for e ≥ 1 or far from the median of the others."""
     jump = np.zeros(len(e), bool)
     middle = np.nanmedian(e) if np.isfinite(e).any() else math.nan
@@ -148,10 +145,9 @@ def _qualities(e: np.ndarray, fallen: bool) -> list[str]:
 
 
 def estimate_time_sds(times: np.ndarray) -> np.ndarray:
-    """(n,), all equal: estimated sd [s] of impact times without a stated one.
-
-    Posterior mean from the scatter of ln Δt, in which errors of times and of e differ in correlation; at least the rounding.
-    """
+    """(n,), all equal: estimated sd [s] of impact times without a stated one. Posterior mean from
+    the scatter of ln Δt, in which errors of times and of e differ in correlation; at least the
+    rounding."""
     least = _rounding(times) / math.sqrt(12)
     sigma = np.maximum(np.geomspace(2e-6, 2e-2, 41), least)
     log_weight = -0.5 * (np.log(sigma / PRIOR_SD_S) / math.log(PRIOR_FACTOR)) ** 2
@@ -164,9 +160,9 @@ def estimate_time_sds(times: np.ndarray) -> np.ndarray:
         centred = np.linalg.svd(np.ones((len(y), 1)))[0][:, 1:].T  # e itself is unknown
         values, shape = centred @ y, centred @ slope @ slope.T @ centred.T
         axes, turned = np.linalg.eigh(shape)
-        seen = (turned.T @ values) ** 2
+        power = (turned.T @ values) ** 2
         variance = sigma[:, None, None] ** 2 * np.maximum(axes, 0) + np.geomspace(1e-3, 0.2, 15)[:, None] ** 2
-        each = -0.5 * (np.log(variance) + seen / variance).sum(axis=2)
+        each = -0.5 * (np.log(variance) + power / variance).sum(axis=2)
         log_weight = log_weight + np.logaddexp.reduce(each, axis=1)
     weight = np.exp(log_weight - log_weight.max())
     return np.full(len(times), max(np.exp(weight @ np.log(sigma) / weight.sum()), least))
@@ -174,7 +170,5 @@ def estimate_time_sds(times: np.ndarray) -> np.ndarray:
 
 def _rounding(times: np.ndarray) -> float:
     """The step to which the times were rounded when written: 0.001 for 0.271, 0.522."""
-    for digits in range(7):
-        if np.allclose(times, np.round(times, digits), rtol=0, atol=1e-9):
-            return 10.0**-digits
-    return 0.0
+    exact = (np.allclose(times, np.round(times, digits), rtol=0, atol=1e-9) for digits in range(7))
+    return next((10.0**-digits for digits, is_exact in enumerate(exact) if is_exact), 0.0)

@@ -28,21 +28,21 @@ class Inertia:
 
 def inertia_of(seed: Seed, rail_gap_mm: float | None) -> Inertia:
     """Inertia of a seed on a plate, or on two rails at that inside distance; MeasurementError where it would fall between them."""
-    sizes = sorted((s for s in (seed.length_mm, seed.width_mm, seed.thickness_mm) if s), reverse=True)
+    sizes = sorted(seed.sizes_mm, reverse=True)
     across = sizes[1:] if len(sizes) == 3 else sizes[-1:] * 2
     radius = sum(across) / 4 if sizes else math.nan
     ball = len(sizes) > 1 and sizes[0] - sizes[-1] < ROUND * (sizes[0] + sizes[-1])
-    own = sum(s**2 for s in across) / 20 / radius**2 if sizes else SOLID
-    own = own if seed.inertia_factor is None else seed.inertia_factor
+    share = sum(s**2 for s in across) / 20 / radius**2 if sizes else SOLID
+    share = share if seed.inertia_factor is None else seed.inertia_factor
     sd = BALL_SD if ball or seed.inertia_factor is not None else SEED_SD
     if not rail_gap_mm:
-        return Inertia(1 + own, sd, radius, ball)
+        return Inertia(1 + share, sd, radius, ball)
     if not sizes:
         raise MeasurementError("[seed] length_mm is missing; on rails the rolling radius depends on a ball's diameter")
     if rail_gap_mm >= min(across):
         raise MeasurementError(f"[roll] rail_gap_mm = {rail_gap_mm:g}: a ball of {min(across):g} mm falls between such rails")
     low = radius**2 - (rail_gap_mm / 2) ** 2
-    return Inertia(1 + own * radius**2 / low, sd, math.sqrt(low), ball)
+    return Inertia(1 + share * radius**2 / low, sd, math.sqrt(low), ball)
 
 
 def inertia_of_recording(recording: Recording) -> Inertia:

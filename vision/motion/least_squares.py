@@ -30,10 +30,7 @@ class Fit:
 
 
 def whiten(rows: np.ndarray, lag: np.ndarray, rho: float) -> np.ndarray:
-    """Transform rows (n, …) with AR(1) noise into rows with independent noise of the same σ.
-
-    lag (n,): frames since the row before; inf starts an independent stretch.
-    """
+    """Rows (n, …) with AR(1) noise → rows with independent noise of the same σ; lag (n,): frames since the row before."""
     carried = rho**lag
     carried[0] = 0.0
     shape = (-1,) + (1,) * (rows.ndim - 1)
@@ -68,11 +65,10 @@ def fit(
     design: np.ndarray, data: np.ndarray, lag: np.ndarray, *, weight: np.ndarray | None = None, rho: float | None = None,
     prior: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> Fit:  # fmt: skip
-    """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise.
-
-    weight (n,): 1 / relative sd of each row. prior: (rows (m, p), values (m,), sds (m,)) of what is known beforehand.
-    The covariance is widened by Student's t for the n − p degrees of freedom behind σ.
-    """
+    """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise. weight (n,): 1
+    / relative sd of each row. prior: (rows (m, p), values (m,), sds (m,)) of what is known
+    beforehand. The covariance is widened by Student's t for the n − p degrees of freedom behind
+    σ."""
     n, p = design.shape
     weight = np.ones(n) if weight is None else weight
     scaled, target = design * weight[:, None], data * weight
@@ -92,11 +88,15 @@ def fit(
     return Fit(params, inverse * widen, noise, rho, data - design @ params)
 
 
-def variance_factor(chi2: float, degrees_of_freedom: int, stated: bool) -> tuple[float, str]:
-    """Factor of a least-squares covariance so that ± 1.96 √var is a 95 % interval, and a doubt ("" for none).
+def all_stated(sd: np.ndarray) -> bool:
+    """Whether every row has an sd."""
+    return bool(np.isfinite(sd).all() and (sd > 0).all())
 
-    1 where the sds of the rows are stated and χ² does not contradict them; else χ²/ν, widened by Student's t.
-    """
+
+def variance_factor(chi2: float, degrees_of_freedom: int, stated: bool) -> tuple[float, str]:
+    """Factor of a least-squares covariance so that ± 1.96 √var is a 95 % interval, and a doubt (""
+    for none). 1 where the sds of the rows are stated and χ² does not contradict them; else χ²/ν,
+    widened by Student's t."""
     if stated and (degrees_of_freedom < 1 or chi_square.sf(chi2, degrees_of_freedom) >= LEAST_P):
         return 1.0, ""
     reduced = chi2 / degrees_of_freedom

@@ -1,5 +1,6 @@
 """Measures a drop, slide or roll from any evidence: track, light gates, impact times, frames, video or sound."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -8,16 +9,15 @@ import pandas as pd
 
 from vision.evidence.frames import open_frames
 from vision.evidence.tables import read_impacts, read_track
-from vision.foreign.free_fall import free_falls, unit_doubt
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity
-from vision.motion.camera_moved import camera_moved
+from vision.foreign.unit_inference import free_falls, unit_doubt
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Observation, Quantity, all_failed
 from vision.motion.drop_sound import combine_with_sound, observe_sound, sound_of
+from vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
 from vision.motion.impacts import measure_impacts
-from vision.motion.rebound import Rebound, all_failed, gravity_axes, measure_rebound
+from vision.motion.rebound import QUANTITIES, Rebound, gravity_axes, measure_rebound
 from vision.motion.roll import measure_roll
 from vision.motion.roll_path import roll_path
 from vision.motion.rolling_shutter import average_over_readouts
-from vision.motion.silhouette_size import size_doubt, stated_area_px
 from vision.motion.slide import measure_slide_track
 from vision.motion.slide_few_rows import measure_slide
 from vision.motion.tilting_plate import PlateOverlay, track_slide
@@ -28,14 +28,11 @@ from vision.overlay.track import on_picture
 from vision.recording import Recording, with_camera
 
 MOVING_RIGS = ("drop", "slide", "roll")
+_SHARE = np.linspace(0, 1, 60)  # of a flight
 
 
 def observe_moving(recording: Recording, progress: Callable[[float], None] | None = None) -> Observation:
-    """Measure a drop, slide or roll recorded as track.csv, gates.csv, impacts.csv, frames, video or (a drop) sound.
-
-    progress(fraction done) is called while frames are read. Raises MeasurementError where nothing can be measured; single
-    quantities that cannot be measured are failed, with the reason.
-    """
+    """Measure a drop, slide or roll of any evidence; quantities that cannot be measured are failed, with the reason."""
     if recording.rig not in MOVING_RIGS:
         raise MeasurementError(
             f"{recording.toml}: rig = {recording.rig!r} does not move; expected one of {', '.join(MOVING_RIGS)}"
@@ -61,7 +58,7 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
     try:
         seen = _observe_frames(recording, progress)
     except MeasurementError as error:
-        seen = Observation(recording.id, "drop", all_failed(str(error)))
+        seen = Observation(recording.id, "drop", all_failed(QUANTITIES, str(error)))
         both = combine_with_sound(seen, recording, file)
         if both.bounces is None:
             raise MeasurementError(f"{error}; {both.notes[-1]}") from error
@@ -71,7 +68,7 @@ def observe_moving(recording: Recording, progress: Callable[[float], None] | Non
 
 def _check_units(track: Track, recording: Recording) -> None:
     """MeasurementError where the acceleration of a drop contradicts the units of its columns."""
-    if recording.rig != "drop" or track.unit != "mm" or not track.timed:
+    if recording.rig != "drop" or not track.physical:
         return
     falls = free_falls(track.time, track.x, track.y)
     if doubt := unit_doubt(falls, 1.0, 1.0, bool((track.time == np.round(track.time)).all())):
@@ -91,9 +88,6 @@ def _observe_impacts(recording: Recording) -> Observation:
     return Observation(recording.id, "drop", quantities, (*table.notes, *notes), {"intervals": picture}, None, bounces)
 
 
-_SHARE = np.linspace(0, 1, 60)
-
-
 def _observe_track(recording: Recording, track: Track) -> Observation:
     if recording.rig == "drop":
         result = measure_rebound(track, recording)
@@ -101,10 +95,10 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
         return _observation(recording, result.quantities, (*track.notes, *result.notes), pictures, result.track, result.bounces)
     if recording.rig == "slide":
         slide = measure_slide(track, recording)
-        pictures = {"slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities)}
+        pictures = {"slide": _plot_travel(track, slide.fitted, slide.onset, slide.quantities)}
         return _observation(recording, slide.quantities, (*track.notes, *slide.notes), pictures, track)
     roll = measure_roll(track, recording)
-    pictures = {"roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
+    pictures = {"roll": _plot_travel(track, roll.fitted, roll.stop_time, roll.quantities, roll.junction)}
     return _observation(recording, roll.quantities, (*track.notes, *roll.notes), pictures, track)
 
 
@@ -159,7 +153,7 @@ def _slide_in_frames(recording: Recording, tracked: TrackedSeed, plate: PlateOve
     caption = _caption(slide.quantities)
     pictures = {
         "track": on_picture(plate.picture, *plate.places, track.outlier, lines=plate.lines, caption=caption),
-        "slide": _plot_travel(track, recording, slide.fitted, slide.onset, slide.quantities),
+        "slide": _plot_travel(track, slide.fitted, slide.onset, slide.quantities),
     }
     return _observation(recording, slide.quantities, [*track.notes, *notes, *slide.notes], pictures, track)
 
@@ -180,7 +174,7 @@ def _roll_in_frames(recording: Recording, tracked: TrackedSeed, notes: list[str]
         "track": on_picture(
             tracked.scene.first, x, y, track.outlier, lines=legs, marks=marks, caption=_caption(roll.quantities)
         ),
-        "roll": _plot_travel(track, recording, roll.fitted, roll.stop_time, roll.quantities, roll.junction),
+        "roll": _plot_travel(track, roll.fitted, roll.stop_time, roll.quantities, roll.junction),
     }
     return _observation(recording, roll.quantities, [*track.notes, *notes, *along.notes, *roll.notes], pictures, track)
 
@@ -224,13 +218,11 @@ def _caption(quantities: tuple[Quantity, ...]) -> str:
 
 def _flight_curves(result: Rebound) -> list[tuple[np.ndarray, np.ndarray]]:
     """(time, height) of each fitted flight from contact to contact, for the plot."""
-    flights = result.flights
-    if flights is None:
+    if (flights := result.flights) is None:
         return []
-    meets = [flights.contact_time(k) for k in range(len(flights.rows) - 1)]
-    begins = [flights.time[flights.rows[0][0]], *meets]
-    ends = [*meets, flights.time[flights.rows[-1][-1]]]
-    spans = [np.linspace(a, b, 80) for a, b in zip(begins, ends)]
+    first, last = flights.time[flights.rows[0][0]], flights.time[flights.rows[-1][-1]]
+    times = [first, *flights.contact_times()[:-1], last]
+    spans = [np.linspace(a, b, 80) for a, b in itertools.pairwise(times)]
     return [(t, flights.height(k, t)) for k, t in enumerate(spans)]
 
 
@@ -268,13 +260,12 @@ def _draw_drop(tracked: TrackedSeed, result: Rebound, recording: Recording) -> n
     )  # fmt: skip
 
 
-def _plot_travel(track: Track, recording: Recording, fitted, at, quantities, place=None) -> np.ndarray:
-    curves = [] if fitted is None else [fitted]
+def _plot_travel(track: Track, fitted, at, quantities, place=None) -> np.ndarray:
     marks = []
-    if at is not None and fitted is not None:
+    if fitted is not None and at is not None:
         marks.append((at, float(np.interp(at, *fitted))))
-    if place is not None and fitted is not None:
-        near = int(np.argmin(np.abs(fitted[1] - place)))
-        marks.append((float(fitted[0][near]), place))
+    if fitted is not None and place is not None:
+        marks.append((float(fitted[0][np.argmin(np.abs(fitted[1] - place))]), place))
+    curves = [] if fitted is None else [fitted]
     labels = (f"t [{track.time_unit}]", f"travel [{track.unit}]")
     return plot(track.time, track.x, track.outlier, labels=labels, curves=curves, marks=marks, caption=_caption(quantities))

@@ -47,12 +47,10 @@ LEAST_DENSITY = 1e-7  # of the noise's power per hertz, relative to its maximum
 
 @dataclass(frozen=True, eq=False)
 class Onsets:
-    """n onsets in the order of time, arrays of n rows.
-
-    time_s, sd_s; strength: −ln of the rate [1/s] of noise peaks as strong; level_db: power over the noise; timbre (n, bands): unit
-    vector of the amplitudes in BANDS_HZ; rise_s: from the onset to half the greatest amplitude of the next 20 ms; lasting_db: the
-    faintest 10 ms of the next 50 ms, against the first 10 ms.
-    """
+    """n onsets in the order of time, arrays of n rows. time_s, sd_s; strength: −ln of the rate
+    [1/s] of noise peaks as strong; level_db: power over the noise; timbre (n, bands): unit vector
+    of the amplitudes in BANDS_HZ; rise_s: from the onset to half the greatest amplitude of the next
+    20 ms; lasting_db: the faintest 10 ms of the next 50 ms, against the first 10 ms."""
 
     time_s: np.ndarray
     sd_s: np.ndarray
@@ -120,8 +118,17 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     window, hop = _window(rate), max(1, round(HOP_S * rate))
     power = _spectra(white, np.arange(0, max(1, len(white) - len(window)), hop), window)
     hops = rate / hop
-    level = _noise_power(power)
-    before = _preceding_power(power, level, round(BEFORE_S * hops), round(DECAYS * DECAY_S * hops))
+    # from the median or, where a codec leaves gaps, from the 85th percentile
+    some = power[:: max(1, len(power) // 4000)]
+    middle, high = np.quantile(some, [0.5, 0.85], axis=0)
+    level = np.maximum(middle / np.log(2), high / -np.log(0.15) / 2)
+    level = np.maximum(level, LEAST_NOISE * np.median(level) + 1e-9).astype(np.float32)
+    # the mean power before each window, at least that of the noise
+    total = np.cumsum(np.concatenate([np.zeros((1, power.shape[1]), np.float32), power]), axis=0, dtype=np.float64)
+    stop = np.maximum(np.arange(len(power)) - round(DECAYS * DECAY_S * hops) + 1, 0)
+    start = np.maximum(stop - round(BEFORE_S * hops), 0)
+    mean_before = (total[stop] - total[start]) / np.maximum(stop - start, 1)[:, None]
+    before = np.maximum(mean_before, level).astype(np.float32)
     over = power / before
     loud = np.log(np.maximum(over, STANDS_OUT) / STANDS_OUT).sum(axis=1)
     lag = round(FRESH_S * hops)
@@ -129,7 +136,11 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     fresh = np.concatenate([over[:lag], power[lag:] / earlier])  # a ring that goes on is not a new one
     score = np.clip(fresh - STANDS_OUT, 0, MOST_OVER).sum(axis=1)
     at, strength = _peaks(loud, score, hops)
-    return _describe(white, rate, lossy, window, hop, power, before, level, at, strength)
+    rows = [_describe_onset(white, rate, lossy, window, k * hop, power[k], before[k], float(level.sum())) for k in at]
+    time, sd, loudness, rise, lasting = np.array([row[:5] for row in rows]).reshape(-1, 5).T
+    timbre = np.array([row[5] for row in rows]).reshape(-1, len(BANDS_HZ) - 1)
+    order = np.argsort(time, kind="stable")
+    return Onsets(time, sd, strength, loudness, timbre, rise, lasting).take(order)
 
 
 def _window(rate: float) -> np.ndarray:
@@ -145,23 +156,6 @@ def _spectra(white: np.ndarray, at: np.ndarray, window: np.ndarray) -> np.ndarra
         found = rfft(views[at[k : k + 2000]] * window, axis=1)
         out[k : k + 2000] = found.real**2 + found.imag**2
     return out
-
-
-def _noise_power(power: np.ndarray) -> np.ndarray:
-    """(frequencies,): the noise's power, from its median or, where a codec leaves gaps, from its 85th percentile; above 0."""
-    some = power[:: max(1, len(power) // 4000)]
-    middle, high = np.quantile(some, [0.5, 0.85], axis=0)
-    level = np.maximum(middle / np.log(2), high / -np.log(0.15) / 2)
-    return np.maximum(level, LEAST_NOISE * np.median(level) + 1e-9).astype(np.float32)
-
-
-def _preceding_power(power: np.ndarray, level: np.ndarray, long: int, gap: int) -> np.ndarray:
-    """(frames, frequencies): mean power before each window, at least that of the noise."""
-    total = np.cumsum(np.concatenate([np.zeros((1, power.shape[1]), np.float32), power]), axis=0, dtype=np.float64)
-    stop = np.maximum(np.arange(len(power)) - gap + 1, 0)
-    start = np.maximum(stop - long, 0)
-    mean = (total[stop] - total[start]) / np.maximum(stop - start, 1)[:, None]
-    return np.maximum(mean, level).astype(np.float32)
 
 
 def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray, np.ndarray]:
@@ -182,22 +176,19 @@ def _peaks(loud: np.ndarray, score: np.ndarray, hops: float) -> tuple[np.ndarray
     return top[strong], strength[strong]
 
 
-def _describe(white, rate: float, lossy: bool, window, hop: int, power, before, level, at: np.ndarray, strength: np.ndarray) -> Onsets:
-    rows = [_describe_onset(white, rate, lossy, window, k * hop, power[k], before[k], float(level.sum())) for k in at]
-    time, sd, level, rise, lasting = np.array([row[:5] for row in rows]).reshape(-1, 5).T
-    timbre = np.array([row[5] for row in rows]).reshape(-1, len(BANDS_HZ) - 1)
-    order = np.argsort(time, kind="stable")
-    return Onsets(time, sd, strength, level, timbre, rise, lasting).take(order)
-
-
 def _describe_onset(white, rate: float, lossy: bool, window, near: int, power: np.ndarray, before: np.ndarray, noise: float):
     """Time, sd [s], level [dB], rise [s], lasting [dB], timbre of one onset."""
     over = power / before
-    seen = over > min(STANDS_OUT, float(over.max())) - 1e-9
-    time, sd = _onset_time(white, rate, lossy, window, near, seen, before)
+    loud = over > min(STANDS_OUT, float(over.max())) - 1e-9
+    caught, caught_sd = _window_maximum(white, rate, window, near, loud, before)
+    first, stop = near - round(SEARCH_S[0] * rate), near + round(SEARCH_S[1] * rate)
+    time, sd = _variance_change(white, rate, first, stop, caught, float(np.hypot(caught_sd, WINDOW_SD_S)))
+    if lossy:  # an encoder spreads a click to earlier times
+        time = max(time, _past_pre_echo(white, rate, round(time * rate)))
+    sd = float(np.hypot(sd, LOSSY_SD_S if lossy else TIME_SD_S))
     begin = round(time * rate)
     frequency = np.fft.rfftfreq(len(window), 1 / rate)
-    extra = np.where(seen, power - before, 0.0)
+    extra = np.where(loud, power - before, 0.0)
     band = np.digitize(frequency, BANDS_HZ) - 1
     inside = (band >= 0) & (band < len(BANDS_HZ) - 1)
     shares = np.sqrt(np.bincount(band[inside], np.maximum(extra[inside], 0), len(BANDS_HZ) - 1))
@@ -216,19 +207,6 @@ def _rise_and_decay(white: np.ndarray, rate: float, begin: int) -> tuple[float, 
     later = np.diff(np.cumsum(here)[ten::ten]) / ten - 1  # of every hundredth of a second after the first
     lasting = 10 * np.log10(max(float(later.min()), 1e-3 * first) / first)
     return float(np.argmax(smooth > 0.25 * smooth.max()) / rate), float(lasting)
-
-
-def _onset_time(white, rate: float, lossy: bool, window, near: int, seen, before) -> tuple[float, float]:
-    """Time and sd [s] of an onset near a sample: where the variance changes, near where the window contains most of the ring.
-
-    Encoders spread a click to earlier times (pre-echo): sound much fainter than what follows at once is skipped.
-    """
-    caught, caught_sd = _window_maximum(white, rate, window, near, seen, before)
-    first, stop = near - round(SEARCH_S[0] * rate), near + round(SEARCH_S[1] * rate)
-    time, sd = _variance_change(white, rate, first, stop, caught, float(np.hypot(caught_sd, WINDOW_SD_S)))
-    if lossy:
-        time = max(time, _past_pre_echo(white, rate, round(time * rate)))
-    return time, float(np.hypot(sd, LOSSY_SD_S if lossy else TIME_SD_S))
 
 
 def _past_pre_echo(white, rate: float, begin: int) -> float:

@@ -4,11 +4,14 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.ndimage import maximum_filter1d, median_filter
 
+from vision.robust import robust_sd
+
 LEAST_ROWS = 15
 SPIKE_SD = 6.0  # a row this many robust sds off its flight is an outlier: 2e-9 by chance, so none among 5,000 true rows
 SMOOTH = 6  # degree of the curve through a flight
 LEAP, LEAST_LEAP, RETURN = 5.0, 0.1, 2.5  # in typical steps; of the extent; in typical steps
 WINDOW, MOST_SLIPPED = 13, 12  # rows
+STILL = 0.01  # of the extent: rows so near the first are those of a seed that is held
 MOST_OUTLIERS = 0.05  # of a flight's rows; more are no outliers but its path
 
 
@@ -32,11 +35,10 @@ def single_spikes(height: np.ndarray) -> np.ndarray:
 
 
 def slips(frame: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Mask (n,) of the rows in which a tracker held another object: it leaps away, and back to where the seed can be by then.
-
-    A leap is longer than LEAP typical steps (median of WINDOW steps about it) and a tenth of the extent; the step from before to after
-    is no leap. At most MOST_SLIPPED rows at a time.
-    """
+    """Mask (n,) of the rows in which a tracker held another object: it leaps away, and back to
+    where the seed can be by then. A leap is longer than LEAP typical steps (median of WINDOW steps
+    about it) and a tenth of the extent; the step from before to after is no leap. At most
+    MOST_SLIPPED rows at a time."""
     slipped = np.zeros(len(frame), dtype=bool)
     if len(frame) < LEAST_ROWS:
         return slipped
@@ -73,9 +75,11 @@ def curve_residuals(time: np.ndarray, place: np.ndarray) -> np.ndarray:
     return left
 
 
-def robust_sd(values: np.ndarray) -> float:
-    """1.4826 times the median of |values|: robust standard deviation of values about 0."""
-    return 1.4826 * float(np.median(np.abs(values)))
+def rows_at_rest(place: np.ndarray) -> int:
+    """Rows at the start that are within STILL of the extent of the first, all where nothing moves; 0 for one alone."""
+    still = np.abs(place - place[0]) < STILL * np.ptp(place)
+    count = len(place) if still.all() else int(np.argmin(still))
+    return count if count > 1 else 0
 
 
 def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

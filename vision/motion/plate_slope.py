@@ -49,8 +49,8 @@ def _run(recording: Recording, observation: Observation) -> InclineRun | None:
     roll, path = recording.roll, observation.track
     if recording.rig != "roll" or not {"acceleration", "rolling_resistance"} <= found.keys() or roll.incline_deg is None or path is None:
         return None
-    seen = path.x_mm.iloc[-1] >= path.x_mm.iloc[0]
-    direction = 1 if (roll.direction == "+x" if roll.direction else seen) else -1
+    forwards = path.x_mm.iloc[-1] >= path.x_mm.iloc[0]
+    direction = 1 if (roll.direction == "+x" if roll.direction else forwards) else -1
     try:
         inertia = inertia_of_recording(recording).factor
     except MeasurementError:
@@ -63,19 +63,19 @@ def _run(recording: Recording, observation: Observation) -> InclineRun | None:
 def _slope(name: str, runs: list[InclineRun]) -> Observation:
     values = {s: np.array([r.acceleration for r in runs if r.direction == s]) for s in (1, -1)}
     per = np.mean([r.inertia / (2 * G_MM_S2 * (math.cos(r.incline) + r.friction * math.sin(r.incline))) for r in runs])
-    own = sum(np.mean([r.sd**2 for r in runs if r.direction == s]) / len(v) for s, v in values.items())
-    power, how = float(own), "each run's own sd"
+    run_variance = sum(np.mean([r.sd**2 for r in runs if r.direction == s]) / len(v) for s, v in values.items())
+    variance, source = float(run_variance), "each run's own sd"
     if min(len(v) for v in values.values()) > 1:  # the scatter does not contain shared errors
         shares = [(v.var(ddof=1) / len(v), len(v) - 1) for v in values.values()]
         total = sum(share for share, _ in shares)
         freedom = total**2 / max(sum(share**2 / free for share, free in shares), 1e-300)
         scatter = total * (student.ppf(0.975, max(freedom, 1.0)) / 1.96) ** 2
-        power, how = float(scatter), "the scatter of the runs"
+        variance, source = float(scatter), "the scatter of the runs"
     slope = math.degrees(float(values[-1].mean() - values[1].mean()) * float(per))
-    sd = math.degrees(math.sqrt(power) * float(per))
+    sd = math.degrees(math.sqrt(variance) * float(per))
     counts = f"{len(values[1])} runs towards +x and {len(values[-1])} towards -x"
     notes = (
-        f"slope, rising along +x, from half the difference of the accelerations of {counts}; its sd is from {how}",
+        f"slope, rising along +x, from half the difference of the accelerations of {counts}; its sd is from {source}",
         "each direction's rolling friction contains the slope, their mean does not",
     )
     number = np.concatenate([np.arange(1, len(v) + 1) for v in values.values()]).astype(float)

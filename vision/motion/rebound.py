@@ -12,11 +12,18 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
-from vision.motion.depth_drift import depth_drift_sd, depth_drift_shifts
+from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, all_failed, failed
 from vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
-from vision.motion.flight import G_MM_S2, Flights, Gravity, fit_flights, fit_lateral
-from vision.motion.gravity import drag_one_sd_off, gravity_doubt, known_gravity, release_seen, scale_note
+from vision.motion.flight import G_MM_S2, Flights, fit_flights, fit_lateral
+from vision.motion.gravity import (
+    depth_drift_sd,
+    depth_drift_shifts,
+    drag_one_sd_off,
+    gravity_doubt,
+    known_gravity,
+    release_seen,
+    scale_note,
+)
 from vision.motion.least_squares import propagate
 from vision.motion.track import Track
 from vision.recording import Recording
@@ -30,10 +37,7 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Rebound:
-    """Result for a drop; flights and bounces are None where there are none; `track` has its outliers marked.
-
-    contradicted: gravity contradicts the stated scale or frame rate.
-    """
+    """Result for a drop; `track` has its outliers marked; contradicted: gravity contradicts the stated scale or frame rate."""
 
     quantities: tuple[Quantity, ...]
     bounces: pd.DataFrame | None
@@ -44,27 +48,23 @@ class Rebound:
 
 
 def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float] | None = None) -> Rebound:
-    """Fit the flights of a drop and measure its bounces; quantities that cannot be measured are failed, with the reason.
-
-    axis: where the optical axis passes [track's unit], for a track from pictures.
-    """
+    """Fit the flights of a drop and measure its bounces; axis: where the optical axis passes, for a track from pictures."""
     used = track.used()
     up, across = gravity_axes(used, recording)
     gravity, notes = known_gravity(used, recording)
     try:
         if len(used) < 4:
             raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
-        fit_all = fit_flights
-        if recording.evidence == "gates.csv" or len(used) < FEW_ROWS:
-            fit_all = partial(fit_few_flights, gates=recording.evidence == "gates.csv")
+        gates = recording.evidence == "gates.csv"
+        few = gates or len(used) < FEW_ROWS
+        fit_all = partial(fit_few_flights, gates=gates) if few else fit_flights
         flights = fit_all(used.time, used.frame, up, across, used.sd, gravity)
         doubt = gravity_doubt(flights, used, recording, gravity)
         if doubt:  # then neither gravity nor the scale is a prior
-            loose = Gravity(None, gravity.scale_sd, gravity.other_sd, gravity.drag)
-            gravity = loose
-            flights = fit_all(used.time, used.frame, up, across, used.sd, loose)
+            gravity = replace(gravity, value=None)
+            flights = fit_all(used.time, used.frame, up, across, used.sd, gravity)
     except MeasurementError as error:
-        return Rebound(all_failed(str(error)), None, None, track, tuple(notes))
+        return Rebound(all_failed(QUANTITIES, str(error)), None, None, track, tuple(notes))
     mask = track.outlier.copy()
     mask[np.flatnonzero(~track.outlier)[flights.outlier]] = True
     if flights.outlier.any():
@@ -74,13 +74,16 @@ def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        quantities = (*all_failed(reason), *_fall_acceleration(flights, used, recording))
+        quantities = (*all_failed(QUANTITIES, reason), *_fall_acceleration(flights, used, recording))
         return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
     values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
     values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
-    air = _air_error(fit_all, used, up, across, flights, values, gravity, recording)
+    air = np.zeros_like(values)  # an error common to all flights, which residuals do not show
+    if (drag := drag_one_sd_off(flights, used, gravity, recording)) is not None:
+        other = replace(gravity, drag=drag)
+        air = _change_of_refit(partial(fit_all, used.time, used.frame, up, across, used.sd, other), values)
     cov = cov + np.outer(air, air)
-    if axis is not None and used.unit == "mm" and used.timed:
+    if axis is not None and used.physical:
         turn = math.radians(recording.camera.plumb_deg or 0.0)
         level = axis[0] * math.sin(turn) + axis[1] * math.cos(turn)
         for shift in depth_drift_shifts(flights, used.time, up, across, level, recording.camera.distance_mm):
@@ -90,13 +93,13 @@ def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float
     common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
     bounces = _bounce_table(flights, used, across, values, cov, recording, axis is None)
     quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
-    notes += more + ([] if doubt else scale_note(flights, used, gravity, recording))
+    notes += more + ([] if doubt else scale_note(flights, used, gravity))
     return Rebound(quantities, bounces, flights, marked, tuple(notes), bool(doubt))
 
 
 def _fall_acceleration(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
     """Quantity fall_acceleration of a fall without impact, drag included; none without scale or clock."""
-    if track.unit != "mm" or not track.timed or not flights.free > 0:
+    if not track.physical or not flights.free > 0:
         return ()
     sd = math.hypot(flights.free_sd, recording.camera.scale_sd * flights.free)
     return (Quantity("fall_acceleration", flights.free / 1000, sd / 1000, "m/s²"),)
@@ -111,11 +114,6 @@ def gravity_axes(track: Track, recording: Recording) -> tuple[np.ndarray, np.nda
     )
 
 
-def all_failed(reason: str) -> tuple[Quantity, ...]:
-    """Every quantity of a drop, failed for one reason."""
-    return tuple(failed(name, unit, reason) for name, unit in QUANTITIES)
-
-
 def _no_bounce(flights: Flights, track: Track, up: np.ndarray) -> str:
     drop = up[flights.rows[0]].max() - up[flights.rows[0]].min()
     end = up[-max(3, len(up) // 50) :]
@@ -125,32 +123,19 @@ def _no_bounce(flights: Flights, track: Track, up: np.ndarray) -> str:
 
 
 def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
-    """For each bounce: t, height at contact, speed before, after, rebound height, e (6 values); then the fall and √(H₂/H₁).
-
-    Lengths and speeds are divided by 1 + ε, ε the error of the scale.
-    """
-    out = []
+    """For each bounce: t, height at contact, speed before, after, rebound height, e (6 values);
+    then the fall and √(H₂/H₁). Lengths and speeds are divided by 1 + ε, ε the error of the
+    scale."""
+    out, scale = [], 1 + p[-1]
     for k in range(len(flights.rows) - 1):
         t = flights.contact_time(k, p)
         contact = flights.height(k, t, p)
         before, after = -flights.speed(k, t, p), flights.speed(k + 1, t, p)
         top = flights.height(k + 1, flights.apex_time(k + 1, p), p) - contact
-        out += [t, contact / (1 + p[-1]), before / (1 + p[-1]), after / (1 + p[-1]), top / (1 + p[-1]), after / before]
-        if k == 0:
-            fall = flights.fall(p)
-            first_top = top
-    return np.array([*out, fall / (1 + p[-1]), math.sqrt(max(first_top, 0.0) / fall) if fall > 0 else math.nan])
-
-
-def _air_error(fit_all, used: Track, up, across, flights: Flights, values, gravity: Gravity, recording: Recording) -> np.ndarray:
-    """Change of the derived values when the drag is one sd off: the flights are refitted.
-
-    This error is common to all flights of a recording, so residuals do not show it.
-    """
-    other = drag_one_sd_off(flights, used, gravity, recording)
-    if other is None:
-        return np.zeros_like(values)
-    return _change_of_refit(partial(fit_all, used.time, used.frame, up, across, used.sd, replace(gravity, drag=other)), values)
+        out += [t, contact / scale, before / scale, after / scale, top / scale, after / before]
+    fall = flights.fall(p)
+    by_height = math.sqrt(max(out[4] * scale, 0.0) / fall) if fall > 0 else math.nan
+    return np.array([*out, fall / scale, by_height])
 
 
 def _change_of_refit(fit_again: Callable[[], Flights], values: np.ndarray) -> np.ndarray:
@@ -165,7 +150,7 @@ def _change_of_refit(fit_again: Callable[[], Flights], values: np.ndarray) -> np
 
 def _bounce_table(flights, track: Track, across, values, cov, recording: Recording, plain_depth: bool) -> pd.DataFrame:
     """A row for each bounce, numbers with sds; columns have the track's units. plain_depth: `cov` contains no motion in depth."""
-    physical = track.unit == "mm" and track.timed
+    physical = track.physical
     length, time = track.unit, track.time_unit
     speed, factor = ("m_s", 1e-3) if physical else (f"{length}_{time}", 1.0)
     plumb = math.radians(recording.camera.plumb_sd)
@@ -200,21 +185,16 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
             row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = track.spin(flights.rows[flight])
         row |= {f"contact_{length}": contact, f"contact_sd_{length}": contact_sd}
         row |= {f"height_{length}": top, f"height_sd_{length}": top_sd, "restitution": e, "restitution_sd": e_sd}
-        row["quality"] = _bounce_quality(flights, track, k, e, e_sd)
+        few = min(len(flights.rows[k]), len(flights.rows[k + 1])) < 5
+        cut = track.time[flights.rows[k + 1][-1]] < flights.apex_time(k + 1)
+        row["quality"] = DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def _bounce_quality(flights: Flights, track: Track, k: int, e: float, e_sd: float) -> str:
-    """Doubtful where a flight beside bounce k has few rows or ends before its apex, or e is out of (0.02, 1) or uncertain."""
-    few = min(len(flights.rows[k]), len(flights.rows[k + 1])) < 5
-    cut = track.time[flights.rows[k + 1][-1]] < flights.apex_time(k + 1)
-    return DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
-
-
 def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, common, recording: Recording, doubt: str):
     """The five quantities of the first bounce, and notes; common: sds of `values` that all recordings of a session share."""
-    physical = track.unit == "mm" and track.timed
+    physical = track.physical
     unit, suffix = ("m/s", "m_s") if physical else (f"{track.unit}/{track.time_unit}", f"{track.unit}_{track.time_unit}")
     sds = np.sqrt(np.maximum(np.diag(cov), 0))
     fall, fall_sd, top = values[-2], sds[-2], float(bounce[f"height_{track.unit}"])
@@ -264,7 +244,9 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
         if len(second) < 5:
             quantity = quantity.doubt(f"only {len(second)} frames of the first rebound")
         if track.time[second[-1]] < flights.apex_time(1):
-            share = _rise_seen(flights, track)
+            low, top = (flights.height(1, t) for t in (flights.contact_time(0), flights.apex_time(1)))
+            last = flights.height(1, track.time[second[-1]])
+            share = float((last - low) / max(top - low, 1e-12))  # of the rise that is seen
             if quantity.name in ("rebound_height", "restitution") and (len(second) < 8 or share < 0.6):
                 text = f"the recording stops before the rebound's highest point ({len(second)} frames, {100 * share:.0f} % of it)"
                 return failed(quantity.name, quantity.unit, quantity.reason if quantity.quality == "failed" else text)
@@ -280,9 +262,3 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
         text = f"places scatter {flights.noise:.2g} {track.unit} about the parabolas, their stated sd is {sd:.2g}"
         quantity = quantity.doubt(text)
     return quantity
-
-
-def _rise_seen(flights: Flights, track: Track) -> float:
-    """Share of the first rebound's height that its last row has reached."""
-    low, top = (flights.height(1, t) for t in (flights.contact_time(0), flights.apex_time(1)))
-    return float((flights.height(1, track.time[flights.rows[1][-1]]) - low) / max(top - low, 1e-12))

@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from vision.measurement import MeasurementError, Quantity, failed
+from vision.measurement import MeasurementError, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
 from vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
 from vision.motion.inertia import inertia_of_recording
 from vision.motion.least_squares import frame_lag
-from vision.motion.roll_legs import FEW_ROWS, Leg, LegFit, Nuisance, Rows, fit_legs, travel, with_nuisance_errors
+from vision.motion.roll_legs import FEW_ROWS, Leg, Nuisance, Rows, fit_legs, travel, with_nuisance_errors
 from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, RunOut, ends_on_incline, measure_run_out
 from vision.motion.track import Track
 from vision.recording import Recording
@@ -31,10 +31,7 @@ LEVEL_HINT = "say [roll] level = false where the seed stays on its incline"
 
 
 def measure_roll(track: Track, recording: Recording, *, junction: tuple[float, float] | None = None) -> RunOut:
-    """Measure a roll: on its incline only, on both legs by few rows, or, for a track of many rows, its run-out.
-
-    junction: (place, sd) along the path where the picture shows it.
-    """
+    """Measure a roll; junction: (place, sd) along the path where the picture shows it."""
     used = track.used()
     stays = stays_on_incline(used, recording)
     few = junction is None and (recording.evidence == "gates.csv" or len(used) < FEW_ROWS)
@@ -45,7 +42,7 @@ def measure_roll(track: Track, recording: Recording, *, junction: tuple[float, f
         return _measure_on_incline(rows, sign, recording) if stays else _measure_both_legs(rows, sign, recording)
     except MeasurementError as error:
         first = ("acceleration", "m/s²") if stays else ("run_out", "mm")
-        return RunOut((failed(*first, str(error)), failed("rolling_resistance", "1", str(error))))
+        return RunOut(all_failed((first, ("rolling_resistance", "1")), str(error)))
 
 
 def stays_on_incline(track: Track, recording: Recording) -> bool:
@@ -53,7 +50,7 @@ def stays_on_incline(track: Track, recording: Recording) -> bool:
     if recording.roll.level is not None:
         return not recording.roll.level
     length = recording.roll.incline_length_mm
-    if length is None or track.unit != "mm" or not track.timed or len(track) < LEAST_ROWS:
+    if length is None or not track.physical or len(track) < LEAST_ROWS:
         return False
     if len(track) >= FEW_ROWS:
         return ends_on_incline(track.t_s, track.x, length)
@@ -63,9 +60,7 @@ def stays_on_incline(track: Track, recording: Recording) -> bool:
 
 def rows_of(track: Track, recording: Recording) -> tuple[Rows, float]:
     """The rows for the fit, and the sign of the motion; MeasurementError where they lack a unit or are too few."""
-    if track.unit != "mm" or not track.timed:
-        missing = "mm_per_px" if track.unit != "mm" else "fps"
-        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; an acceleration needs lengths and times")
+    track.need_physical(recording)
     if len(track) < LEAST_ROWS:
         raise MeasurementError(f"{len(track)} usable rows; place, speed and acceleration need at least {LEAST_ROWS}")
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
@@ -96,15 +91,15 @@ def _measure_on_incline(rows: Rows, sign: float, recording: Recording) -> RunOut
     value, sd, common = with_nuisance_errors(rows, legs, found, nuisance, nuisance_sds, derived)
     if value[0] < -1.96 * sd[0]:
         raise MeasurementError("the seed slows down; are its rows on an incline, and in the right order?")
-    acceleration = _doubt_misfit(Quantity("acceleration", value[0], sd[0], "m/s²", sd_common=common[0]), found)
+    acceleration = Quantity("acceleration", value[0], sd[0], "m/s²", sd_common=common[0])
+    acceleration = acceleration.doubt(found.misfit_doubt)
     notes = [*notes, *more]
     drawn = _curve(rows, legs(found.params, nuisance), sign)
     if recording.roll.incline_deg is None:
         message = f"{recording.toml}: [roll] incline_deg is missing; without it an acceleration gives no rolling friction"
         return RunOut((acceleration, failed("rolling_resistance", "1", message)), fitted=drawn, notes=tuple(notes))
-    friction = _doubt_misfit(Quantity("rolling_resistance", value[1], sd[1], "1", sd_common=common[1]), found)
-    if friction.value < -2 * friction.sd:
-        friction = friction.doubt(TOO_FAST)
+    friction = Quantity("rolling_resistance", value[1], sd[1], "1", sd_common=common[1])
+    friction = friction.doubt(found.misfit_doubt, TOO_FAST if value[1] < -2 * sd[1] else "")
     return RunOut((acceleration, friction), fitted=drawn, notes=tuple(notes))
 
 
@@ -157,11 +152,12 @@ def _measure_both_legs(rows: Rows, sign: float, recording: Recording) -> RunOut:
     if legs(found.params, nuisance)[last].acceleration >= 0:
         raise MeasurementError("the seed does not slow down on the level: its rows give neither run-out nor friction")
     value, sd, common = with_nuisance_errors(rows, legs, found, nuisance, nuisance_sds, derived)
-    run_out = _doubt_misfit(Quantity("run_out", value[0], sd[0], "mm", sd_common=common[0]), found)
+    run_out = Quantity("run_out", value[0], sd[0], "mm", sd_common=common[0]).doubt(found.misfit_doubt)
     ahead = value[0] / nuisance.scale + nuisance.corner - rows.x[-1]
     if ahead > 0.25 * value[0]:
         run_out = run_out.doubt(f"the stop is extrapolated by {ahead:.3g} mm beyond the last row")
-    friction = _doubt_misfit(Quantity("rolling_resistance", value[1], sd[1], "1", sd_common=common[1]), found)
+    friction = Quantity("rolling_resistance", value[1], sd[1], "1", sd_common=common[1])
+    friction = friction.doubt(found.misfit_doubt)
     notes.append("few rows: rolling friction is from the deceleration on the level, the run-out from where it ends")
     drawn = _curve(rows, legs(found.params, nuisance), sign)
     stop = sign * (nuisance.corner + value[0])
@@ -199,7 +195,3 @@ def _nuisance(rows: Rows, recording: Recording) -> tuple[Nuisance, dict[str, flo
     on = f"on rails {roll.rail_gap_mm:g} mm apart" if roll.rail_gap_mm else "on a plate"
     notes.append(f"1 + I/(m r²) is taken as {inertia.factor:.4g} ± {inertia.factor * inertia.sd:.2g}, {on}")
     return nuisance, nuisance_sds, notes
-
-
-def _doubt_misfit(quantity: Quantity, found: LegFit) -> Quantity:
-    return quantity.doubt(found.misfit_doubt) if found.misfit_doubt else quantity

@@ -13,17 +13,15 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from vision.measurement import MeasurementError
-from vision.motion.least_squares import estimate_rho, propagate, variance_factor, whiten
+from vision.motion.least_squares import all_stated, estimate_rho, propagate, variance_factor, whiten
 
 FEW_ROWS = 30  # with fewer, correlation between rows is not estimated
 
 
 @dataclass(frozen=True)
 class Leg:
-    """A parabola about the time `at` [s]: place [mm], speed [mm/s], acceleration [mm/s²], drag over mass and inertia [1/mm].
-
-    It is constant before, or after, the time at which it is at rest.
-    """
+    """A parabola about the time `at` [s]: place [mm], speed [mm/s], acceleration [mm/s²], drag over
+    mass and inertia [1/mm]. It is constant before, or after, the time at which it is at rest."""
 
     at: float
     place: float
@@ -52,10 +50,7 @@ class Leg:
 
 @dataclass(frozen=True)
 class Rows:
-    """The data, arrays (n,): time [s], x [mm] along the motion, sd of x (NaN: not stated), frames since the row before (lag).
-
-    gates: light gates measured the times at known places.
-    """
+    """Arrays (n,): time [s], x [mm] along the motion, its sd (NaN: not stated), frames since the row before; gates: of light gates."""
 
     time: np.ndarray
     x: np.ndarray
@@ -66,11 +61,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class Nuisance:
-    """Nuisance parameters, which the rows do not determine.
-
-    drag over mass and inertia [1/mm]; corner: its place [mm]; keep: share of the speed kept there; inertia: 1 + I/(m r²);
-    incline [rad]; scale: 1 as stated.
-    """
+    """Nuisance parameters, which the rows do not determine. drag over mass and inertia [1/mm];
+    corner: its place [mm]; keep: share of the speed kept there; inertia: 1 + I/(m r²); incline
+    [rad]; scale: 1 as stated."""
 
     drag: float
     corner: float
@@ -97,7 +90,7 @@ def fit_legs(rows: Rows, legs: Legs, start: np.ndarray, nuisance: Nuisance) -> L
     n, freedom = len(rows.x), len(rows.x) - len(start)
     if freedom < 1:
         raise MeasurementError(f"{n} usable rows for {len(start)} unknowns: one more is needed")
-    stated = bool(np.isfinite(rows.sd).all() and (rows.sd > 0).all())
+    stated = all_stated(rows.sd)
     unit, rho = np.maximum(np.abs(start), 1e-3 * np.ptp(rows.x)), 0.0
 
     def curve(p: np.ndarray) -> np.ndarray:
@@ -134,13 +127,12 @@ def travel(legs: tuple[Leg, ...], time: np.ndarray) -> tuple[np.ndarray, np.ndar
 def with_nuisance_errors(
     rows: Rows, legs: Legs, found: LegFit, nuisance: Nuisance, nuisance_sds: dict[str, float], derived: Callable
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values of `derived(params, nuisance)`, their sds, and the part of these that all rolls of a session share.
-
-    Each nuisance parameter is moved by its sd and, where the fit depends on it, the legs are refitted. All these errors are shared,
-    except that of the corner (where the seed was laid).
-    """
-    value, own = propagate(lambda p: derived(p, nuisance), found.params, found.cov)
-    variance, shared = np.diag(own).copy(), np.zeros(len(value))
+    """Values of `derived(params, nuisance)`, their sds, and the part of these that all rolls of a
+    session share. Each nuisance parameter is moved by its sd and, where the fit depends on it, the
+    legs are refitted. All these errors are shared, except that of the corner (where the seed was
+    laid)."""
+    value, fit_cov = propagate(lambda p: derived(p, nuisance), found.params, found.cov)
+    variance, shared = np.diag(fit_cov).copy(), np.zeros(len(value))
     for name, sd in nuisance_sds.items():
         if sd and math.isfinite(getattr(nuisance, name)):
             other = replace(nuisance, **{name: getattr(nuisance, name) + sd})

@@ -14,10 +14,9 @@ SHARP_PX = 0.3  # noise of a place, which the fit along the path allows for
 
 @dataclass(frozen=True)
 class RollPath:
-    """A roll's track with x along the path (0 where the legs meet), in px, y up.
-
-    junction: (place, sd) along the path, None where it is not in the picture; legs: their end points; doubt: "" for none.
-    """
+    """A roll's track with x along the path (0 where the legs meet), in px, y up. junction: (place,
+    sd) along the path, None where it is not in the picture; legs: their end points; doubt: "" for
+    none."""
 
     track: Track
     junction: tuple[float, float] | None
@@ -39,11 +38,10 @@ class RollPath:
 
 
 def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
-    """Fit two straight legs to the places of a rolling seed and give its travel along them [px]; size: its diameter [px].
-
-    The centroid turns r tan(Δ/2) beyond the junction of the plates (r: its height above the plate, Δ: the angle between the legs),
-    so the junction lies that far before the point where the legs meet.
-    """
+    """Fit two straight legs to the places of a rolling seed and give its travel along them [px];
+    size: its diameter [px]. The centroid turns r tan(Δ/2) beyond the junction of the plates (r: its
+    height above the plate, Δ: the angle between the legs), so the junction lies that far before the
+    point where the legs meet."""
     used = track.used()
     sign = 1.0 if used.x[-1] >= used.x[0] else -1.0
     u, y = sign * used.x, used.y
@@ -57,7 +55,7 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
         return RollPath(replace(track, x=along, y=np.zeros(len(track))), None, [], (note,), doubt)
     at, height, slope_incline, slope_level, sd, rms = two_legs
     turn = abs(np.arctan(slope_incline) - np.arctan(slope_level))
-    legs = [np.array([1, slope_incline]) / np.hypot(1, slope_incline), np.array([1, slope_level]) / np.hypot(1, slope_level)]
+    legs = [np.array([1, slope]) / np.hypot(1, slope) for slope in (slope_incline, slope_level)]
     offset = np.column_stack([sign * track.x - at, track.y - height])
     along = np.where(offset[:, 0] < 0, offset @ legs[0], offset @ legs[1])
     corner_shift = size / 2 * np.tan(turn / 2)
@@ -67,23 +65,22 @@ def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
         notes.append(f"[roll] incline_deg says {incline_deg:g}°: check it, or the camera's view")
         if abs(np.degrees(turn) - incline_deg) > MOST_BEND_ERROR_DEG:
             doubt = f"the legs of the path meet at {np.degrees(turn):.1f}°, [roll] incline_deg says {incline_deg:g}°"
-    start, end = np.array([u.min(), height + slope_incline * (u.min() - at)]), np.array([u.max(), height + slope_level * (u.max() - at)])
-    corner = np.array([at, height])
-    drawn = [tuple((p[0] * sign, p[1])) for p in (start, corner, end)]
+    start = (sign * u.min(), height + slope_incline * (u.min() - at))
+    end = (sign * u.max(), height + slope_level * (u.max() - at))
+    corner = (sign * at, height)
     path = replace(track, x=along, y=np.zeros(len(track)))
     rocks = _rocking_px(recording)
     if rms > MOST_RMS * size + rocks:
         text = f"the places lie {rms:.2g} px off the straight legs: a shadow or a mirror image is taken for a part of the seed"
-        doubt = "; ".join(filter(None, (doubt, text)))
+        doubt = f"{doubt}; {text}" if doubt else text
     # Places are assumed to err along the legs as much as across them; the rocking of an oblong seed is no error.
     sd = float(np.hypot(np.hypot(sd, 0.1 * corner_shift), max(rms - rocks - SHARP_PX, 0.0) * np.sqrt(2)))
-    return RollPath(path, (-corner_shift, sd), [(drawn[0], drawn[1]), (drawn[1], drawn[2])], tuple(notes), doubt)
+    return RollPath(path, (-corner_shift, sd), [(start, corner), (corner, end)], tuple(notes), doubt)
 
 
 def _rocking_px(recording: Recording) -> float:
     """rms height by which the centre of an oblong seed rises and falls as it rolls [px]; 0 where axes or scale are not stated."""
-    seed = recording.seed
-    axes = [a for a in (seed.length_mm, seed.width_mm, seed.thickness_mm) if a]
+    axes = recording.seed.sizes_mm
     if not recording.camera.mm_per_px or not axes:
         return 0.0
     return (max(axes) - min(axes)) / 2 / 2 / np.sqrt(2) / recording.camera.mm_per_px
@@ -96,10 +93,8 @@ def _variance_inflation(left: np.ndarray) -> float:
 
 
 def _fit_two_legs(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, float, float] | None:
-    """Least squares of two legs that meet: x, y of the corner, both slopes, sd of x, rms of the residuals.
-
-    None where a single line fits about as well.
-    """
+    """Least squares of two legs that meet: x, y of the corner, both slopes, sd of x, rms of the
+    residuals. None where a single line fits about as well."""
     order = np.argsort(u)
     u, y = u[order], y[order]
     spaced = np.searchsorted(u, np.linspace(u[0], u[-1], 400))  # rows at rest count once

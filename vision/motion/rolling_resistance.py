@@ -54,22 +54,18 @@ class ResistanceFit:
 
 
 def fit_resistance(track: Track, x: np.ndarray, junction: tuple[float, float], stop: float | None, recording: Recording) -> ResistanceFit:
-    """Fit rolling_resistance to the rows on the level; failed, with the reason, where they do not suffice.
-
-    x (n,): place along the motion; junction: (place, sd) where the level begins; stop: place of rest, None where that is not in the
-    picture; all in the track's unit.
-    """
+    """Fit rolling_resistance to the rows on the level; failed, with the reason, where they do not
+    suffice. x (n,): place along the motion; junction: (place, sd) where the level begins; stop:
+    place of rest, None where that is not in the picture; all in the track's unit."""
     try:
-        if track.unit != "mm" or not track.timed:
-            missing = "mm_per_px" if track.unit != "mm" else "fps"
-            raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; an acceleration needs lengths and times")
-        rows = _rows(track, x, junction, x.max() if stop is None else stop, stop is not None)
+        track.need_physical(recording)
+        rows = _rows(x, junction, x.max() if stop is None else stop, stop is not None)
         return ResistanceFit(*_resistance(track.take(rows), x[rows], rows, recording))
     except MeasurementError as error:
         return ResistanceFit(failed(NAME, "1", str(error)), np.zeros(len(x), dtype=bool), np.zeros(0))
 
 
-def _rows(track: Track, x: np.ndarray, junction: tuple[float, float], end: float, rests: bool) -> np.ndarray:
+def _rows(x: np.ndarray, junction: tuple[float, float], end: float, rests: bool) -> np.ndarray:
     """Mask of the rows between corner and stop."""
     distance = end - junction[0]
     begin = junction[0] + max(CORNER_SHARE * distance, 3 * junction[1])
@@ -96,21 +92,20 @@ def _resistance(track: Track, x: np.ndarray, rows: np.ndarray, recording: Record
             speed = found.params[1] - found.params[2] * time - lost
         return found
 
-    known = math.isfinite(drag.sd)
-    found = fit_without_drag(1.0 if known else 0.0)
+    is_known = math.isfinite(drag.sd)
+    found = fit_without_drag(1.0 if is_known else 0.0)
     deceleration, deceleration_sd = float(found.params[2]), math.sqrt(found.cov[2, 2])
-    air = deceleration - float(fit_without_drag(1.0 + drag.sd if known else 1.0).params[2])
-    value = deceleration * inertia.factor / G_MM_S2
-    slope, slope_sd, shared_slope = _slope_of_level(recording)
-    value += slope
-    parts = {"scale": recording.camera.scale_sd * value, "inertia": inertia.sd * value, "air": air * inertia.factor / G_MM_S2}
-    shared = [*parts.values(), slope_sd if shared_slope else 0.0]
-    own = [deceleration_sd * inertia.factor / G_MM_S2, 0.0 if shared_slope else slope_sd]
-    common = math.hypot(*shared)
-    quantity = Quantity(NAME, value, math.hypot(common, *own), "1", sd_common=common)
+    air = deceleration - float(fit_without_drag(1.0 + drag.sd if is_known else 1.0).params[2])
+    slope, slope_sd, slope_is_shared = _slope_of_level(recording)
+    per = inertia.factor / G_MM_S2
+    value = deceleration * per + slope
+    scale_and_inertia = recording.camera.scale_sd * value, inertia.sd * value
+    common = math.hypot(*scale_and_inertia, air * per, slope_sd if slope_is_shared else 0.0)
+    sd = math.hypot(common, deceleration_sd * per, 0.0 if slope_is_shared else slope_sd)
+    quantity = Quantity(NAME, value, sd, "1", sd_common=common)
     if found.noise > UNEVEN * np.ptp(x):
         quantity = quantity.doubt(f"the seed does not slow down evenly: it is off by {found.noise:.2g} mm")
-    if value < -2 * quantity.sd:
+    if value < -2 * sd:
         quantity = quantity.doubt("negative: the seed gains speed on the level; is the plate level, is y up?")
     return quantity, rows, x - found.residuals
 
@@ -125,10 +120,9 @@ def drag_of_recording(recording: Recording) -> Drag:
 
 
 def _slope_of_level(recording: Recording) -> tuple[float, float, bool]:
-    """tan of the level's slope, falling ahead of the seed, its sd, and whether that error is shared by all rolls.
-
-    slope_deg is positive where the level falls towards +x. An unknown slope averages out over rolls in both stated directions.
-    """
+    """tan of the level's slope, falling ahead of the seed, its sd, and whether that error is shared
+    by all rolls. slope_deg is positive where the level falls towards +x. An unknown slope averages
+    out over rolls in both stated directions."""
     roll = recording.roll
     if roll.slope_deg is None or roll.direction is None:
         return 0.0, math.radians(LEVEL_SD_DEG), roll.direction is None

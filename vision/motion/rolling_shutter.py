@@ -6,33 +6,31 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from vision.measurement import FAILED, Quantity
+from vision.measurement import FAILED
 from vision.motion.rebound import Rebound
 from vision.motion.track import Track
 
 STEPS = 9  # readout times that are tried where none is stated
 
 
-def at_row_times(track: Track, share: np.ndarray, readout_s: float) -> Track:
-    """The track with each place at the time at which its row was read; share (n,): 0 at the picture's top row, 1 at the lowest."""
-    return replace(track, t_s=track.t_s + readout_s * share)
-
-
 def average_over_readouts(
     track: Track, share: np.ndarray, readout_s: float | None, fps: float | None, measure: Callable[[Track], Rebound]
 ) -> tuple[Rebound, str]:
-    """`measure` at the stated readout time, and a note.
+    """`measure` at the stated readout time, and a note. Where none is stated: the mean over readout
+    times from 0 to one frame, weighted by the likelihood of the parabolas under the known gravity
+    and scale, which differ between falling and rising."""
 
-    Where none is stated: the mean over readout times from 0 to one frame, weighted by the likelihood of the parabolas under the known
-    gravity and scale, which differ between falling and rising.
-    """
+    def at(readout_s: float) -> Rebound:
+        """As measured with each place at the time at which its row was read."""
+        return measure(replace(track, t_s=track.t_s + readout_s * share))
+
     if readout_s is not None:
-        return (measure(at_row_times(track, share, readout_s)) if track.timed else measure(track)), ""
+        return at(readout_s), ""
     plain = measure(track)
     if not track.timed or plain.flights is None or plain.bounces is None or not fps:
         return plain, ""
     tried = np.linspace(0, 1 / fps, STEPS)
-    found = [plain, *(measure(at_row_times(track, share, r)) for r in tried[1:])]
+    found = [plain, *(at(r) for r in tried[1:])]
     fits = [one.flights for one in found if one.flights is not None]
     cost = np.array([_negative_log_likelihood(one, plain, min(fits, key=lambda f: f.noise).rho) for one in found])
     if not np.isfinite(cost).any():
@@ -40,22 +38,26 @@ def average_over_readouts(
     weight = np.exp(-(cost - cost.min()))
     weight /= weight.sum()
     best = found[int(np.argmax(weight))]
-    sure = [(w, one) for w, one in zip(weight, found) if w > 1e-4]
-    quantities = tuple(_mean_quantity(q, [(w, one.quantities[i]) for w, one in sure]) for i, q in enumerate(best.quantities))
+    likely = [(w, one) for w, one in zip(weight, found) if w > 1e-4]
+    quantities = []
+    for i, q in enumerate(best.quantities):
+        if q.quality != FAILED:
+            others = [(w, one.quantities[i]) for w, one in likely]
+            value, sd = _mean([(w, o.value, o.sd) for w, o in others if o.quality != FAILED])
+            q = replace(q, value=value, sd=sd)
+        quantities.append(q)
     assert best.bounces is not None  # those without have weight 0
-    bounces = _mean_table(best.bounces, [(w, one.bounces) for w, one in sure if one.bounces is not None])
+    bounces = _mean_table(best.bounces, [(w, one.bounces) for w, one in likely if one.bounces is not None])
     middle = float(weight @ tried)
-    sd = float(np.sqrt(weight @ (tried - middle) ** 2 + (tried[1] / 4) ** 2))
-    best_ms = f"{1e3 * middle:.2g} ± {1e3 * sd:.1g} ms"
+    readout_sd = float(np.sqrt(weight @ (tried - middle) ** 2 + (tried[1] / 4) ** 2))
+    best_ms = f"{1e3 * middle:.2g} ± {1e3 * readout_sd:.1g} ms"
     note = f"[camera] readout_s is not stated; falling and rising parts agree best at {best_ms}, which the sds allow for"
-    return replace(best, quantities=quantities, bounces=bounces), note
+    return replace(best, quantities=tuple(quantities), bounces=bounces), note
 
 
 def _negative_log_likelihood(one: Rebound, plain: Rebound, rho: float) -> float:
-    """−ln likelihood of a fit with noise correlated by rho, up to a constant.
-
-    Infinite where it found other bounces than the plain fit, or contradicts gravity where the plain fit does not.
-    """
+    """−ln likelihood of a fit with noise correlated by rho, up to a constant. Infinite where it
+    found other bounces than the plain fit, or contradicts gravity where the plain fit does not."""
     if one.flights is None or one.bounces is None or plain.bounces is None or len(one.bounces) != len(plain.bounces):
         return np.inf
     if one.contradicted and not plain.contradicted:
@@ -70,13 +72,6 @@ def _mean(parts: list[tuple[float, float, float]]) -> tuple[float, float]:
     weight, value, sd = np.array(parts).T
     middle = float(weight @ value / weight.sum())
     return middle, float(np.sqrt(weight @ (sd**2 + (value - middle) ** 2) / weight.sum()))
-
-
-def _mean_quantity(best: Quantity, parts: list[tuple[float, Quantity]]) -> Quantity:
-    if best.quality == FAILED:
-        return best
-    value, sd = _mean([(w, q.value, q.sd) for w, q in parts if q.quality != FAILED])
-    return replace(best, value=value, sd=sd)
 
 
 def _mean_table(best: pd.DataFrame, parts: list[tuple[float, pd.DataFrame]]) -> pd.DataFrame:

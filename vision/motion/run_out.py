@@ -12,12 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from vision.measurement import FAILED, MeasurementError, Quantity, failed
+from vision.measurement import FAILED, MeasurementError, Quantity, all_failed, failed
 from vision.motion.least_squares import correlated_mean, estimate_rho, fit, frame_lag, whiten
 from vision.motion.outliers import single_spikes
 from vision.motion.rolling_resistance import fit_resistance, resistance_notes
 from vision.motion.track import Track
 from vision.recording import Recording
+from vision.robust import difference_noise
 
 INCLINE_SD_DEG = 0.1  # of a stated incline
 LENGTH_SD_MM = 0.2  # of a stated distance on the incline: a seed laid against a mark
@@ -45,16 +46,15 @@ def measure_run_out(track: Track, recording: Recording, *, junction: tuple[float
     try:
         found = _measure(used.take(~spikes), recording, junction)
     except MeasurementError as error:
-        return RunOut(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES))
+        return RunOut(all_failed(QUANTITIES, str(error)))
     spike_notes = [f"{spikes.sum()} single rows far off their neighbours are left out"] if spikes.any() else []
     return replace(found, notes=(*spike_notes, *found.notes))
 
 
 def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
-    """Whether a seed did not leave the incline: its path, time [s] and x [mm] (n,), is no longer, and it was still accelerating.
-
-    That is, the last quarter of the path took less time than the quarter before.
-    """
+    """Whether a seed did not leave the incline: its path, time [s] and x [mm] (n,), is no longer,
+    and it was still accelerating. That is, the last quarter of the path took less time than the
+    quarter before."""
     length_mm = np.maximum.accumulate(np.abs(x - x[0]))
     if not 0 < length_mm[-1] <= incline_length_mm + LENGTH_SD_MM:
         return False
@@ -69,47 +69,43 @@ def _measure(track: Track, recording: Recording, in_picture: tuple[float, float]
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
     time, x = track.time, sign * track.x
     _check_run(track, x, recording)
-    notes: list[str] = []
-    speed, top = _speeds(time, x)
+    half = max(2, len(x) // 100)  # of about 2 % of the rows, over which speeds and the plotted path are taken
+    row = np.arange(len(x))
+    low, high = np.clip(row - half, 0, None), np.clip(row + half, None, len(x) - 1)
+    speed = (x[high] - x[low]) / (time[high] - time[low])
+    top = float(np.percentile(speed, 98))
     no_stop = ""
     try:
         stop, stop_sd, stop_row, doubts = _stop(track, x, speed, top)
     except MeasurementError as error:
         stop, stop_sd, stop_row, doubts, no_stop = float(x[-1]), math.nan, len(x) - 1, [], str(error)
-    place, place_sd, junction_notes, junction_doubts = _junction(track, x, speed, stop_row, recording, sign, in_picture)
-    notes += junction_notes
+    place, place_sd, notes, junction_doubts = _junction(track, x, speed, stop_row, recording, sign, in_picture)
     doubts = [*doubts, *junction_doubts, *_jumps(track, x, speed)]
     length = stop - place
     if length <= 0:
         raise MeasurementError(no_stop or "the seed stops before the junction: it never reaches the level plate")
     rests = not no_stop and stop <= x.max()
     level = fit_resistance(track, x, (place, place_sd), stop if rests else None, recording)
-    resistance, path = level.resistance, _smooth_path(time, x)
+    mean = np.ones(2 * half + 1) / (2 * half + 1)
+    resistance, path = level.resistance, np.convolve(np.pad(x, half, mode="edge"), mean, mode="valid")
     path[level.rows] = level.curve
     notes += resistance_notes(recording, [resistance])
-    for text in junction_doubts:
-        resistance = resistance if resistance.quality == FAILED else resistance.doubt(text)
+    if resistance.quality != FAILED:
+        resistance = resistance.doubt(*junction_doubts)
     fitted = (time, sign * path)
     if no_stop:
-        both = (failed("run_out", "mm", no_stop), failed("rolling_friction", "1", no_stop))
+        both = all_failed(QUANTITIES[:2], no_stop)
         return RunOut((*both, resistance), sign * place, None, None, fitted, tuple(notes))
     scale_sd = recording.camera.scale_sd if track.unit == "mm" else 0.0
     sd = math.sqrt(stop_sd**2 + place_sd**2 + (scale_sd * length) ** 2)
-    run_out = Quantity("run_out", length, sd, track.unit, sd_common=scale_sd * length)
-    for text in doubts:
-        run_out = run_out.doubt(text)
+    run_out = Quantity("run_out", length, sd, track.unit, sd_common=scale_sd * length).doubt(*doubts)
     friction = _friction(run_out, recording)
-    notes += _comparison_note(friction, resistance)
-    return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
-
-
-def _comparison_note(friction: Quantity, resistance: Quantity) -> list[str]:
-    """A note where Eq. 3 exceeds the rolling resistance by more than three sds."""
     above = friction.value - resistance.value
-    if not above > 3 * math.hypot(friction.sd, resistance.sd) or resistance.value <= 0:
-        return []
-    message = f"rolling_friction (Eq. 3) is {100 * above / resistance.value:.2g} % above rolling_resistance"
-    return [f"{message}: it counts losses to the air and at the corner as friction"]
+    if above > 3 * math.hypot(friction.sd, resistance.sd) and resistance.value > 0:
+        share = f"{100 * above / resistance.value:.2g} % above rolling_resistance"
+        losses = "it counts losses to the air and at the corner as friction"
+        notes.append(f"rolling_friction (Eq. 3) is {share}: {losses}")
+    return RunOut((run_out, friction, resistance), sign * place, sign * stop, float(time[stop_row]), fitted, tuple(notes))
 
 
 def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
@@ -117,7 +113,7 @@ def _check_run(track: Track, x: np.ndarray, recording: Recording) -> None:
     if np.ptp(x) < (1.0 if track.unit == "mm" else 4.0):
         raise MeasurementError(f"the seed does not roll: it moves {np.ptp(x):.3g} {track.unit} in all")
     length_mm = recording.roll.incline_length_mm
-    if length_mm and track.unit == "mm" and track.timed and ends_on_incline(track.t_s, x, length_mm):
+    if length_mm and track.physical and ends_on_incline(track.t_s, x, length_mm):
         of = f"{np.ptp(x):.4g} of {length_mm:g} mm"
         raise MeasurementError(f"the seed does not leave the incline ({of}): there is no run-out")
     if recording.evidence == "gates.csv":
@@ -139,24 +135,16 @@ def _friction(run_out: Quantity, recording: Recording) -> Quantity:
     parts = by * [LENGTH_SD_MM, INCLINE_SD_DEG, run_out.sd]
     common = math.hypot(parts[1], by[2] * run_out.sd_common)
     quantity = Quantity("rolling_friction", value, float(np.linalg.norm(parts)), "1", sd_common=common)
-    return quantity.doubt(run_out.reason) if run_out.reason else quantity
+    return quantity.doubt(run_out.reason)
 
 
-def rolling_friction_eq3(way_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
+def rolling_friction_eq3(length_mm: float, incline_deg: float, run_out_mm: float) -> tuple[float, np.ndarray]:
     """μ_r = S sin β / (S cos β + L) and its derivatives by S [1/mm], β [1/°] and L [1/mm]."""
     beta = math.radians(incline_deg)
-    below = way_mm * math.cos(beta) + run_out_mm
-    value = way_mm * math.sin(beta) / below
-    by_beta = (way_mm * math.cos(beta) * below + way_mm**2 * math.sin(beta) ** 2) / below**2
+    below = length_mm * math.cos(beta) + run_out_mm
+    value = length_mm * math.sin(beta) / below
+    by_beta = (length_mm * math.cos(beta) * below + length_mm**2 * math.sin(beta) ** 2) / below**2
     return value, np.array([math.sin(beta) * run_out_mm / below**2, math.radians(by_beta), -value / below])
-
-
-def _speeds(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
-    """Speed at each row over a window of about 2 % of the rows, and their 98th percentile."""
-    half = max(2, len(x) // 100)
-    low, high = np.clip(np.arange(len(x)) - half, 0, None), np.clip(np.arange(len(x)) + half, None, len(x) - 1)
-    speed = (x[high] - x[low]) / (time[high] - time[low])
-    return speed, float(np.percentile(speed, 98))
 
 
 def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[float, float, int, list[str]]:
@@ -171,12 +159,12 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
     end_speed = float(np.polyfit(track.time[tail], x[tail], 1)[0])
     doubts: list[str] = []
     if rest < 5 and end_speed > 0.05 * top:
-        return _extrapolated(track, x, end_speed, top)
+        return _extrapolated(track, x, end_speed)
     # The last third of the rest: a seed that rocks has lost most of its swing by then.
     rows = slice(len(x) - max(5, rest // 3), None)
     swing = float(np.ptp(x[rows])) / 2
     stop, sd = correlated_mean(x[rows], track.frame[rows])
-    noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6)
+    noise = difference_noise(x, 2)
     if swing > 6 * noise + 0.5:
         doubts.append(f"the seed still rocks by ± {swing:.2g} {track.unit} at the end of the recording")
         sd = math.hypot(sd, swing / 2)
@@ -186,7 +174,7 @@ def _stop(track: Track, x: np.ndarray, speed: np.ndarray, top: float) -> tuple[f
     return stop, sd, min(last, len(x) - 1), doubts
 
 
-def _extrapolated(track: Track, x: np.ndarray, end_speed: float, top: float) -> tuple[float, float, int, list[str]]:
+def _extrapolated(track: Track, x: np.ndarray, end_speed: float) -> tuple[float, float, int, list[str]]:
     """As `_stop`, for a seed that still moves at the end: extrapolated at constant deceleration; MeasurementError if that is far."""
     late = slice(np.searchsorted(x, x[0] + 0.6 * np.ptp(x)), None)
     t = track.time[late] - track.time[-1]
@@ -206,7 +194,7 @@ def _extrapolated(track: Track, x: np.ndarray, end_speed: float, top: float) -> 
 
 def _jumps(track: Track, x: np.ndarray, speed: np.ndarray) -> list[str]:
     """A doubt where a step is larger than twice the greatest speed and the noise allow."""
-    excess = np.abs(np.diff(x)) - 2 * float(speed.max()) * np.diff(track.time) - 8 * _noise(x)
+    excess = np.abs(np.diff(x)) - 2 * float(speed.max()) * np.diff(track.time) - 8 * difference_noise(x, 3)
     at = int(np.argmax(excess))
     if excess[at] <= 0:
         return []
@@ -214,14 +202,9 @@ def _jumps(track: Track, x: np.ndarray, speed: np.ndarray) -> list[str]:
     return [f"the track jumps by {x[at + 1] - x[at]:+.3g} {track.unit} in one step at {when}"]
 
 
-def _noise(x: np.ndarray) -> float:
-    """Noise of a place from third differences, which acceleration does not change."""
-    return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / math.sqrt(20)
-
-
 def _rest_rows(track: Track, x: np.ndarray, speed: np.ndarray) -> int:
     """Number of rows at the start in which the seed rests, 0 where the track begins with a moving seed."""
-    near = x <= np.median(x[:5]) + 4 * _noise(x) + 1e-6 * np.ptp(x)
+    near = x <= np.median(x[:5]) + 4 * difference_noise(x, 3) + 1e-6 * np.ptp(x)
     rows = int(np.flatnonzero(near)[-1]) + 1
     if rows < 4 or np.polyfit(track.time[:rows], x[:rows], 1)[0] > 0.25 * np.percentile(speed, 98):
         return 0
@@ -239,11 +222,9 @@ def _junction(track: Track, x, speed, stop_row: int, recording: Recording, sign:
         place, sd = start + length_mm, math.hypot(start_sd, LENGTH_SD_MM)
         notes = [f"the junction is {length_mm:g} mm along the path from where the seed rests at first"]
     elif kinematic is None:
-        if length_mm is None:
-            text = f"{recording.toml}: [roll] incline_length_mm is missing, and the motion does not show where the incline ends"
-        else:
-            text = "neither the release nor the end of the incline is in the track: begin it before the seed is let go"
-        raise MeasurementError(text)
+        missing = f"{recording.toml}: [roll] incline_length_mm is missing, and the motion does not show where the incline ends"
+        early = "neither the release nor the end of the incline is in the track: begin it before the seed is let go"
+        raise MeasurementError(missing if length_mm is None else early)
     else:
         place, sd = kinematic
         return place, sd, [f"the junction is where speeding up turns into slowing down, ± {sd:.2g} {track.unit}"], []
@@ -287,10 +268,3 @@ def _fastest_place(track: Track, x: np.ndarray, speed: np.ndarray, stop_row: int
     slope = -found.params[1] - found.params[2] * np.minimum(late, 0) - found.params[3] * np.maximum(late, 0)
     white = whiten(np.column_stack([columns(turn), slope]), frame_lag(frame), found.rho) / found.noise
     return float(found.params[0]), math.sqrt(float(np.linalg.pinv(white.T @ white)[0, 0]))
-
-
-def _smooth_path(time: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Running mean of the places, for the plot."""
-    half = max(2, len(x) // 100)
-    padded = np.pad(x, half, mode="edge")
-    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")

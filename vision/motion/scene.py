@@ -13,12 +13,16 @@ import numpy as np
 
 from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
-from vision.motion.colour import colour_axes, in_sds, noise_matrix
+from vision.robust import robust_sd
 
 COARSE_WIDTH = 320  # px of the picture on which moving things are detected
 MEDIAN_FRAMES = 25
 LEAST_CHANGE = 0.05  # of the greatest change between two frames: less is a change of light, not motion
 RESTLESS = 2.0  # deviation, in units of the median one, above which a pixel has more noise than the others
+# Orthonormal: brightness and two colours; a grey picture has only the first.
+AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]])
+AXES /= np.linalg.norm(AXES, axis=1, keepdims=True)
+HUE_FLOOR = 1.5 / 255  # of white: video stores colours coarsely, with errors where something moves
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class Scene:
     """background: the picture without the seed, float32 (h, w, c), c = 1 (grey) or 3 colours.
 
     factor: full px per coarse px; coarse: the coarse picture's background; restless (h, w) ≥ 1: relative noise of each coarse pixel.
-    matrix, coarse_matrix: colours → sds of the noise (colour.in_sds). noise_spread ≥ 1: factor by which correlation of neighbouring
+    matrix, coarse_matrix: colours → sds of the noise (in_sds). noise_spread ≥ 1: factor by which correlation of neighbouring
     pixels enlarges the variance of sums. white: the greatest grey level. first: the first frame.
     """
 
@@ -51,10 +55,9 @@ class Scene:
         return grey(self.background)
 
     def coarse_difference(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """The coarse picture less the background, the background, both in sds of the noise (h, w, c), and the light's gain.
-
-        gain: brightness relative to the background, for slow drift and flicker.
-        """
+        """The coarse picture less the background, the background, both in sds of the noise (h, w,
+        c), and the light's gain. gain: brightness relative to the background, for slow drift and
+        flicker."""
         height, width = self.coarse.shape[:2]
         small = colours(cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
         gain = float(np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2)))
@@ -75,10 +78,7 @@ def grey(pixels: np.ndarray) -> np.ndarray:
 
 
 def learn_scene(source: FrameSource, still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None) -> Scene:
-    """Estimate background and noise from frames sampled over the whole recording.
-
-    still(pictures): returns the pictures whose median is the background; default: pictures evenly spaced in motion.
-    """
+    """Estimate background and noise; still(pictures): those whose median is the background, default: evenly spaced in motion."""
     frames = source.sample(61)
     if len(frames) < 3:
         raise MeasurementError(f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3")
@@ -100,16 +100,6 @@ def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     """MEDIAN_FRAMES of the frames, evenly spaced in the amount of motion."""
     if len(frames) <= 5:
         return frames
-    moved = _motion_between(frames)
-    moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
-    path = np.concatenate([[0.0], np.cumsum(moved)])
-    wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
-    # A frame may be taken several times, so that the few frames of a short motion outvote the rest.
-    return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
-
-
-def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
-    """Share of the picture that changes from each frame to the next, (n − 1,), not counting slow changes of light."""
     height, width = frames[0].shape[:2]
     size = (min(width, 160), max(1, round(height * min(width, 160) / width)))
     small = [cv2.resize(grey(f), size, interpolation=cv2.INTER_AREA) for f in frames]
@@ -117,7 +107,12 @@ def _motion_between(frames: list[np.ndarray]) -> np.ndarray:
     change = np.array([np.abs(b - a) for a, b in itertools.pairwise(even)])
     # In a picture without noise the median is 0, and the changing shading of a turning thing would count as motion.
     level = max(8 * float(np.median(change)) + 0.01, LEAST_CHANGE * float(change.max()))
-    return (change > level).mean(axis=(1, 2))
+    moved = (change > level).mean(axis=(1, 2))
+    moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
+    path = np.concatenate([[0.0], np.cumsum(moved)])
+    wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
+    # A frame may be taken several times, so that the few frames of a short motion outvote the rest.
+    return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
 
 
 def _median(frames: list[np.ndarray]) -> np.ndarray:
@@ -145,8 +140,8 @@ def _noise(frames: list[np.ndarray], background: np.ndarray, coarse: np.ndarray)
         off = colour_axes(plain - gain * background)
         sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
         clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
-        own = float((clear**2).mean())
-        near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / own if own > 0 else 0.0
+        power = float((clear**2).mean())
+        near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / power if power > 0 else 0.0
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
         small = colours(cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)) - gain * coarse
         coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])
@@ -163,9 +158,41 @@ def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:
 
 
 def _spread(off: np.ndarray) -> float:
-    """Robust sd: from the median or the 95th percentile of the deviations, whichever is larger.
-
-    A video codec repeats most of the picture unchanged and has errors in the rest, which the median alone does not show.
-    """
+    """Robust sd: from the median or the 95th percentile of the deviations, whichever is larger. A
+    video codec repeats most of the picture unchanged and has errors in the rest, which the median
+    alone does not show."""
     size = np.abs(off - np.median(off))
-    return max(1.4826 * float(np.median(size)), float(np.percentile(size[::2, ::2], 95)) / 1.96)
+    return max(robust_sd(size), float(np.percentile(size[::2, ::2], 95)) / 1.96)
+
+
+def noise_matrix(sd: np.ndarray, white: float) -> np.ndarray:
+    """(c, c): transforms colours to sds of the noise; sd (c,): of brightness and, for three colours, of the two other axes."""
+    if len(sd) == 1:
+        return np.array([[1 / sd[0]]], np.float32)
+    hue = max(sd[0], HUE_FLOOR * white)
+    return (AXES / np.maximum(sd, [0.0, hue, hue])[:, None]).astype(np.float32)
+
+
+def colour_axes(colours: np.ndarray) -> np.ndarray:
+    """(h, w, c): brightness and the two other axes."""
+    return colours if colours.shape[2] == 1 else cv2.transform(colours, AXES.astype(np.float32))
+
+
+def in_sds(colours: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """(h, w, c) float32 in sds of the noise."""
+    return colours * matrix[0, 0] if matrix.shape == (1, 1) else cv2.transform(colours, matrix)
+
+
+def weighted_product(a: np.ndarray, b: np.ndarray, background_sds: np.ndarray, shade: float) -> np.ndarray:
+    """Scalar product of two differences (…, c) where shadows of relative sd `shade` count as noise;
+    all in sds of the noise. Of grey pictures, in which a shadow is a change like any other, the
+    plain product."""
+    plain = dot(a, b)
+    if background_sds.shape[-1] == 1 or shade == 0:
+        return plain
+    return plain - dot(a, background_sds) * dot(b, background_sds) / (shade**-2 + dot(background_sds, background_sds))
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Scalar product over the last axis."""
+    return np.einsum("...k,...k->...", a, b)

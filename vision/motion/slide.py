@@ -15,14 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
+from scipy.signal import savgol_filter
 
 from vision.evidence.resolution import reading_step
-from vision.measurement import MeasurementError, Quantity, failed
+from vision.measurement import MeasurementError, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
 from vision.motion.least_squares import estimate_rho, fit, frame_lag, whiten
 from vision.motion.outliers import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
+from vision.robust import difference_noise
 
 TILT_SD_DEG = 0.05  # of a goniometer or inclinometer, common to a whole session
 START_SD_DEG = 0.5  # of a stated angle at t = 0: a film may begin somewhat before the tilting
@@ -47,10 +49,9 @@ class Slide:
 
 @dataclass(frozen=True)
 class _Tilt:
-    """The plate's angle [rad] and its rate at each row, and integrals of g sin θ and g cos θ from the first row.
-
-    sd [deg]: error that all rows and all recordings of a session share; pictured: the angle is from the plate's edge in the picture.
-    """
+    """The plate's angle [rad] and its rate at each row, and integrals of g sin θ and g cos θ from
+    the first row. sd [deg]: error that all rows and all recordings of a session share; pictured:
+    the angle is from the plate's edge in the picture."""
 
     angle: np.ndarray
     rate: np.ndarray
@@ -70,21 +71,21 @@ def measure_slide_track(track: Track, recording: Recording) -> Slide:
         tilt, notes = _tilt(used, recording)
         return _measure(used, tilt, recording, notes)
     except MeasurementError as error:
-        return Slide(tuple(failed(name, unit, str(error)) for name, unit in QUANTITIES), None, None)
+        return Slide(all_failed(QUANTITIES, str(error)), None, None)
 
 
 def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) -> Slide:
     time, x = track.time, track.x
-    sign = 1.0 if _last_mean(x) >= _first_mean(x) else -1.0
-    noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / math.sqrt(6) + 1e-9
+    sign = 1.0 if _first_mean(x[::-1]) >= _first_mean(x) else -1.0
+    noise = difference_noise(x, 2) + 1e-9
     travel = float(np.ptp(x))
     least = max(20 * noise, 0.3 if track.unit == "mm" else 2.0)
     if travel < least:
         raise MeasurementError(f"the block does not slide: it moves {travel:.3g} {track.unit} in all")
     stop = _end_of_slide(time, sign * x, noise)
-    physical = track.unit == "mm" and track.timed
-    onset, found, solution = _fit_onset(track, tilt, sign, stop, physical)
-    values, cov = solution
+    physical = track.physical
+    found, values, cov = _fit_onset(track, tilt, sign, stop, physical)
+    onset = float(values[0])
     angle = math.degrees(float(np.interp(onset, time, tilt.angle)))
     rate = math.degrees(abs(float(np.interp(onset, time, tilt.rate))))
     onset_sd = math.sqrt(cov[0, 0])
@@ -94,12 +95,12 @@ def _measure(track: Track, tilt: _Tilt, recording: Recording, notes: list[str]) 
     slide_angle = Quantity("slide_angle", angle, sd, "deg", sd_common=tilt.sd)
     static = Quantity("static_friction", math.tan(radians), steep * sd, "1", sd_common=steep * tilt.sd)
     if physical:
-        kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording, rate)
+        kinetic = _kinetic(values, cov, track, tilt, onset, stop, recording)
     else:
         unknown = "camera.mm_per_px" if track.unit == "px" else "camera.fps"
         kinetic = failed("kinetic_friction", "1", f"the acceleration is known in pixels or frames only; {unknown} is needed")
     quantities = [slide_angle, static, kinetic]
-    quantities = [_doubts(q, track, onset, onset_sd, stop, found, noise, travel, kinetic, static) for q in quantities]
+    quantities = [_doubts(q, track, onset, stop, found, noise, travel, kinetic, static) for q in quantities]
     if found.rho > 0.3:
         notes.append(f"successive frames err together (AR(1) ρ = {found.rho:.2f}); the standard deviations allow for it")
     if stop < len(x):
@@ -113,7 +114,10 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
     rate, start, notes = stated.tilt_rate_deg_s, stated.start_deg, []
     if track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 4:
         known = np.isfinite(track.tilt_deg)
-        angle = _smooth(time, track.tilt_deg, known)
+        # local lines over about a thirtieth of the rows
+        filled = np.interp(time, time[known], track.tilt_deg[known])
+        window = max(5, len(filled) // 30) // 2 * 2 + 1
+        angle = savgol_filter(filled, window, 1) if len(filled) > window else filled
         sd = track.tilt_sd_deg or math.hypot(TILT_SD_DEG, reading_step(track.tilt_deg[known]) / math.sqrt(12))
     elif rate is None or not track.timed:
         raise MeasurementError(f"{recording.toml}: {ANGLE_MISSING}" + ("" if track.timed or not rate else " together with camera.fps"))
@@ -127,15 +131,6 @@ def _tilt(track: Track, recording: Recording) -> tuple[_Tilt, list[str]]:
     gradient = np.gradient(theta, time)
     double = (*integrals(time, G_MM_S2 * np.sin(theta)), *integrals(time, G_MM_S2 * np.cos(theta)))
     return _Tilt(theta, gradient, *double, sd, pictured), notes
-
-
-def _smooth(time: np.ndarray, tilt: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """The angle smoothed by local lines over about a thirtieth of the rows (Savitzky–Golay)."""
-    from scipy.signal import savgol_filter
-
-    filled = np.interp(time, time[known], tilt[known])
-    window = max(5, len(filled) // 30) // 2 * 2 + 1
-    return savgol_filter(filled, window, 1) if len(filled) > window else filled
 
 
 def integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,18 +153,13 @@ def _from(onset: float, time: np.ndarray, values1: np.ndarray, values2: np.ndarr
 
 
 def _turning(time: np.ndarray, x: np.ndarray, tilt: _Tilt) -> np.ndarray:
-    """∫ 2 θ̇ (x − x₀) dt from the first row; x downhill.
-
-    Without this Coriolis term an onset at 2 °/s with μ_k = μ_s would be found 0.07° late.
-    """
+    """∫ 2 θ̇ (x − x₀) dt from the first row (Coriolis), without which an onset at 2 °/s is found 0.07° late; x downhill."""
     return integrals(time, 2 * tilt.rate * (x - _first_mean(x)))[0]
 
 
 def _design(onset: float, time, tilt: _Tilt, turning, stop: int, physical: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Columns [1, C − B] and the known part A (physical), or [1, A, −B] and μ_s C where the length unit is unknown.
-
-    With the plate's angle from the picture, one more column: the angle itself.
-    """
+    """Columns [1, C − B] and the known part A (physical), or [1, A, −B] and μ_s C where the length
+    unit is unknown. With the plate's angle from the picture, one more column: the angle itself."""
     a = _from(onset, time, tilt.sin1, tilt.sin2, G_MM_S2 * np.sin(tilt.angle))[:stop]
     b = _from(onset, time, tilt.cos1, tilt.cos2, G_MM_S2 * np.cos(tilt.angle))[:stop]
     c = np.where(time > onset, turning - np.interp(onset, time, turning), 0.0)[:stop]
@@ -181,7 +171,7 @@ def _design(onset: float, time, tilt: _Tilt, turning, stop: int, physical: bool)
 
 
 def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool):
-    """Best onset, the linear fit there, and (t₀, linear parameters) with their joint covariance."""
+    """The linear fit at the best onset, and (onset, linear parameters) with their joint covariance."""
     time, x, lag = track.time, sign * track.x[:stop], frame_lag(track.frame[:stop])
     turning = _turning(time, sign * track.x, tilt)
 
@@ -203,26 +193,22 @@ def _fit_onset(track: Track, tilt: _Tilt, sign: float, stop: int, physical: bool
             rho = estimate_rho(design, x - known, lag)
     found = fit(design, x - known, lag, rho=rho)
 
-    def model(params: np.ndarray) -> np.ndarray:
-        columns, part = _design(params[0], time, tilt, turning, stop, physical)
-        return columns @ params[1:] + part
+    def model(onset: float) -> np.ndarray:
+        columns, part = _design(onset, time, tilt, turning, stop, physical)
+        return columns @ found.params + part
 
-    params = np.concatenate([[onset], found.params])
     step = max(1e-4 * (time[stop - 1] - time[0]), 0.2 * track.step)
-    later, sooner = params.copy(), params.copy()
-    later[0], sooner[0] = onset + step, onset - step
-    slope = (model(later) - model(sooner)) / (2 * step)
+    slope = (model(onset + step) - model(onset - step)) / (2 * step)
     jacobian = whiten(np.column_stack([slope, design]), lag, rho) / found.noise
     cov = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-15)
     cov[0, 0] = _onset_sd(lambda t: misfit(t, rho) / found.noise**2, onset, time[0], time[stop - 3]) ** 2
-    return onset, found, (params, cov)
+    return found, np.concatenate([[onset], found.params]), cov
 
 
 def _onset_sd(misfit, onset: float, first: float, last: float) -> float:
-    """sd of the onset from the interval in which the misfit [σ²] rises by less than 1.96².
-
-    The linearised covariance does not suffice: with μ_k = μ_s the misfit rises with the fourth power.
-    """
+    """sd of the onset from the interval in which the misfit [σ²] rises by less than 1.96². The
+    linearised covariance does not suffice: with μ_k = μ_s the misfit rises with the fourth
+    power."""
     least = misfit(onset)
     reach = []
     for limit in (first, last):
@@ -235,7 +221,7 @@ def _onset_sd(misfit, onset: float, first: float, last: float) -> float:
     return sum(reach) / 2 / 1.96
 
 
-def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, recording: Recording, rate: float) -> Quantity:
+def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, recording: Recording) -> Quantity:
     """Quantity kinetic_friction, with errors of scale and tilt: Δμ = (a / g cos θ) Δscale and Δμ = Δθ / cos² θ."""
     late = slice(np.searchsorted(track.time, onset), stop)
     theta = float(np.mean(tilt.angle[late])) if stop > late.start else float(tilt.angle[stop - 1])
@@ -245,7 +231,7 @@ def _kinetic(params, cov, track: Track, tilt: _Tilt, onset: float, stop: int, re
     return Quantity("kinetic_friction", value, math.hypot(*parts), "1", sd_common=math.hypot(*parts[1:]))
 
 
-def _doubts(q: Quantity, track: Track, onset, onset_sd, stop, found, noise, travel, kinetic, static) -> Quantity:
+def _doubts(q: Quantity, track: Track, onset, stop, found, noise, travel, kinetic, static) -> Quantity:
     if q.quality == "failed":
         return q
     before = int((track.time[:stop] < onset).sum())
@@ -276,7 +262,3 @@ def _end_of_slide(time: np.ndarray, x: np.ndarray, noise: float) -> int:
 
 def _first_mean(x: np.ndarray) -> float:
     return float(np.median(x[: max(3, len(x) // 20)]))
-
-
-def _last_mean(x: np.ndarray) -> float:
-    return float(np.median(x[-max(3, len(x) // 20) :]))

@@ -10,16 +10,16 @@ import math
 
 import numpy as np
 
-from vision.measurement import MeasurementError, Quantity, failed
+from vision.measurement import MeasurementError, Quantity, all_failed, failed
 from vision.motion.flight import G_MM_S2
-from vision.motion.least_squares import variance_factor
+from vision.motion.least_squares import all_stated, variance_factor
+from vision.motion.outliers import rows_at_rest
 from vision.motion.slide import QUANTITIES, TILT_SD_DEG, Slide, integrals, measure_slide_track
 from vision.motion.track import Track
 from vision.recording import Recording
 
 FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
 UNKNOWNS = 3
-STILL = 0.01  # of the travel: rows so near the first are those of a block at rest
 NO_ONSET = "light gates and tracks of few rows do not show when the block lets go; a reading of the angle, a film or a longer track does"
 
 
@@ -28,7 +28,7 @@ def measure_slide(track: Track, recording: Recording) -> Slide:
     used = track.used()
     if recording.evidence != "gates.csv" and len(used) >= FEW_ROWS:
         return measure_slide_track(track, recording)
-    onset = tuple(failed(name, unit, NO_ONSET) for name, unit in QUANTITIES[:2])
+    onset = all_failed(QUANTITIES[:2], NO_ONSET)
     try:
         friction, fitted, notes = _kinetic(used, recording)
     except MeasurementError as error:
@@ -37,13 +37,9 @@ def measure_slide(track: Track, recording: Recording) -> Slide:
 
 
 def _kinetic(track: Track, recording: Recording) -> tuple[Quantity, tuple[np.ndarray, np.ndarray], tuple[str, ...]]:
-    if track.unit != "mm" or not track.timed:
-        missing = "mm_per_px" if track.unit != "mm" else "fps"
-        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; an acceleration needs lengths and times")
+    track.need_physical(recording)
     sign = 1.0 if track.x[-1] >= track.x[0] else -1.0
-    still = np.abs(track.x - track.x[0]) < STILL * np.ptp(track.x)
-    first = int(np.argmin(still)) if not still.all() else len(track)
-    moving = track if first < 2 else track.take(np.arange(len(track)) >= first)
+    moving = track.take(slice(rows_at_rest(track.x), None))
     if len(moving) <= UNKNOWNS:
         raise MeasurementError(f"{len(moving)} rows of sliding; place, speed and friction need at least {UNKNOWNS + 1}")
     time, x = moving.t_s, sign * moving.x
@@ -52,11 +48,8 @@ def _kinetic(track: Track, recording: Recording) -> tuple[Quantity, tuple[np.nda
     middle = float(np.mean(theta))
     scale_sd = 0.0 if recording.evidence == "gates.csv" else recording.camera.scale_sd
     sd = math.sqrt(sd**2 + ((math.tan(middle) - value) * scale_sd) ** 2 + (math.radians(sd_deg) / math.cos(middle) ** 2) ** 2)
-    quantity = Quantity("kinetic_friction", value, sd, "1")
-    if value < -2 * sd:
-        quantity = quantity.doubt("negative kinetic friction: are angle, scale and times right?")
-    if doubt:
-        quantity = quantity.doubt(doubt)
+    negative = "negative kinetic friction: are angle, scale and times right?" if value < -2 * sd else ""
+    quantity = Quantity("kinetic_friction", value, sd, "1").doubt(negative, doubt)
     return quantity, (time, sign * curve), (note,)
 
 
@@ -70,9 +63,9 @@ def _angle(track: Track, recording: Recording) -> tuple[np.ndarray, float, str]:
         message = "[slide] start_deg, the plate's angle at t = 0, is missing; without it an acceleration gives no friction"
         raise MeasurementError(f"{recording.toml}: {message}")
     rate = slide.tilt_rate_deg_s or 0.0
-    how = f"tilting at {rate:g} °/s from {slide.start_deg:g}° at t = 0" if rate else f"standing at {slide.start_deg:g}°"
+    motion = f"tilting at {rate:g} °/s from {slide.start_deg:g}° at t = 0" if rate else f"standing at {slide.start_deg:g}°"
     sd = math.hypot(TILT_SD_DEG, 0.01 * rate * float(track.t_s[-1]))
-    return np.radians(slide.start_deg + rate * track.t_s), sd, f"the plate is {how}"
+    return np.radians(slide.start_deg + rate * track.t_s), sd, f"the plate is {motion}"
 
 
 def _fit(time: np.ndarray, x: np.ndarray, sd: np.ndarray, theta: np.ndarray, gates: bool) -> tuple[float, float, np.ndarray, str]:
@@ -84,7 +77,7 @@ def _fit(time: np.ndarray, x: np.ndarray, sd: np.ndarray, theta: np.ndarray, gat
     turning = 2 * np.interp(fine, tau, rate) * np.polyval(np.polyfit(fine, speed, 1), fine)
     pull, press = (np.interp(tau, fine, integrals(fine, v)[1]) for v in (G_MM_S2 * np.sin(angle), G_MM_S2 * np.cos(angle) - turning))
     design = np.column_stack([np.ones(len(tau)), tau, -press])
-    stated = bool(np.isfinite(sd).all() and (sd > 0).all())
+    stated = all_stated(sd)
     weight = 1 / sd if stated else np.ones(len(tau))
     if gates and not stated:
         weight = 1 / np.maximum(np.abs(np.gradient(x, time)), 1e-3 * np.ptp(x) / np.ptp(time))

@@ -63,17 +63,12 @@ def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
 
 
 def free_flights(
-    rows: tuple[np.ndarray, ...],
-    time: np.ndarray,
-    height: np.ndarray,
-    residual: np.ndarray,
-    contact_states: list[tuple[float, float]],
-    step_s: float,
-) -> int:
-    """Number of flights that are free: up to the first (after two) that is no parabola, falls otherwise or ends in mid-air.
-
-    Rocking, rolling and leaving the picture make minima of the height as well. contact_states: height and speed at each contact.
-    """
+    rows: tuple[np.ndarray, ...], time: np.ndarray, height: np.ndarray, residual: np.ndarray,
+    contact_states: list[tuple[float, float]], step_s: float,
+) -> int:  # fmt: skip
+    """Number of flights that are free: up to the first (after two) that is no parabola, falls
+    otherwise or ends in mid-air. Rocking, rolling and leaving the picture make minima of the height
+    as well. contact_states: height and speed at each contact."""
     return min(_scattering_alike(rows, residual), _falling_alike(rows, time, height), _at_plate(contact_states, height, step_s))
 
 

@@ -15,6 +15,8 @@ from vision.motion.outliers import slips
 from vision.recording import Camera, Recording
 
 GATE_SD_MM = 0.3  # of a light gate's place read off a ruler: its beam is some millimetres wide
+_ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
+_OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,18 @@ class Track:
         return bool(np.isfinite(self.t_s).all())
 
     @property
+    def physical(self) -> bool:
+        """Whether lengths are in mm and times in s."""
+        return self.unit == "mm" and self.timed
+
+    def need_physical(self, recording: Recording) -> None:
+        """MeasurementError, naming the missing key, unless lengths are in mm and times in s."""
+        if not self.physical:
+            key = "mm_per_px" if self.unit != "mm" else "fps"
+            message = f"[camera] {key} is missing; an acceleration needs lengths and times"
+            raise MeasurementError(f"{recording.toml}: {message}")
+
+    @property
     def time(self) -> np.ndarray:
         """Seconds, or frames where the frame rate is unknown."""
         return self.t_s if self.timed else self.frame.astype(float)
@@ -66,15 +80,12 @@ class Track:
 
     def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
+        columns = {name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)}
+        return replace(self, **{k: None if c is None else c[rows] for k, c in columns.items()})
 
-        def some(column: Any) -> Any:
-            return None if column is None else column[rows]
-
-        return replace(self, **{name: some(getattr(self, name)) for name in (*_ALWAYS, *_OPTIONAL)})
-
-    def marked(self, outlier: np.ndarray, note: str = "") -> "Track":
+    def marked(self, outlier: np.ndarray) -> "Track":
         """The same track with more rows marked as outliers."""
-        return replace(self, outlier=self.outlier | outlier, notes=(*self.notes, note) if note else self.notes)
+        return replace(self, outlier=self.outlier | outlier)
 
     def spin(self, rows: np.ndarray) -> tuple[float, float]:
         """Spin [rad per time unit, anticlockwise] over some rows and its sd; NaN with an orientation in fewer than 5 of them."""
@@ -83,27 +94,20 @@ class Track:
         rows = rows[np.isfinite(self.angle_deg[rows])]
         if len(rows) < 5:
             return np.nan, np.nan
-        weight = None
-        if self.angle_sd_deg is not None and np.isfinite(self.angle_sd_deg[rows]).all():
-            weight = np.median(self.angle_sd_deg[rows]) / np.maximum(self.angle_sd_deg[rows], 1e-3)
+        weight, sd = None, None if self.angle_sd_deg is None else self.angle_sd_deg[rows]
+        if sd is not None and np.isfinite(sd).all():
+            weight = np.median(sd) / np.maximum(sd, 1e-3)
         design = np.column_stack([np.ones(len(rows)), self.time[rows] - self.time[rows].mean()])
         found = fit(design, np.radians(self.angle_deg[rows]), frame_lag(self.frame[rows]), weight=weight)
         return float(found.params[1]), float(np.sqrt(found.cov[1, 1]))
 
     def to_table(self) -> pd.DataFrame:
         """The columns of track.csv, plus the frame number, the sds and the outlier mark; unknown columns are left out."""
-        unit = self.unit
-        columns = {"frame": self.frame, "t_s": self.t_s, f"x_{unit}": self.x, f"y_{unit}": self.y, f"sd_{unit}": self.sd}
-        for name in _OPTIONAL:
-            if getattr(self, name) is not None:
-                columns[name] = getattr(self, name)
-        columns["outlier"] = self.outlier.astype(int)
-        table = pd.DataFrame(columns)
-        return table.drop(columns=[c for c in ("t_s", f"sd_{unit}") if table[c].isna().all()])
-
-
-_ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
-_OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
+        places = {f"x_{self.unit}": self.x, f"y_{self.unit}": self.y, f"sd_{self.unit}": self.sd}
+        more = {name: getattr(self, name) for name in _OPTIONAL if getattr(self, name) is not None}
+        columns = {"frame": self.frame, "t_s": self.t_s, **places, **more}
+        table = pd.DataFrame({**columns, "outlier": self.outlier.astype(int)})
+        return table.drop(columns=[c for c in ("t_s", f"sd_{self.unit}") if table[c].isna().all()])
 
 
 def make_track(
@@ -149,9 +153,8 @@ def track_from_gates(recording: Recording) -> Track:
     if rig not in GATE_PLACE:
         raise MeasurementError(f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)}, not to a {rig}")
     table = read_gates(recording.files[0], rig)
-    time, place = table.rows["t_s"].to_numpy(float), table.rows[GATE_PLACE[rig]].to_numpy(float)
-    sd_s = table.rows["sd_s"].to_numpy(float) if "sd_s" in table.rows else np.full(len(time), np.nan)
-    sd_mm = table.rows["sd_mm"].to_numpy(float) if "sd_mm" in table.rows else np.full(len(time), GATE_SD_MM)
+    rows = table.rows.assign(**{c: v for c, v in (("sd_s", np.nan), ("sd_mm", GATE_SD_MM)) if c not in table.rows})
+    time, place, sd_s, sd_mm = (rows[c].to_numpy(float) for c in ("t_s", GATE_PLACE[rig], "sd_s", "sd_mm"))
     sd = np.hypot(np.abs(_falling(time, place) if rig == "drop" else np.gradient(place, time)) * sd_s, sd_mm)
     zero = np.zeros(len(time))
     return make_track(time, zero if rig == "drop" else place, place if rig == "drop" else zero, sd=sd, notes=table.notes)

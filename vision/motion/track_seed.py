@@ -14,10 +14,11 @@ import numpy as np
 from vision.evidence.frames import FrameSource
 from vision.measurement import MeasurementError
 from vision.motion.detect import Silhouette, find_silhouettes
-from vision.motion.ellipse_track import fit_ellipses
+from vision.motion.ellipse import fit_ellipses
 from vision.motion.scene import Scene, learn_scene
 from vision.motion.track import Track, make_track
 from vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
+from vision.robust import robust_sd
 
 MOST_AREA_CHANGE = 0.12  # from the frames around: more means merged with something, or partly hidden
 MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
@@ -38,12 +39,9 @@ def track_seed(
     source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
     at: tuple[float, float, float] | None = None, area_px: tuple[float, float] = (0.0, np.inf),
 ) -> TrackedSeed:  # fmt: skip
-    """Track the seed through all frames.
-
-    falling: it is dropped; otherwise it rolls or slides. scene: default is the median of the frames.
-    at: frame, x, y [px, y down] where somebody says that the seed is. area_px: least and greatest silhouette of the stated seed.
-    progress(fraction done) is called now and then. Raises MeasurementError where nothing moves like a seed.
-    """
+    """Track the seed, which falls or rolls, through all frames; MeasurementError where nothing
+    moves like a seed. at: frame, x, y [px, y down] where somebody says that it is. area_px: least
+    and greatest silhouette of the stated seed."""
     scene = learn_scene(source) if scene is None else scene
     tracklets: list[Tracklet] = []
     active: list[Tracklet] = []
@@ -62,10 +60,9 @@ def track_seed(
         progress(1.0)
     tracklets = [p for p in tracklets if len(p.frames) >= 3]
     chosen = _choose(tracklets, falling, scene) if at is None else _nearest_to(tracklets, *at)
-    if chosen is None and at is not None:
-        raise MeasurementError(f"{source.path}: nothing moves near [track] follow_px = {[float(f'{v:.6g}') for v in at]}")
     if chosen is None:
-        raise MeasurementError(f"{source.path}: nothing moves like a seed in {done} frames")
+        where = "" if at is None else f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
+        raise MeasurementError(f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}")
     areas = np.array([s.area for s in chosen.shapes])
     return TrackedSeed(_to_track(chosen, scene, done, area_px), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
 
@@ -83,11 +80,11 @@ def _nearest_to(tracklets: list[Tracklet], frame: float, x: float, y: float) -> 
 
 def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet | None:
     """The tracklet with the highest score, joined with others of the same thing; None where all score 0."""
-    scored = [(_score(p, falling, scene), i) for i, p in enumerate(tracklets)]
-    scored = [entry for entry in scored if entry[0] > 0]
-    if not scored:
+    scores = [_score(tracklet, falling, scene) for tracklet in tracklets]
+    if not max(scores, default=0.0) > 0:
         return None
-    return join_alike(tracklets[max(scored)[1]], tracklets)
+    best = max(range(len(scores)), key=lambda i: (scores[i], i))
+    return join_alike(tracklets[best], tracklets)
 
 
 def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
@@ -139,7 +136,8 @@ def _smoothness(x: np.ndarray, size: float) -> float:
     if len(x) < 6:
         return 0.3
     jerk = np.abs(np.diff(x, 2))
-    return float(1 / (1 + 10 * np.median(jerk) / max(np.ptp(x) / len(x), 1e-9) * (np.median(jerk) > 0.3) + np.mean(jerk > size)))
+    typical, step = np.median(jerk), max(np.ptp(x) / len(x), 1e-9)
+    return float(1 / (1 + 10 * typical / step * (typical > 0.3) + np.mean(jerk > size)))
 
 
 def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float, float]) -> Track:
@@ -154,7 +152,7 @@ def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float
         outlying = np.array([one is None for one in poses])
     y = scene.shape[0] - 1 - y
     angle, angle_sd = _orientation(shapes, frame, outlying | cut)
-    seen = bool(np.isfinite(angle).any())
+    has_angle = bool(np.isfinite(angle).any())
     notes = []
     if total > len(shapes):
         notes.append(f"the seed was found in {len(shapes)} of {total} frames")
@@ -166,7 +164,7 @@ def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float
         )
     return make_track(
         t_s, x, y, unit="px", frame=frame, sd=sd, outlier=outlying | cut,
-        angle_deg=angle if seen else None, angle_sd_deg=angle_sd if seen else None, notes=tuple(notes),
+        angle_deg=angle if has_angle else None, angle_sd_deg=angle_sd if has_angle else None, notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -179,24 +177,23 @@ def _outlying_areas(area: np.ndarray) -> np.ndarray:
     padded = np.pad(area, half, mode="reflect")
     typical = np.median(np.lib.stride_tricks.sliding_window_view(padded, window), axis=1)
     off = np.abs(area / typical - 1)
-    return off > max(MOST_AREA_CHANGE, 6 * 1.4826 * float(np.median(off)))
+    return off > max(MOST_AREA_CHANGE, 6 * robust_sd(off))
 
 
 def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unwrapped orientation [deg, anticlockwise] and its sd; NaN where it is unknown.
-
-    A silhouette gives it up to half turns, so the value nearest to the extrapolated spin is taken. A round outline has none.
-    """
+    """Unwrapped orientation [deg, anticlockwise] and its sd; NaN where it is unknown. A silhouette
+    gives it up to half turns, so the value nearest to the extrapolated spin is taken. A round
+    outline has none."""
     raw = np.array([0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in shapes])
     sd = np.array([s.angle_sd_deg for s in shapes])
     stretch = np.array([np.hypot(s.xx - s.yy, 2 * s.xy) / (s.xx + s.yy) for s in shapes])
     round_outline = np.median(stretch[~outlying] if (~outlying).any() else stretch) < LEAST_ELONGATION
-    seen = (sd < MOST_ANGLE_SD_DEG) & ~outlying & ~round_outline
+    clear = (sd < MOST_ANGLE_SD_DEG) & ~outlying & ~round_outline
     angle = np.full(len(shapes), np.nan)
     spin = 0.0
     history: list[float] = []
     last = None
-    for i in np.flatnonzero(seen):
+    for i in np.flatnonzero(clear):
         if last is None:
             angle[i] = raw[i]
         else:
@@ -206,4 +203,4 @@ def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarr
             history = [*history[-4:], (angle[i] - angle[last]) / ahead]
             spin = float(np.median(history))
         last = i
-    return angle, np.where(seen, sd, np.nan)
+    return angle, np.where(clear, sd, np.nan)

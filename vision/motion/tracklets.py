@@ -68,21 +68,16 @@ def extend(active: list[Tracklet], tracklets: list[Tracklet], shapes: list[Silho
             area, colour_distance = abs(np.log(shape.area / last.area)), shape.colour_distance(last)
             if away < gate and area < 1.1 and colour_distance < MOST_COLOUR_STEP:
                 offers.append((away / size + 1.5 * area + 2.0 * colour_distance, p, s))
-    taken_p, taken_s = set(), set()
+    extended: dict[int, int] = {}  # shape → tracklet
     for _, p, s in sorted(offers):
-        if p in taken_p or s in taken_s:
-            continue
-        taken_p.add(p)
-        taken_s.add(s)
-        tracklet = active[p]
-        tracklet.frames.append(frame)
-        tracklet.times.append(time)
-        tracklet.shapes.append(shapes[s])
-    for s, shape in enumerate(shapes):
-        if s not in taken_s:
-            tracklet = Tracklet([frame], [time], [shape])
-            tracklets.append(tracklet)
-            active.append(tracklet)
+        if s not in extended and p not in extended.values():
+            extended[s] = p
+            active[p].frames.append(frame)
+            active[p].times.append(time)
+            active[p].shapes.append(shapes[s])
+    new = [Tracklet([frame], [time], [shape]) for s, shape in enumerate(shapes) if s not in extended]
+    tracklets += new
+    active += new
 
 
 def join_alike(best: Tracklet, tracklets: list[Tracklet]) -> Tracklet:

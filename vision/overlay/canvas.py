@@ -23,8 +23,8 @@ class Canvas:
         longest = max(image.shape[:2])
         self.scale = min(1.0, LONGEST_PX / longest) if longest > SHORTEST_PX else SHORTEST_PX / longest
         size = (max(1, round(image.shape[1] * self.scale)), max(1, round(image.shape[0] * self.scale)))
-        how = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR
-        small = _eight_bits(cv2.resize(image, size, interpolation=how) if self.scale != 1 else image)
+        interpolation = cv2.INTER_AREA if self.scale < 1 else cv2.INTER_LINEAR
+        small = _eight_bits(cv2.resize(image, size, interpolation=interpolation) if self.scale != 1 else image)
         self.pixels = cv2.cvtColor(small, cv2.COLOR_GRAY2RGB) if small.ndim == 2 else small[..., :3].copy()
         self.unit = max(self.pixels.shape[:2]) / 700
         self.shown = max(self.pixels.shape[:2]) / SHOWN_PX

@@ -27,9 +27,9 @@ def plot(
     good = ~outlier if (~outlier).any() else np.ones(len(x), bool)
     ends = [np.asarray(u, float)[[0, -1]] for u, _ in curves]
     across, up = _range(np.concatenate([x[good], *ends])), _range(y[good])
-    said = wrapped(caption, wide - 2 * gap, shown)
+    caption_lines = wrapped(caption, wide - 2 * gap, shown)
     left = max((text_width(f"{value:.6g}", shown) for value in ticks(*up)), default=0) + 2 * gap
-    axes = _Axes(across, up, (left, wide - 4 * gap), ((len(said) + 1) * line + gap, high - 2 * line - gap))
+    axes = _Axes(across, up, (left, wide - 4 * gap), ((len(caption_lines) + 1) * line + gap, high - 2 * line - gap))
     _draw_axes(image, axes, shown)
     fine = round(16 * shown)  # a pixel as shown, in sixteenths of one of the picture
     for i, (column, row) in enumerate(axes.place(x, y)):
@@ -44,7 +44,7 @@ def plot(
             cv2.circle(image, (round(column * 16), round(row * 16)), 5 * fine, MARK, round(1.5 * shown), cv2.LINE_AA, 4)
     write(image, labels[0], sum(axes.columns) / 2, high - gap, INK, shown, anchor=0.5)
     write(image, labels[1], gap, axes.rows[0] - gap, INK, shown)
-    for k, text in enumerate(said):
+    for k, text in enumerate(caption_lines):
         write(image, text, gap, (k + 0.75) * line, INK, shown)
     return image
 

@@ -27,11 +27,11 @@ def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, added: Collection[int
     """uint8 RGB; added: rows of the impacts that somebody added."""
     begin, end = _shown(sound, onsets, chain)
     reasons = _reasons(onsets, chain, begin, end)
-    said = wrapped(caption, WIDE - 2 * GAP, SHOWN)
+    caption_lines = wrapped(caption, WIDE - 2 * GAP, SHOWN)
     by_hand = "violet: added by hand; " if added else ""
     key = wrapped(f"green: impacts, with the sd of each in ms; {by_hand}red: no impact", WIDE - LEFT, SHOWN)
-    below = [line for n, why in enumerate(reasons, 1) for line in wrapped(f"{n}: {why}", WIDE - LEFT, SHOWN)]
-    top = (len(said) + 3) * LINE + GAP  # caption, axis, two lines of sds
+    below = [line for n, reason in enumerate(reasons, 1) for line in wrapped(f"{n}: {reason}", WIDE - LEFT, SHOWN)]
+    top = (len(caption_lines) + 3) * LINE + GAP  # caption, axis, two lines of sds
     strip = top + LOUDNESS + 2 * GAP
     foot = strip + STRIP
     image = np.full((foot + (2 + len(key) + len(below)) * LINE + GAP, WIDE, 3), 255, np.uint8)
@@ -47,15 +47,15 @@ def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, added: Collection[int
         _text(image, f"{t:.4g}", column(t), foot + LINE, anchor=0.5)
     _loudness(image, part, room, top)
     _frequencies(image, part, sound.rate_hz, room, strip)
-    for row, why in chain.rejected.items():
+    for row, reason in chain.rejected.items():
         if begin <= onsets.time_s[row] <= end:
-            _mark(image, column(onsets.time_s[row]), top, strip, REMOVED, str(reasons.get(_kind(why), "")), dashed=True)
+            _mark(image, column(onsets.time_s[row]), top, strip, REMOVED, str(reasons.get(_kind(reason), "")), dashed=True)
     for row in chain.impacts:
         _mark(image, column(onsets.time_s[row]), top, strip, ADDED if row in added else IMPACT, "", dashed=False)
     _sds(image, [(column(onsets.time_s[row]), onsets.sd_s[row], ADDED if row in added else IMPACT) for row in chain.impacts], top)
-    for k, line in enumerate(said):
+    for k, line in enumerate(caption_lines):
         _text(image, line, GAP, (k + 0.8) * LINE)
-    _text(image, "loudness [dB]", GAP, (len(said) + 0.8) * LINE)
+    _text(image, "loudness [dB]", GAP, (len(caption_lines) + 0.8) * LINE)
     _text(image, "t [s]", LEFT + room / 2, foot + 1.9 * LINE, anchor=0.5)
     for k, line in enumerate((*key, *below)):
         _text(image, line, LEFT, foot + (k + 2.8) * LINE, INK if k < len(key) else REMOVED)
@@ -64,8 +64,8 @@ def draw_sound(sound: Sound, onsets: Onsets, chain: Chain, added: Collection[int
 
 def _reasons(onsets: Onsets, chain: Chain, begin: float, end: float) -> dict[str, int]:
     """The kinds of reasons for which onsets in the picture are no impacts, numbered; MOST_REASONS of them."""
-    inside = (why for row, why in chain.rejected.items() if begin <= onsets.time_s[row] <= end)
-    return {why: n for n, why in enumerate(list(dict.fromkeys(_kind(why) for why in inside))[:MOST_REASONS], 1)}
+    inside = (reason for row, reason in chain.rejected.items() if begin <= onsets.time_s[row] <= end)
+    return {reason: n for n, reason in enumerate(list(dict.fromkeys(_kind(reason) for reason in inside))[:MOST_REASONS], 1)}
 
 
 def _shown(sound: Sound, onsets: Onsets, chain: Chain) -> tuple[float, float]:
@@ -132,9 +132,9 @@ def _sds(image: np.ndarray, impacts: list[tuple[int, float, Colour]], top: int) 
             free[k % 2] = x + half + GAP
 
 
-def _kind(why: str) -> str:
+def _kind(reason: str) -> str:
     """A reason without the delay, which differs from sound to sound."""
-    return why.split(",")[0]
+    return reason.split(",")[0]
 
 
 def _text(image, text: str, x: float, y: float, colour: Colour = INK, anchor: float = 0.0) -> None:

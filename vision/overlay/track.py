@@ -36,5 +36,5 @@ def _spread(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Rows to draw a cross for: MOST_CROSSES at most, evenly along the way; rests count once."""
     if len(x) <= MOST_CROSSES:
         return np.arange(len(x))
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    return np.unique(np.searchsorted(way, np.linspace(0, way[-1], MOST_CROSSES)).clip(0, len(x) - 1))
+    path = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    return np.unique(np.searchsorted(path, np.linspace(0, path[-1], MOST_CROSSES)).clip(0, len(x) - 1))

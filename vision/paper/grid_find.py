@@ -27,7 +27,7 @@ class Level:
         """Full-resolution coordinates of this level's pixel coordinates."""
         return (np.asarray(x) + 0.5) * self.fx - 0.5, (np.asarray(y) + 0.5) * self.fy - 0.5
 
-    def own(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    def reduced(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """This level's pixel coordinates of full-resolution coordinates."""
         return (np.asarray(x) + 0.5) / self.fx - 0.5, (np.asarray(y) + 0.5) / self.fy - 0.5
 
@@ -45,10 +45,8 @@ class GridCandidate:
 
 def pyramid(image: np.ndarray) -> list[Level]:
     """Levels reduced by 1, 2, 4, … of a grey float picture (0–1), down to a side of `WINDOW_PX`.
-
-    The logarithm turns uneven illumination into an addend, which the high-pass filter removes. Values are clipped, since the step from
-    paper to table is much stronger than a line.
-    """
+    The logarithm turns uneven illumination into an addend, which the high-pass filter removes.
+    Values are clipped, since the step from paper to table is much stronger than a line."""
     height, width = image.shape
     levels: list[Level] = []
     while min(image.shape) >= min(WINDOW_PX, min(height, width)) and len(levels) < 7:

@@ -6,22 +6,33 @@ import numpy as np
 from scipy import ndimage
 
 from vision.paper.grid_find import Level
-from vision.paper.grid_follow import Fit
-from vision.paper.grid_map import GridMap
+from vision.paper.grid_follow import Fit, GridMap
 
 # A strong wave may be any harmonic of the 10-mm period; the finest lines lie at these multiples of the wave's length.
 RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 3.0, 4.0, 5.0)
 BINS = 16  # per line
 FAINTEST = 0.04  # of the heaviest line's strength: fainter ones are due to blur or compression
 SAMPLES = 60_000
+_CLASSES = {  # pattern: class of each of ten lines, rising with strength
+    "equal": (0,) * 10,
+    "second": (1, 0) * 5,
+    "fifth": (1, 0, 0, 0, 0) * 2,
+    "tenth": (1,) + (0,) * 9,
+    "fifth and tenth": (2, 0, 0, 0, 0, 1, 0, 0, 0, 0),
+}
+_MEANING = {  # pattern: possible distances of the finest lines [mm], description
+    "fifth and tenth": ((1.0,), ""),
+    "tenth": ((1.0,), ""),
+    "fifth": ((1.0, 2.0), "every fifth one heavier, none heaviest"),
+    "second": ((5.0,), "every second one heavier: 5-mm and 10-mm lines whose 1-mm lines cannot be seen"),
+    "equal": ((1.0, 5.0, 10.0), "all equally strong"),
+}
 
 
 @dataclass(frozen=True)
 class Strengths:
-    """Strength of ten successive lines of one family and its sd; NaN where too little of a line is seen.
-
-    dark_lines: how many of the ten are darker than half a line beside them.
-    """
+    """Strength of ten successive lines of one family and its sd; NaN where too little of a line is
+    seen. dark_lines: how many of the ten are darker than half a line beside them."""
 
     value: np.ndarray
     sd: np.ndarray
@@ -46,10 +57,9 @@ class Strengths:
 
 @dataclass(frozen=True)
 class Pitch:
-    """The finest lines' distance: `ratio` waves, which are `mm`; None where papers of several kinds have their pattern of strengths.
-
-    may_be: the distances [mm] that the pattern allows; pattern: in words, "" where all lines of the paper are seen.
-    """
+    """The finest lines' distance: `ratio` waves, which are `mm`; None where papers of several kinds
+    have their pattern of strengths. may_be: the distances [mm] that the pattern allows; pattern: in
+    words, "" where all lines of the paper are seen."""
 
     ratio: float
     mm: float | None
@@ -66,9 +76,9 @@ def find_pitch(fit: Fit, levels: list[Level], rng: np.random.Generator) -> Pitch
         if not 2.2 < pitch_px < 400:
             continue
         both = [line_strengths(fit, grid, levels, pitch_px, family, rng) for family in (0, 1)]
-        there = [s for s in both if s.complete]
+        complete = [s for s in both if s.complete]
         # One family is enough (a narrow strip shows few lines of the other), unless the other says that lines are missing.
-        if there and max(s.missing for s in both) <= 2:
+        if complete and max(s.missing for s in both) <= 2:
             return _best_pattern(ratio, both)
     return None
 
@@ -76,19 +86,16 @@ def find_pitch(fit: Fit, levels: list[Level], rng: np.random.Generator) -> Pitch
 def line_strengths(
     fit: Fit, grid: GridMap, levels: list[Level], pitch_px: float, family: int, rng: np.random.Generator
 ) -> Strengths:
-    """Fold the darkness over ten lines and fit ten bells (one width) on a slowly changing ground.
-
-    Samples are drawn where the fit saw the grid, from the level at which a line's distance is 6 to 12 px if there is one.
-    """
+    """Fold the darkness over ten lines and fit ten bells (one width) on a slowly changing ground, where the fit saw the grid."""
     level = levels[int(np.clip(np.floor(np.log2(max(pitch_px, 1) / 6)), 0, len(levels) - 1))]
     half = 0.32 * fit.windows.h.shape[1] * fit.windows.fx  # where the windows' weight lies
     pick = rng.integers(len(fit.windows.x), size=SAMPLES)
     full = [c[pick] + rng.uniform(-half, half, SAMPLES) for c in (fit.windows.x, fit.windows.y)]
     # Between the pixels, lest a pitch of whole pixels leave gaps in the fold.
-    dark = ndimage.map_coordinates(level.lines, level.own(*full)[::-1], order=1, mode="reflect").astype(float)
+    dark = ndimage.map_coordinates(level.lines, level.reduced(*full)[::-1], order=1, mode="reflect").astype(float)
     # Paper that is not flat would smear the fold: each sample is put right by what its own window saw.
-    own = fit.residual[pick, family] * float(grid.p[0] / fit.grid.p[0])
-    place = grid.uv(*full)[family] - own
+    window_residual = fit.residual[pick, family] * float(grid.p[0] / fit.grid.p[0])
+    place = grid.uv(*full)[family] - window_residual
     index = np.floor(np.mod(place, 10) * BINS).astype(int) % (10 * BINS)
     count = np.bincount(index, minlength=10 * BINS)
     order = np.lexsort((dark, index))
@@ -119,25 +126,9 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
     value[seen], sd[seen] = answer[: seen.sum()], spread[: seen.sum()]
     # A comb twice too fine has a valley where it wants its every second line, however broad the lines are.
     smooth = ndimage.uniform_filter1d(mean, 3, mode="wrap").reshape(10, BINS)
-    there, between = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2, (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
-    dark_lines = int((there > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
+    on_line, between = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2, (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
+    dark_lines = int((on_line > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum())
     return Strengths(value, sd, dark_lines)
-
-
-_CLASSES = {  # pattern: class of each of ten lines, rising with strength
-    "equal": (0,) * 10,
-    "second": (1, 0) * 5,
-    "fifth": (1, 0, 0, 0, 0) * 2,
-    "tenth": (1,) + (0,) * 9,
-    "fifth and tenth": (2, 0, 0, 0, 0, 1, 0, 0, 0, 0),
-}
-_MEANING = {  # pattern: possible distances of the finest lines [mm], description
-    "fifth and tenth": ((1.0,), ""),
-    "tenth": ((1.0,), ""),
-    "fifth": ((1.0, 2.0), "every fifth one heavier, none heaviest"),
-    "second": ((5.0,), "every second one heavier: 5-mm and 10-mm lines whose 1-mm lines cannot be seen"),
-    "equal": ((1.0, 5.0, 10.0), "all equally strong"),
-}
 
 
 def _best_pattern(ratio: float, both: list[Strengths]) -> Pitch:
@@ -162,12 +153,12 @@ def _misfit(strengths: Strengths, classes: np.ndarray) -> float:
     weight = 1 / (strengths.sd[seen] ** 2 + (0.08 * np.median(value)) ** 2)
     total, before = 0.0, -np.inf
     for kind in range(classes.max() + 1):
-        mine = classes == kind
-        if not mine.any():
+        members = classes == kind
+        if not members.any():
             return np.inf
-        mean = float(np.average(value[mine], weights=weight[mine]))
+        mean = float(np.average(value[members], weights=weight[members]))
         if kind and mean < 1.15 * before:
             return np.inf
-        total += float((weight[mine] * (value[mine] - mean) ** 2).sum())
+        total += float((weight[members] * (value[members] - mean) ** 2).sum())
         before = mean
     return total

@@ -1,5 +1,6 @@
 """Graph paper in the picture → millimetres per pixel at every place, with standard deviation."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from vision.paper.grid_find import Level, find_candidates, pyramid
-from vision.paper.grid_follow import Fit, cut_windows, follow_grid, start_map
-from vision.paper.grid_map import GridMap, fit_map
+from vision.paper.grid_follow import Fit, GridMap, cut_windows, fit_map, follow_grid, start_map
 from vision.paper.grid_pitch import Pitch, find_pitch
 
 PAPER_SD = 0.001  # relative: commercial graph paper keeps its millimetres to about 0.1–0.2 % (print, moisture)
@@ -27,7 +27,7 @@ class Scale:
 
     `mm_per_px` ± `mm_per_px_sd` holds at the picture's centre, `paper_mm_per_px` ± `paper_mm_per_px_sd` at the paper's.
     It is the geometric mean of all directions, √|det ∂(mm)/∂(px)|. The sd contains the lines' scatter, its correlation from
-    place to place, extrapolation beyond the paper (see `grid_map`), and the paper's own error, `paper_sd`.
+    place to place, extrapolation beyond the paper (see `grid_follow`), and the paper's own error, `paper_sd`.
     `tilt_deg` ± `tilt_sd_deg`: direction of the grid's vertical lines at the paper's centre, clockwise from straight down,
     −45° to 45° (the sign of `plumb_deg`). `variation`: (largest − smallest) / centre of mm_per_px over the picture.
     `region`: polygon (n, 2) around the paper that was read [px]. `lines`: measured windows.
@@ -62,18 +62,18 @@ class Scale:
         return self.grid.uv(x_px, y_px)
 
 
-def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD, seed: int = 0) -> Scale:
+def read_scale(image: np.ndarray, *, paper_sd: float = PAPER_SD) -> Scale:
     """Find millimetre graph paper (dark lines on lighter paper) anywhere in `image` and read the scale from it.
 
     image: (h, w) or (h, w, 3), uint8 or uint16. The phase of the grid in many windows is fitted by a homography and one
     distortion term; which lines are 1, 5 and 10 mm is decided by their strengths. Works for 2.5 to 130 px between the
     finest lines that are visible, turned by any angle (reported within ±45°), tipped by up to 30°. `paper_sd` is the
-    relative sd of the paper's own millimetres; `seed` draws the sample of pixels that the strengths are read from.
+    relative sd of the paper's own millimetres.
     Raises MeasurementError when there is no graph paper, or when the distance of its lines is ambiguous.
     """
     grey = darkest_channel(image)
     levels = pyramid(grey)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     ambiguous: list[tuple[Fit, Pitch]] = []
     for candidate in find_candidates(levels)[:CANDIDATES]:
         grid = start_map(levels, candidate, (grey.shape[0], grey.shape[1]))
@@ -152,11 +152,10 @@ def _finish(fit: Fit, pitch: Pitch, line_mm: float, levels: list[Level], paper_s
 
 
 def _refit_with_correlated_errors(fit: Fit) -> tuple[GridMap, np.ndarray]:
-    """Refit with the sd of the residuals, enlarged where errors of neighbouring windows are correlated.
-
-    If windows erred independently, means over blocks of m windows would scatter by 1/√m of a single one; the factor by
-    which they scatter more (paper that is not flat, a lens beyond the model) widens the sd.
-    """
+    """Refit with the sd of the residuals, enlarged where errors of neighbouring windows are
+    correlated. If windows erred independently, means over blocks of m windows would scatter by 1/√m
+    of a single one; the factor by which they scatter more (paper that is not flat, a lens beyond
+    the model) widens the sd."""
     w, n = fit.windows, len(fit.windows.x)
     freedom = max(2 * n - 9, 2)
     sd = float(np.sqrt((fit.residual**2).sum() / freedom))
@@ -178,8 +177,7 @@ def _mean_scale(grid: GridMap, x, y):
 
 
 def _relative_sd(grid: GridMap, covariance: np.ndarray, x: float, y: float) -> float:
-    gradient = _gradient(grid, lambda g: float(np.log(_mean_scale(g, x, y))))
-    return float(np.sqrt(max(gradient @ covariance @ gradient, 0.0)))
+    return _sd(grid, covariance, lambda g: float(np.log(_mean_scale(g, x, y))))
 
 
 def _tilt(grid: GridMap, covariance: np.ndarray, at: tuple[float, float]) -> tuple[float, float]:
@@ -189,19 +187,18 @@ def _tilt(grid: GridMap, covariance: np.ndarray, at: tuple[float, float]) -> tup
         j = g.jacobian(*at)
         return float(np.degrees(np.arctan2(j[0, 1], j[0, 0])))  # along (−∂u/∂y, ∂u/∂x) u does not change
 
-    gradient = _gradient(grid, turn)
-    return turn(grid), float(np.sqrt(max(gradient @ covariance @ gradient, 0.0)))
+    return turn(grid), _sd(grid, covariance, turn)
 
 
-def _gradient(grid: GridMap, value) -> np.ndarray:
-    """∂value/∂p by central differences."""
+def _sd(grid: GridMap, covariance: np.ndarray, value: Callable[[GridMap], float]) -> float:
+    """sd of a value of the map, by central differences."""
     slopes = []
     for i in range(9):
         h = 1e-5 * max(1.0, np.abs(grid.p[:6]).max()) if i < 6 else 1e-5
         up, down = grid.p.copy(), grid.p.copy()
         up[i], down[i] = up[i] + h, down[i] - h
         slopes.append((value(replace(grid, p=up)) - value(replace(grid, p=down))) / (2 * h))
-    return np.array(slopes)
+    return float(np.sqrt(max(np.array(slopes) @ covariance @ slopes, 0.0)))
 
 
 def _hull(fit: Fit) -> np.ndarray:

@@ -1,20 +1,32 @@
-"""Base line of a pile on a smooth background, and the true horizontal: what heights and angles are measured from."""
+"""Base line of a pile and the true horizontal: what heights and angles are measured from.
+
+The foot of a segmented heap is straight for a level camera and the near half of an ellipse for one that looks down on a
+round heap. On a shiny plate the base line lies half-way between the heap and its mirror image.
+"""
 
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 
 from vision.measurement import MeasurementError
-from vision.pile.heap import BaseLine, level_line
-from vision.pile.line import EDGE_FLOOR_PX, fit_line
-from vision.pile.plate_edge import plate_edge
-from vision.pile.surface import Background, Silhouette, subpixel_edge
+from vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
+from vision.pile.heap_region import Region
+from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
+from vision.pile.surface import Background, Silhouette, as_float, denoise, subpixel_edge
 from vision.recording import Camera
+from vision.robust import robust_sd
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
 MOST_TILT_DEG = 2.0  # off the stated horizontal: a line farther off is taken only where no other is found
 BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
+CLEAR_STEP_SDS = 6.0  # standard errors of a step's mean over the columns, below which it is none
+MOST_SLOPE = np.tan(np.radians(2.0))
+LEANING_SAG = 0.05  # of the heap's height: a larger sag of a leaning heap's foot means that the camera looks down
+MIRROR_SAG = 0.4  # of the heap's height: a larger sag means a mirror image (a camera 10° high gives 0.35 at 25°)
+LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
+MOST_SDS = 3.0  # robust; columns farther off are outliers
 
 
 def find_base_line(
@@ -46,7 +58,7 @@ def _candidate_lines(crop: np.ndarray, background: Background, silhouette: Silho
     plate = _line_through(surface, background.factor, share=0.08 * surface.size)
     if plate is not None and not _runs_over_seed_tops(surface, *plate[:2]):
         yield BaseLine(*plate, "plate")
-    line = plate_edge(crop, background, silhouette.top, EDGE_FLOOR_PX)
+    line = plate_edge(crop, background, silhouette.top)
     if line is not None:
         yield BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
     height = background.small.shape[0]
@@ -85,7 +97,7 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
     for _ in range(4):  # the first, wide tolerance includes what leans on the plate
         line = fit_line(x[on], profile[on], floor=EDGE_FLOOR_PX)
         off = np.abs(profile - line.at(x))
-        on = off <= min(tolerance, max(4 * 1.4826 * float(np.median(off[on])), 0.3))
+        on = off <= min(tolerance, max(4 * robust_sd(off[on]), 0.3))
         if on.sum() < max(8, share / 2):
             return None
     if line.cubic_share > 0.5 and np.degrees(line.slope_high - line.slope_low) > 1.5:
@@ -102,10 +114,7 @@ def _contradicts_plumb(camera: Camera, line: BaseLine) -> bool:
 
 
 def _runs_over_seed_tops(surface: np.ndarray, intercept: float, slope: float) -> bool:
-    """Whether a line runs over the tops of seeds that cover the plate, not over the plate.
-
-    Then more than 1 % of the columns along it lie deeper than it by a twentieth of the crest's height.
-    """
+    """Whether more than 1 % of the columns along a line lie deeper by a twentieth of the crest's height: it runs over seeds."""
     depth = surface - intercept - slope * np.arange(surface.size)
     on = np.flatnonzero(np.abs(depth) <= 3.0)
     if not on.size:
@@ -128,3 +137,121 @@ def find_horizontal(base: BaseLine, camera: Camera) -> tuple[float, float, tuple
         return 0.0, UNKNOWN_PLUMB_SD_DEG, ("no plate line and no plumb_deg: the picture's rows are taken as level, ± 0.5°",)
     angle = np.arctan(base.slope)
     return float(np.degrees(angle)), float(np.degrees(base.slope_sd * np.cos(angle) ** 2)), ()
+
+
+def plate_edge(image: np.ndarray, background: Background, top: np.ndarray) -> Line | None:
+    """The plate's edge beside the pile, as a line in px of the full picture; None where there is none.
+
+    top (w,): the silhouette's rows in the small picture, −1 beside the pile. For every slope within MAX_PLATE_SLOPE the vertical
+    gradient is averaged over those columns; the strongest mean near the pile's lowest visible point is the edge, if it is
+    CLEAR_STEP_SDS. It is then refined to sub-pixel rows on the full picture.
+    """
+    columns = np.flatnonzero(top < 0)
+    columns = columns[(columns > 2) & (columns < top.size - 3)]
+    if columns.size < 0.08 * top.size or (top >= 0).sum() < 8:
+        return None
+    grey = cv2.GaussianBlur(background.distance, (0, 0), 1.0)
+    gradient = np.gradient(grey, axis=0)[:, columns]
+    foot, reach = int(top.max()), max(12, int(0.15 * (top.max() - top[top >= 0].min())))
+    noise = robust_sd(gradient - np.median(gradient)) + 1e-3
+    best = (0.0, 0.0, 0.0)
+    middle = columns.mean()
+    offsets = np.arange(foot - reach, foot + reach + 1)
+    for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 81):
+        rows = offsets[:, None] + slope * (columns - middle)
+        inside = (rows >= 2) & (rows <= grey.shape[0] - 3)
+        steps = gradient[np.clip(np.rint(rows).astype(int), 0, grey.shape[0] - 1), np.arange(columns.size)]
+        mean = np.where(inside.mean(axis=1) > 0.8, (steps * inside).sum(axis=1) / np.maximum(inside.sum(axis=1), 1), 0.0)
+        at = int(np.abs(mean).argmax())
+        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[inside[at]]  # a blot is not a line
+        if abs(mean[at]) > abs(best[0]) and alike.mean() > 0.6:
+            best = (float(mean[at]), slope, float(offsets[at]))
+    step, slope, row = best
+    if abs(step) < max(CLEAR_STEP_SDS * noise / np.sqrt(columns.size), 0.5):
+        return None
+    return _refine(image, background, columns, slope, row - slope * middle)
+
+
+def _refine(image, background: Background, columns, slope, intercept) -> Line | None:
+    """The line through the gradient's centroid in each full column beside the pile; None where that is no straight line."""
+    factor, (height, width) = background.factor, image.shape[:2]
+    x = np.arange(width)
+    x = x[np.isin(((x + 0.5) / factor).astype(int), columns)]
+    guess = (intercept + slope * ((x + 0.5) / factor - 0.5) + 0.5) * factor - 0.5
+    reach = int(np.ceil(2.5 * factor)) + 3
+    rows = np.rint(guess).astype(int) + np.arange(-reach, reach + 1)[:, None]
+    fits = (rows.min(axis=0) >= 0) & (rows.max(axis=0) < height)
+    x, rows = x[fits], rows[:, fits]
+    if x.size < 16:
+        return None
+    first = rows.min()
+    band = as_float(denoise(np.ascontiguousarray(image[first : rows.max() + 1])))
+    strip = band[rows - first, x]
+    face = (strip[-3:] - strip[:3]).mean(axis=(0, 1))
+    level = strip @ (face / max(np.linalg.norm(face), 1e-9))
+    rise = np.clip(np.gradient(cv2.blur(level, (1, 3)), axis=0), 0, None) ** 2
+    weight = rise.sum(axis=0)
+    clear = weight > 0.1 * np.median(weight)
+    if clear.sum() < 16:
+        return None
+    y = (rows * rise).sum(axis=0) / np.maximum(weight, 1e-9)
+    line = fit_line(x[clear], y[clear], EDGE_FLOOR_PX)
+    return line if line.rms < max(1.0, 0.7 * factor) and line.outlier_share < 0.4 else None
+
+
+def foot_line(region: Region, level: float) -> BaseLine | None:
+    """The line through the heap's two toes, in px of the picture; None where there is none. level: dy/dx of a level line."""
+    mask = region.mask
+    columns = np.flatnonzero(mask.any(axis=0))
+    if columns.size < 16:
+        return None
+    top = mask[:, columns].argmax(axis=0).astype(float)
+    bottom = mask.shape[0] - 1.0 - mask[::-1, columns].argmax(axis=0)
+    middle, half = _ellipse_span(columns, top)
+    leaning = middle in (columns[0], columns[-1])
+    heap_height = float(np.median(bottom) - top.min())
+    line, source = _fit_line_and_bow(columns, bottom, middle, half), "foot"
+    if leaning and (line[2] > LEANING_SAG * heap_height or abs(line[1] - level) > MOST_SLOPE):
+        line, source = _fit_line_and_bow(columns, bottom - level * columns, middle, half, tilted=False), "toe"
+        line = (line[0], line[1] + level, line[2], np.radians(UNKNOWN_PLUMB_SD_DEG))
+    if line[2] > MIRROR_SAG * heap_height:
+        line, source = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half), "mirror"
+    intercept, slope, _, slope_sd = line
+    if abs(slope) > MAX_PLATE_SLOPE:
+        return None
+    x0, y0 = region.origin
+    f = region.factor
+    at = (intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
+    return BaseLine(float(at - slope * (0.5 * f - 0.5 + x0)), float(slope), float(slope_sd), source)
+
+
+def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
+    """Middle and half width of the ellipse whose near half is the foot; a heap that leans on a wall shows half of it."""
+    left, right = float(columns[0]), float(columns[-1])
+    high = columns[top < top.min() + 0.1 * np.ptp(top)]
+    crest = float((np.median(high) - left) / (right - left))
+    if min(crest, 1 - crest) < 0.2:
+        return (left if crest < 0.5 else right), right - left
+    return (left + right) / 2, (right - left) / 2
+
+
+def _fit_line_and_bow(
+    x: np.ndarray, y: np.ndarray, middle: float, half: float, tilted: bool = True
+) -> tuple[float, float, float, float]:
+    """Least squares of y = intercept + slope x + sag √(1 − u²), sag ≥ 0, without outliers: intercept, slope, sag, sd of the slope."""
+    bow = np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
+    keep = np.ones(x.size, dtype=bool)
+    for _ in range(6):
+        terms = np.c_[np.ones(x.size), (x - middle) * tilted, bow]
+        found = np.linalg.lstsq(terms[keep], y[keep], rcond=None)[0]
+        if found[2] < 0:
+            found = np.r_[np.linalg.lstsq(terms[keep, :2], y[keep], rcond=None)[0], 0.0]
+        off = np.abs(y - terms @ found)
+        inliers = off <= MOST_SDS * max(robust_sd(off[keep]), 0.7)
+        if (inliers == keep).all() or inliers.sum() < 0.4 * x.size:
+            break
+        keep = inliers
+    rms = float(np.sqrt(np.mean(off[keep] ** 2)))
+    extent = float(np.sqrt(np.sum((x[keep] - x[keep].mean()) ** 2)))
+    sd = np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent
+    return float(found[0] - found[1] * middle), float(found[1]), float(found[2]), float(sd)

@@ -7,7 +7,7 @@ between packings of a few hundred seeds it scatters less than half as much as a 
 
 import numpy as np
 
-from vision.measurement import DOUBTFUL, GOOD, Quantity, failed
+from vision.measurement import Quantity, failed
 from vision.pile.heap import BaseLine, Heap
 
 NAME = "centroid_angle"
@@ -18,10 +18,9 @@ MARGIN = 2  # small px by which heap.py widens a wall when it removes it
 
 
 def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: float, doubts: tuple[str, ...] = ()) -> Quantity:
-    """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or its wall is not in the picture.
-
-    surface (w,): rows [px, y down], NaN where there is none; heap: in small px of `factor` px each.
-    """
+    """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or its wall is
+    not in the picture. surface (w,): rows [px, y down], NaN where there is none; heap: in small px
+    of `factor` px each."""
     good = {f.side: f for f in heap.flanks if not f.problem}
     walls = {f.side for f in heap.flanks if f.problem.startswith("a wall")}
     if not good or len(good) + len(walls) < 2:
@@ -43,9 +42,8 @@ def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: floa
     toe_sd = float(np.ptp([slope, *(other[0] for other in others if other)])) / 2
     # half a small pixel in the base line's height, one in where the wall or the foot stands
     edge_sd = slope * np.hypot(0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach)
-    reason = "; ".join(dict.fromkeys(doubts))
     sd = float(np.degrees(np.hypot(edge_sd, toe_sd) / (1 + slope**2)))
-    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg", DOUBTFUL if reason else GOOD, reason)
+    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg").doubt(*dict.fromkeys(doubts))
 
 
 def _rise_and_reach(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leaning: set) -> tuple[float, float, float] | None:

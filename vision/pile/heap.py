@@ -51,11 +51,9 @@ class Heap:
 
 
 def level_line(profile: np.ndarray, tolerance: float, share: float, below: float = 0.15) -> tuple[float, float] | None:
-    """Intercept and slope of the nearly level line with most points of the profile; None where there is none.
-
-    At least `share` of the columns must lie within `tolerance` px of it, and at most `below` of the others under it, since
-    everything stands on the plate. All slopes within MAX_PLATE_SLOPE are tried.
-    """
+    """Intercept and slope of the nearly level line with most points of the profile; None where
+    there is none. At least `share` of the columns must lie within `tolerance` px of it, and at most
+    `below` of the others under it."""
     x = np.flatnonzero(np.isfinite(profile)).astype(float)
     if x.size < 8:
         return None
@@ -87,10 +85,7 @@ def _refit_level_line(x, y, slope, intercept, tolerance, least, below) -> tuple[
 
 
 def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) -> Heap:
-    """Crest and flanks of the tallest part of the profile, without box walls.
-
-    profile (n,): rows y_px, NaN where there is nothing; window: shares of the height that a flank must span to be measured.
-    """
+    """Crest and flanks of the tallest part of the profile (n,), without box walls; window: shares of the height to be spanned."""
     x = np.arange(profile.size)
     height = base.at(x) - profile
     walls = _walls(height)
@@ -104,14 +99,17 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     span = [np.nanmax(smooth[a:b]) for a, b in pieces]
     low, high = pieces[int(np.argmax(span))]
     crest = low + int(np.nanargmax(smooth[low:high]))
-    top = _crest_height(height, free, crest)
+    reach = max(3, height.size // 50)
+    near = np.flatnonzero(free & np.isfinite(height))
+    near = near[np.abs(near - crest) <= reach]
+    top = float(median_filter(height[near], 5, mode="nearest").max())
     if top < 8 or top < 0.02 * profile.size:
         return Heap(crest, top, (), walls, "no pile in the picture: nothing rises above the plate")
     if profile[crest] <= 1:
         return Heap(crest, top, (), walls, "the pile is cut by the picture's top border")
     sharp = median_filter(np.where(np.isfinite(height), height, 0.0), 5, mode="nearest")
     flanks = tuple(_flank(side, smooth, sharp, crest, top, low, high, window) for side in ("left", "right"))
-    return Heap(crest, top, flanks, walls, _second_pile(smooth, free, pieces, crest, flanks))
+    return Heap(crest, top, flanks, walls, _second_pile(smooth, free, crest, flanks))
 
 
 def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -121,14 +119,6 @@ def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:
     bridged = np.interp(x, x[have], height[have])
     smooth = uniform_filter1d(bridged, max(3, height.size // 50) | 1, mode="nearest")
     return np.where(free, smooth, np.nan)
-
-
-def _crest_height(height: np.ndarray, free: np.ndarray, crest: int) -> float:
-    """The highest point about the crest after a running median of 5 columns."""
-    reach = max(3, height.size // 50)
-    near = np.flatnonzero(free & np.isfinite(height))
-    near = near[np.abs(near - crest) <= reach]
-    return float(median_filter(height[near], 5, mode="nearest").max())
 
 
 def _walls(height: np.ndarray) -> tuple[tuple[int, int], ...]:
@@ -202,7 +192,7 @@ def _flank(
     return Flank(side, crest, toe)
 
 
-def _second_pile(smooth: np.ndarray, free: np.ndarray, pieces, crest: int, flanks: tuple[Flank, ...]) -> str:
+def _second_pile(smooth: np.ndarray, free: np.ndarray, crest: int, flanks: tuple[Flank, ...]) -> str:
     """The problem that another hump of more than 40 % of the height lies beyond the toes; "" where none does."""
     low, high = min(f.toe for f in flanks), max(f.toe for f in flanks)
     outside = np.where(free, smooth, 0.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.pile.image import as_float, shrink
+from vision.pile.surface import as_float, shrink
 from vision.pile.triangle_search import best_triangle
 
 SEARCH_PX, FEATURES_PX, CUT_PX = 96, 480, 480  # longest side: for the triangles, the features, the cut of the close-up
@@ -72,7 +72,7 @@ def find_region(image: np.ndarray) -> Region | None:
     triangle, rival = best_triangle(clusters, features[..., 4], max(1.0, max(clusters.shape) / SEARCH_PX))
     if triangle is None:
         return None
-    rough = _coarse_cut(small, features, clusters, triangle)
+    rough = _coarse_cut(features, clusters, triangle)
     box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
     (x0, y0, x1, y1), triangle = box, triangle * factor
     close = cv2.resize(image[y0:y1, x0:x1], None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA)
@@ -132,8 +132,8 @@ def _fine_cut(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
     disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
     odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS), core > 0, reach == 0)
-    sure, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
-    mask = np.where(sure, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
+    certain, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
+    mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
     picture = np.dstack([255 * odds, 2.55 * lab[..., 0], 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)])
     return _graph_cut(picture, mask, rounds=3)
 
@@ -172,14 +172,14 @@ def _local_odds(clusters: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> 
     whole = [density(where, near) + 1e-6 for where in (seeds, others)]
     odds = np.zeros(clusters.shape, np.float32)
     for k in range(clusters.max() + 1):
-        here = clusters == k
-        inside, outside = (density(here & where, near) / total for where, total in zip((seeds, others), whole))
+        in_cluster = clusters == k
+        inside, outside = (density(in_cluster & where, near) / total for where, total in zip((seeds, others), whole))
         log = cv2.resize(np.log((inside + 0.003) / (outside + 0.003)), clusters.shape[1::-1])
-        odds[here] = log[here]
+        odds[in_cluster] = log[in_cluster]
     return np.clip(cv2.GaussianBlur(odds, (0, 0), 0.7) / 8 + 0.5, 0, 1)
 
 
-def _coarse_cut(small: np.ndarray, features: np.ndarray, clusters: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+def _coarse_cut(features: np.ndarray, clusters: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """Graph cut of colour and of the log odds that a pixel's cluster lies inside the triangle rather than outside."""
     core, body, shell = (_triangle_mask(clusters.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8))
     mask = np.where(core, cv2.GC_FGD, np.where(body, cv2.GC_PR_FGD, np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD))).astype(np.uint8)

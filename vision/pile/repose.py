@@ -7,20 +7,19 @@ Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angl
 heap is segmented by colour and texture instead (`heap_region`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, failed
-from vision.pile.base_line import BASES, find_base_line, find_horizontal, in_reduced_px, stated_base_line
+from vision.measurement import MeasurementError, Quantity, failed
+from vision.pile.base_line import BASES, find_base_line, find_horizontal, foot_line, in_reduced_px, stated_base_line
 from vision.pile.centroid import centroid_angle
-from vision.pile.flank_line import FlankLine, fit_flank
-from vision.pile.foot_line import foot_line
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from vision.pile.heap_region import Region, find_region
-from vision.pile.surface import Background, Silhouette, fit_background, silhouettes, subpixel_edge
+from vision.pile.line import FlankLine, fit_flank
+from vision.pile.surface import fit_background, silhouettes, subpixel_edge
 from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
@@ -31,13 +30,10 @@ MOST_APART, MOST_AREA = 0.1, 0.15  # shares of the heap's height and area by whi
 
 @dataclass(frozen=True)
 class PileOptions:
-    """How a pile photo is read.
-
-    window: heights between which the line is fitted, as shares of the crest's height.
-    roi: x, y, width, height [px] of the part that is looked at.
-    baseline: two points x1, y1, x2, y2 [px] of the base line.
-    side: "left" or "right" for a pile with one flank only (it leans on a box), else "".
-    """
+    """How a pile photo is read. window: heights between which the line is fitted, as shares of the
+    crest's height. roi: x, y, width, height [px] of the part that is looked at. baseline: two
+    points x1, y1, x2, y2 [px] of the base line. side: "left" or "right" for a pile with one flank
+    only (it leans on a box), else ""."""
 
     window: tuple[float, float] = (0.2, 0.8)
     roi: tuple[int, int, int, int] | None = None
@@ -47,11 +43,9 @@ class PileOptions:
 
 @dataclass(frozen=True)
 class Repose:
-    """What was found in one pile photo.
-
-    surface (w,): row in each column of the roi, NaN where there is none; base: in the roi, too.
-    crest, toes: in px of the whole picture, y down. horizontal_deg: inclination of the true horizontal in the picture.
-    """
+    """What was found in one pile photo. surface (w,): row in each column of the roi, NaN where
+    there is none; base: in the roi, too. crest, toes: in px of the whole picture, y down.
+    horizontal_deg: inclination of the true horizontal in the picture."""
 
     surface: np.ndarray
     base: BaseLine
@@ -76,12 +70,9 @@ class _Photo:
 
 
 def measure_repose(
-    image: np.ndarray,
-    camera: Camera | None = None,
-    options: PileOptions | None = None,
-    *,
+    image: np.ndarray, camera: Camera | None = None, options: PileOptions | None = None, *,
     find: Callable[[np.ndarray], Region | None] = find_region,
-) -> Repose:
+) -> Repose:  # fmt: skip
     """Angle of repose of the pile in `image`, (h, w) or (h, w, 3), uint8 or uint16.
 
     find: segments the seeds in the cropped picture. It depends on no option but the roi, so its result may be cached.
@@ -103,7 +94,7 @@ def measure_repose(
     if isinstance(segmented, str) or (isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)):
         return _or_raise(smooth)  # the more exact one: its edges are read off the full picture
     doubt = "" if by_hand else _doubt_of_region(region)
-    return replace(segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities)) if doubt else segmented
+    return replace(segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities))
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -127,7 +118,11 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     background = fit_background(photo.crop)
     tried: list[Repose | str] = []
     for silhouette in silhouettes(background):
-        tried.append(_of_silhouette(photo, background, silhouette))
+        surface = subpixel_edge(photo.crop, background, silhouette.top, silhouette.threshold)
+        base = find_base_line(
+            photo.crop, background, silhouette, surface, photo.options.baseline, photo.camera, photo.roi
+        )
+        tried.append(_of_surface(photo, surface, base, background.factor))
         if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
             break  # there is no better kind of base line
     found = [r for r in tried if isinstance(r, Repose)]
@@ -138,13 +133,6 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     if best.base.source == "toe" and cut_off:  # by a better base line the foot is not in the picture
         return replace(best, quantities=tuple(q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities))
     return best
-
-
-def _of_silhouette(photo: _Photo, background: Background, silhouette: Silhouette) -> Repose | str:
-    """The pile of one candidate silhouette; the reason where that is none."""
-    surface = subpixel_edge(photo.crop, background, silhouette.top, silhouette.threshold)
-    base = find_base_line(photo.crop, background, silhouette, surface, photo.options.baseline, photo.camera, photo.roi)
-    return _of_surface(photo, surface, base, background.factor)
 
 
 def _of_region(photo: _Photo, region: Region) -> Repose | str:
@@ -168,9 +156,8 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
 
 def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the same heap.
-
-    Then it misses few of the segmented seeds, includes little that has no seed texture, and has the same base line and crest.
-    """
+    Then it misses few of the segmented seeds, includes little that has no seed texture, and has the
+    same base line and crest."""
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
@@ -274,10 +261,9 @@ def _side_angles(slopes: tuple[FlankLine, ...], doubts: tuple[str, ...], heap: H
 
 
 def _height_over_radius(heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x: float, factor: float, doubts) -> Quantity:
-    """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one flank), both at the toe's height TOE · h.
-
-    It is the angle of a straight-sided pile; rounded crests and long toes lower it.
-    """
+    """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one flank), both
+    at the toe's height TOE · h. It is the angle of a straight-sided pile; rounded crests and long
+    toes lower it."""
     name = "height_over_radius_angle"
     known = [abs(t - crest_x) for t in toes if t is not None]
     complete = len(slopes) == 2 or any(f.problem.startswith("a wall") for f in heap.flanks)
@@ -291,6 +277,5 @@ def _height_over_radius(heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x
     return _angle(name, float(np.degrees(np.arctan(ratio))), float(np.degrees(sd_ratio / (1 + ratio**2))), doubts)
 
 
-def _angle(name: str, value: float, sd: float, doubts) -> Quantity:
-    reason = "; ".join(dict.fromkeys(doubts))
-    return Quantity(name, float(value), float(sd), "deg", DOUBTFUL if reason else GOOD, reason)
+def _angle(name: str, value: float, sd: float, doubts: Iterable[str]) -> Quantity:
+    return Quantity(name, float(value), float(sd), "deg").doubt(*dict.fromkeys(doubts))

@@ -16,10 +16,9 @@ TRIES, ROUNDS, KEPT = 6000, 5, 24
 def best_triangle(
     clusters: np.ndarray, texture: np.ndarray, coarse: float
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """The best triangle in px of `clusters` (None: nothing differs), and its rival, if there is one.
-
-    clusters (h, w): each pixel's cluster; texture (h, w); coarse: by how much the picture is reduced for the search.
-    """
+    """The best triangle in px of `clusters` (None: nothing differs), and its rival, if there is
+    one. clusters (h, w): each pixel's cluster; texture (h, w); coarse: by how much the picture is
+    reduced for the search."""
     height, width = (max(8, round(n / coarse)) for n in clusters.shape)
     members = [(clusters == k).astype(np.float32) for k in range(clusters.max() + 1)]
     layers = [cv2.resize(m, (width, height), interpolation=cv2.INTER_AREA) for m in members]

@@ -1,8 +1,8 @@
 """`benchtwin shape`: measures photos of spread seeds and writes a lot of seed shapes."""
 
 import math
-import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import tomli_w
@@ -11,8 +11,8 @@ from rich.console import Console
 
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.measurement import MeasurementError
-from vision.out_folder import check_out, part_folder, put_in_place
-from vision.overlay.lot import draw_outlines, draw_sizes
+from vision.out_folder import check_out, new_folder
+from vision.overlay.seeds import draw_outlines, draw_sizes
 from vision.shape.lot import OUTLINES, SEEDS, SIZES, SUMMARY, WHOLE, lot_summary, read_lot
 from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
 
@@ -37,25 +37,9 @@ def shape_command(
     except MeasurementError as error:
         print(f"benchtwin shape: {error}", file=sys.stderr)
         return MISUSED
-    part = None
     try:
-        part = part_folder(out)
-        with console.status("measuring") as status:
-            photographed, thickness = measure_lot_photos(found, view, lambda name: status.update(f"measuring {name}")), None
-            if turned:
-                side_photos = measure_lot_photos(turned, view, lambda name: status.update(f"measuring {name}"))
-                photographed, thickness = with_thickness(photographed, side_photos)
-        (part / "overlays").mkdir()
-        photographed.seeds.to_csv(part / SEEDS, index=False)
-        photographed.outlines.to_csv(part / OUTLINES, index=False)
-        lot = read_lot(part)
-        content = lot_summary(photographed.seeds, lot, photographed.scale, photographed.common, thickness)
-        (part / SUMMARY).write_text(tomli_w.dumps(content), encoding="utf8")
-        for name, picture in photographed.pictures.items():
-            Image.fromarray(picture).save(part / "overlays" / f"{Path(name).stem}.png")
-        Image.fromarray(draw_outlines(lot)).save(part / "outlines.png")
-        Image.fromarray(draw_sizes(lot)).save(part / "sizes.png")
-        put_in_place(part, out, _is_own, overwrite)
+        with new_folder(out, _is_own, overwrite) as part, console.status("measuring") as status:
+            content, notes = _write(part, found, turned, view, lambda name: status.update(f"measuring {name}"))
     except MeasurementError as error:
         print(f"benchtwin shape: {error}", file=sys.stderr)
         return NOTHING
@@ -65,16 +49,33 @@ def shape_command(
     except KeyboardInterrupt:
         print(f"\nbenchtwin shape: stopped; nothing was written to {out}", file=sys.stderr)
         return NOTHING
-    finally:
-        if part is not None:
-            shutil.rmtree(part, ignore_errors=True)
     if not quiet:
-        _show(content, photographed.notes, out)
+        _show(content, notes, out)
     return DONE
 
 
 def _is_own(path: Path) -> bool:
     return path.name in OWN
+
+
+def _write(
+    part: Path, photos: list[Path], turned: list[Path], view: View, report: Callable[[str], None]
+) -> tuple[dict, tuple[str, ...]]:
+    """Measure the photos and write the lot's files; returns the content of lot.toml and the notes."""
+    lot_photos, thickness = measure_lot_photos(photos, view, report), None
+    if turned:
+        lot_photos, thickness = with_thickness(lot_photos, measure_lot_photos(turned, view, report))
+    lot_photos.seeds.to_csv(part / SEEDS, index=False)
+    lot_photos.outlines.to_csv(part / OUTLINES, index=False)
+    lot = read_lot(part)
+    content = lot_summary(lot_photos.seeds, lot, lot_photos.scale, lot_photos.common, thickness)
+    (part / SUMMARY).write_text(tomli_w.dumps(content), encoding="utf8")
+    (part / "overlays").mkdir()
+    pictures = {f"overlays/{Path(name).stem}.png": p for name, p in lot_photos.pictures.items()}
+    pictures |= {"outlines.png": draw_outlines(lot), "sizes.png": draw_sizes(lot)}
+    for name, picture in pictures.items():
+        Image.fromarray(picture).save(part / name)
+    return content, lot_photos.notes
 
 
 def _photos(paths: list[Path]) -> list[Path]:

@@ -8,7 +8,7 @@ import pandas as pd
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.paper.scale import Scale
-from vision.shape.caliper import centroid, ellipse_agreement, feret, solidity
+from vision.shape.outline import centroid, ellipse_agreement, feret, solidity
 from vision.shape.silhouettes import Piece, Relief, make_relief, split, touching_patch, without_thin_parts
 from vision.shape.subpixel_outline import Edge, find_edge
 
@@ -20,12 +20,10 @@ UNKNOWN_SCALE_SD = 0.01  # relative, of a stated mm_per_px without an sd
 
 @dataclass(frozen=True)
 class Grain:
-    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown; edge (n, 2): outline [px].
-
-    quality failed: no whole seed, not part of the distribution; reason says why.
-    angle_deg: direction of the length, clockwise from the picture's x axis, −90 to 90.
-    hidden: share of the edge that neighbours cover, where an ellipse replaces it.
-    """
+    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown; edge (n,
+    2): outline [px]. quality failed: no whole seed, not part of the distribution; reason says why.
+    angle_deg: direction of the length, clockwise from the picture's x axis, −90 to 90. hidden:
+    share of the edge that neighbours cover, where an ellipse replaces it."""
 
     x_px: float
     y_px: float
@@ -59,6 +57,7 @@ class Grains:
     grains: tuple[Grain, ...]
     scale: Scale | float | None
     notes: tuple[str, ...] = ()
+    stated_scale_sd: float = UNKNOWN_SCALE_SD  # relative
 
     @property
     def measured(self) -> tuple[Grain, ...]:
@@ -77,27 +76,24 @@ class Grains:
         return pd.DataFrame(rows)
 
     def distribution(self) -> pd.DataFrame:
-        """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows length and width.
-
-        mean_sd is √(spread²/n + common²), where common is the scale's sd, which does not average out.
-        """
+        """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows length and
+        width. mean_sd is √(spread²/n + common²), where common is the scale's sd, which does not
+        average out."""
         unit, rows = ("px" if self.scale is None else "mm"), []
         for name in ("length", "width"):
             values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])
             spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
             common = float(values.mean()) * self.common_sd() if unit == "mm" else 0.0
             mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common)) if len(values) > 1 else float("nan")
-            rows.append(
-                (name, unit, len(values), float(values.mean()), spread, float(values.min()), float(values.max()), mean_sd)
-            )
+            mean, low, high = (float(v) for v in (values.mean(), values.min(), values.max()))
+            rows.append((name, unit, len(values), mean, spread, low, high, mean_sd))
         return pd.DataFrame(rows, columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"])
 
     def common_sd(self) -> float:
         """Relative sd of the scale, which all seeds share."""
-        shares = [_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured] if isinstance(self.scale, Scale) else [0.0]
-        return float(np.mean(shares)) if isinstance(self.scale, Scale) else self._stated_sd
-
-    _stated_sd: float = UNKNOWN_SCALE_SD
+        if not isinstance(self.scale, Scale):
+            return self.stated_scale_sd
+        return float(np.mean([_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured]))
 
 
 def measure_seeds(
@@ -131,7 +127,9 @@ def measure_seeds(
     notes = ["thickness cannot be seen from above"]
     if isinstance(scale, Scale) and scale.quality != GOOD:
         notes.append(f"scale from the graph paper: {scale.reason}")
-    return Grains(tuple(sorted(grains, key=_reading_order(grains))), scale, tuple(notes), relative_sd)
+    row = max(float(np.nanmedian([g.length_px for g in grains])), 1.0)
+    grains.sort(key=lambda g: (round(g.y_px / row), g.x_px))  # in rows, each from left to right
+    return Grains(tuple(grains), scale, tuple(notes), relative_sd)
 
 
 def _find_grains(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
@@ -255,9 +253,3 @@ def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | N
         return None
     size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
     return np.maximum(cv2.dilate(region, np.ones((1, size), np.uint8)), cv2.dilate(region, np.ones((size, 1), np.uint8))) > 0
-
-
-def _reading_order(grains: list[Grain]):
-    """Sort key: rows from top to bottom, in each from left to right."""
-    row = float(np.nanmedian([g.length_px for g in grains])) if grains else 1.0
-    return lambda g: (round(g.y_px / max(row, 1.0)), g.x_px)

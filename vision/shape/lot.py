@@ -11,7 +11,7 @@ import pandas as pd
 from scipy.stats import t as student
 
 from vision.measurement import MeasurementError
-from vision.shape.fourier import from_fourier_terms
+from vision.shape.outline import from_fourier_terms
 
 SEEDS, OUTLINES, SUMMARY = "seeds.csv", "outlines.csv", "lot.toml"
 WHOLE, TOUCHING, BROKEN, HUSK, CUT, OTHER = "whole", "touching another", "broken", "husk", "cut by the border", "other"
@@ -107,12 +107,10 @@ def _number(folder: Path, row: dict, name: str) -> float | None:
     return None if np.isnan(value) else value
 
 
-def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, float], thickness: tuple[float, float, int] | None) -> dict:
-    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd of each size, correlations, shape modes.
-
-    common: relative sd of the errors that all seeds share, for each size. thickness: mean, sd [mm] and number where it is from other seeds
-    of the lot.
-    """
+def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: float, thickness: tuple[float, float, int] | None) -> dict:
+    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd of each
+    size, correlations, shape modes. common: relative sd of the errors that all seeds share, for
+    each size. thickness: mean, sd [mm] and number where it is from other seeds of the lot."""
     sizes = lot.sizes_mm()
     content: dict = {"counts": {kind: int((rows["kind"] == kind).sum()) for kind in rows["kind"].unique()}, "scale": scale}
     for k, name in enumerate(SIZES):
@@ -123,7 +121,7 @@ def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: dict[str, floa
             mean, sd, n = thickness
         else:
             continue
-        half = float(np.hypot(student.ppf(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else np.inf, 1.96 * common[name] * mean))
+        half = float(np.hypot(student.ppf(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else np.inf, 1.96 * common * mean))
         interval = [round(mean - half, 4), round(mean + half, 4)] if np.isfinite(half) else []
         content[name] = {"mean_mm": round(mean, 4), "mean_low_high_mm": interval, "sd_mm": round(sd, 4), "n": n}
     seen = [k for k in range(3) if np.isfinite(sizes[:, k]).all()]

@@ -10,12 +10,11 @@ import pandas as pd
 
 from vision.evidence.photo import read_photo
 from vision.measurement import FAILED, GOOD, MeasurementError
-from vision.paper.scale import Scale
-from vision.shape.caliper import solidity
-from vision.shape.fourier import aligned_outline, fourier_terms
-from vision.shape.grains import Grain, Grains
+from vision.overlay.seeds import draw_grains
+from vision.paper.scale import Scale, read_scale
+from vision.shape.grains import Grain, Grains, measure_seeds
 from vision.shape.lot import BROKEN, CUT, HUSK, OTHER, OUTLINE_COLUMNS, SEED_COLUMNS, TOUCHING, WHOLE
-from vision.shape.seed_photo import observe_seeds
+from vision.shape.outline import aligned_outline, fourier_terms, solidity
 
 BROKEN_SHARE = 0.6  # of the median area: smaller things are parts of seeds
 DENTED = 0.94  # solidity below which a seed has lost a piece
@@ -30,10 +29,8 @@ THICKNESS_SHARE, THICKNESS_SD = 0.8, 0.25  # thickness over width of seeds on th
 
 @dataclass(frozen=True)
 class View:
-    """How the photos were taken.
-
-    mm_per_px: None where it is read from graph paper; distance_mm: of the lens from the paper, None: unknown, math.inf: a scanner.
-    """
+    """How the photos were taken. mm_per_px: None where it is read from graph paper; distance_mm: of
+    the lens from the paper, None: unknown, math.inf: a scanner."""
 
     mm_per_px: float | None
     mm_per_px_sd: float | None
@@ -50,11 +47,11 @@ class LotPhotos:
     pictures: dict[str, np.ndarray]
     mm_per_px: dict[str, float]
     scale: str
-    common: dict[str, float]
+    common: float
     notes: tuple[str, ...]
 
 
-def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None]) -> LotPhotos:
+def measure_lot_photos(photos: list[Path], view: View, report: Callable[[str], None]) -> LotPhotos:
     """Measure the seeds of all photos; say(name) is called for each. MeasurementError for a photo without seeds or scale."""
     rows: list[dict] = []
     lines: list[dict] = []
@@ -64,11 +61,11 @@ def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None
     common: list[float] = []
     notes: list[str] = []
     for photo in photos:
-        say(photo.name)
+        report(photo.name)
         grains, picture = observe_seeds(photo, view.mm_per_px, view.mm_per_px_sd)
         if grains.scale is None:
-            why = "lay millimetre paper beside the seeds, or state --mm-per-px"
-            raise MeasurementError(f"{photo}: its scale is unknown: {why}")
+            hint = "lay millimetre paper beside the seeds, or state --mm-per-px"
+            raise MeasurementError(f"{photo}: its scale is unknown: {hint}")
         if isinstance(grains.scale, Scale) and grains.scale.quality != GOOD:
             raise MeasurementError(f"{photo}: the scale of its graph paper is in doubt ({grains.scale.reason}); state --mm-per-px")
         image = read_photo(photo)
@@ -79,7 +76,7 @@ def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None
             rows.append(row)
             lines += outline
         pictures[photo.name] = picture
-        scales.append(_scale_words(grains.scale))
+        scales.append("graph paper in the picture" if isinstance(grains.scale, Scale) else f"stated: {grains.scale:g} mm per px")
         common.append(grains.common_sd())
         sizes[photo.name] = float(np.nanmedian([g.length_mm / g.length_px for g in grains.measured]))
         notes += [f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note]
@@ -87,19 +84,16 @@ def measure_lot_photos(photos: list[Path], view: View, say: Callable[[str], None
     higher = _mean_magnification(seeds, view)
     shared = float(np.hypot(np.mean(common), higher[1]))
     if view.distance_mm is None:
-        why = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
-        notes.append(f"the camera's distance is not stated: seeds are above the paper, so that {why}; state --distance-mm")
+        hint = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
+        notes.append(f"the camera's distance is not stated: seeds are above the paper, so that {hint}; state --distance-mm")
     return LotPhotos(
         seeds, pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)), pictures, sizes, "; ".join(dict.fromkeys(scales)),
-        {"length": shared, "width": shared, "thickness": shared}, tuple(notes),
+        shared, tuple(notes),
     )  # fmt: skip
 
 
 def with_thickness(spread: LotPhotos, side: LotPhotos) -> tuple[LotPhotos, tuple[float, float, int] | None]:
-    """Add the thickness: the width of the outlines in photos of seeds turned on their side.
-
-    Seeds that are in the same places get their own thickness; otherwise its mean, sd and number are returned, too.
-    """
+    """Add the thickness, the width of seeds turned on their side; of seeds in other places its mean, sd and number are returned."""
     seeds, whole = spread.seeds.copy(), side.seeds[side.seeds["kind"] == WHOLE]
     if len(whole) < 2:
         raise MeasurementError("the photos of the seeds on their side show fewer than two whole seeds")
@@ -148,11 +142,10 @@ def _seed(photo: str, number: int, grain: Grain, kind: str, grains: Grains, abov
 
 
 def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
-    """Relative magnification of a seed's length and width due to its height; thickness t is assumed to be 0.8 widths.
-
-    The widest section is t/2 above the paper: t/2D. At an angle θ off the camera's axis the top adds ½ (t/s)² tan²θ to a size s that points
-    away from the picture's middle.
-    """
+    """Relative magnification of a seed's length and width due to its height; thickness t is assumed
+    to be 0.8 widths. The widest section is t/2 above the paper: t/2D. At an angle θ off the
+    camera's axis the top adds ½ (t/s)² tan²θ to a size s that points away from the picture's
+    middle."""
     if view.distance_mm is None or not np.isfinite(grain.width_mm):
         return 0.0, 0.0
     thick = THICKNESS_SHARE * grain.width_mm
@@ -214,5 +207,18 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
     return np.array(found)
 
 
-def _scale_words(scale: Scale | float) -> str:
-    return "graph paper in the picture" if isinstance(scale, Scale) else f"stated: {scale:g} mm per px"
+def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:
+    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from graph paper, else sizes are in px."""
+    image = read_photo(path)
+    try:
+        try:
+            paper, trouble = read_scale(image), ""
+        except MeasurementError as error:
+            paper, trouble = None, str(error)
+        scale = paper if mm_per_px is None else mm_per_px
+        grains = measure_seeds(image, scale, mm_per_px_sd=mm_per_px_sd, paper=paper)
+    except MeasurementError as error:
+        raise MeasurementError(f"{path}: {error}") from error
+    if scale is None:
+        grains = replace(grains, notes=(*grains.notes, f"sizes are in px: no mm_per_px was given and {trouble}"))
+    return grains, draw_grains(image, grains, paper)

@@ -14,10 +14,8 @@ SADDLE = 0.88  # two maxima of depth are one grain where the path between them s
 
 @dataclass(frozen=True)
 class Relief:
-    """height: float32, about 0 on the background and 1 on grains; mask: uint8, 1 on grains.
-
-    others: outlines (n, 2) [px] of large things that are no grains (a label).
-    """
+    """height: float32, about 0 on the background and 1 on grains; mask: uint8, 1 on grains. others:
+    outlines (n, 2) [px] of large things that are no grains (a label)."""
 
     height: np.ndarray
     mask: np.ndarray
@@ -33,11 +31,10 @@ class Piece:
 
 
 def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0) -> Relief:
-    """Scale the channel with the best contrast so that grains are about 1 and the background about 0, whichever is lighter.
-
-    The background's illumination is a quadratic surface. forbidden (h, w), bool: neither grains nor background (graph paper). Things
-    thinner than thin_px (printed lines) are not in the mask. Raises MeasurementError where nothing stands out.
-    """
+    """Scale the channel with the best contrast so that grains are about 1 and the background about
+    0, whichever is lighter. The background's illumination is a quadratic surface. forbidden (h, w),
+    bool: neither grains nor background (graph paper). Things thinner than thin_px (printed lines)
+    are not in the mask. Raises MeasurementError where nothing stands out."""
     allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
@@ -49,10 +46,10 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px:
         if large is None:
             break
         mask, outlines = large
-        second_channel = _best_channel(small, small_allowed & ~mask)
-        if second_channel is None or second_channel[0] < LEAST_CONTRAST:
+        again = _best_channel(small, small_allowed & ~mask)
+        if again is None or again[0] < LEAST_CONTRAST:
             break
-        best, small_allowed = second_channel, small_allowed & ~mask
+        best, small_allowed = again, small_allowed & ~mask
         others += tuple(o * step + step // 2 for o in outlines)
     if best is None or best[0] < LEAST_CONTRAST:
         raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
@@ -60,8 +57,7 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px:
         allowed = allowed & (cv2.resize(small_allowed.astype(np.uint8), allowed.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0)
     _, surface, gain, threshold, name = best
     height = channel(image, name)
-    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in height.shape)
-    height -= _surface(surface, xs[None, :], ys[:, None])
+    height -= _surface(surface, height.shape)
     height *= np.float32(gain)
     height = cv2.GaussianBlur(height, (0, 0), 1.0)
     thick = cv2.morphologyEx(height, cv2.MORPH_OPEN, np.ones((thin_px, thin_px), np.uint8)) if thin_px > 1 else height
@@ -83,8 +79,7 @@ def _best_channel(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.nda
 def _large_things(best, small: np.ndarray, allowed: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]] | None:
     """(mask, outlines) of things larger than 2 % of the reduced picture and 20 times the typical area; None without any."""
     _, surface, gain, threshold, name = best
-    ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in allowed.shape)
-    height = (channel(small, name) - _surface(surface, xs[None, :], ys[:, None])) * np.float32(gain)
+    height = (channel(small, name) - _surface(surface, allowed.shape)) * np.float32(gain)
     contours = cv2.findContours(((height > threshold) & allowed).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
     typical = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
@@ -127,8 +122,10 @@ def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.
         inner = cv2.erode(ground.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=1) > 0
         where = inner if inner.sum() > 50 else ground
         y, x = np.nonzero(where)
-        surface = np.linalg.lstsq(_terms(xs[x], ys[y]), small[y, x], rcond=None)[0].astype(np.float32)
-        flat = small - _surface(surface, xs[None, :], ys[:, None])
+        u, v = xs[x], ys[y]
+        terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], -1)
+        surface = np.linalg.lstsq(terms, small[y, x], rcond=None)[0].astype(np.float32)
+        flat = small - _surface(surface, small.shape)
     gap = float(flat[grains].mean() - flat[ground].mean())
     spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
     if abs(gap) < 0.02:
@@ -137,10 +134,9 @@ def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.
 
 
 def _isodata_threshold(values: np.ndarray) -> float:
-    """The level midway between the means below and above it (Ridler & Calvard), iterated from the middle of the range.
-
-    Unlike Otsu's it does not split the background's noise where grains cover less than 1 % of the picture.
-    """
+    """The level midway between the means below and above it (Ridler & Calvard), iterated from the
+    middle of the range. Unlike Otsu's it does not split the background's noise where grains cover
+    less than 1 % of the picture."""
     low, high = (float(v) for v in np.percentile(values, (0.02, 99.98)))
     if high - low < 1e-4:
         return high
@@ -156,20 +152,16 @@ def _isodata_threshold(values: np.ndarray) -> float:
     return level
 
 
-def _terms(x, y) -> np.ndarray:
-    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], -1)
-
-
-def _surface(c: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _surface(c: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """The quadratic surface of these coefficients over a picture whose sides go from −1 to 1."""
+    y, x = np.ix_(*(np.linspace(-1, 1, n, dtype=np.float32) for n in shape))
     return c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * (x * y) + c[5] * y * y
 
 
 def touching_patch(relief: Relief, outline: np.ndarray, level: float = 0.4) -> tuple[np.ndarray, tuple[int, int]]:
-    """A patch of touching grains in its bounding box (uint8), and the box's corner [px].
-
-    The threshold is higher than the mask's, so that grains separate better. Holes down to the background stay (between grains), dark spots
-    on a grain are filled.
-    """
+    """A patch of touching grains in its bounding box (uint8), and the box's corner [px]. The
+    threshold is higher than the mask's, so that grains separate better. Holes down to the
+    background stay (between grains), dark spots on a grain are filled."""
     x, y, w, h = cv2.boundingRect(outline)
     inside = cv2.drawContours(np.zeros((h, w), np.uint8), [outline - (x, y)], -1, 1, -1)
     height = relief.height[y : y + h, x : x + w]
@@ -188,21 +180,16 @@ def touching_patch(relief: Relief, outline: np.ndarray, level: float = 0.4) -> t
 def without_thin_parts(shape: np.ndarray, typical: float) -> np.ndarray:
     """The patch without thin parts (dust, hairs, printed lines)."""
     size = max(3, 2 * int(0.08 * np.sqrt(typical)) + 1)
-    opened = cv2.morphologyEx(
-        cv2.copyMakeBorder(shape, size, size, size, size, cv2.BORDER_CONSTANT, value=0),
-        cv2.MORPH_OPEN,
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)),
-    )[size:-size, size:-size]
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    opened = cv2.morphologyEx(np.pad(shape, size), cv2.MORPH_OPEN, disc)[size:-size, size:-size]
     return opened if opened.any() else shape
 
 
 def split(shape: np.ndarray) -> list[Piece]:
-    """Split a patch (uint8) of touching grains where it is narrow.
-
-    Maxima of the distance to the edge with a saddle below SADDLE between them are different grains. Every pixel is assigned to the grain
-    with the least Mahalanobis distance, iterated.
-    """
-    padded = cv2.copyMakeBorder(shape, 3, 3, 3, 3, cv2.BORDER_CONSTANT, value=0)
+    """Split a patch (uint8) of touching grains where it is narrow. Maxima of the distance to the
+    edge with a saddle below SADDLE between them are different grains. Every pixel is assigned to
+    the grain with the least Mahalanobis distance, iterated."""
+    padded = np.pad(shape, 3)
     step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))  # resolution of the cut
     coarse = padded if step == 1 else cv2.resize(padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
     coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
@@ -214,12 +201,8 @@ def split(shape: np.ndarray) -> list[Piece]:
     labels = cv2.resize(labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST)
     near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))  # the rim that the coarse patch lacks
     labels = np.where(labels == 0, near, labels)
-    pieces = []
-    for label in range(1, len(summits) + 1):
-        mine = (labels == label).astype(np.uint8) & padded
-        if mine.any():
-            pieces.append(_make_piece(mine, padded))
-    return pieces
+    grains = ((labels == label).astype(np.uint8) & padded for label in range(1, len(summits) + 1))
+    return [_make_piece(grain, padded) for grain in grains if grain.any()]
 
 
 def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, int]]) -> np.ndarray:
@@ -235,9 +218,9 @@ def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, in
             away[i] = ((d @ np.linalg.inv(s)) * d).sum(1)
         owner = away.argmin(0)
         for i in range(len(summits)):
-            mine = place[owner == i]
-            if len(mine) > 10:
-                centre[i], spread[i] = mine.mean(0), np.cov(mine.T) + 0.05 * np.eye(2)
+            members = place[owner == i]
+            if len(members) > 10:
+                centre[i], spread[i] = members.mean(0), np.cov(members.T) + 0.05 * np.eye(2)
     labels = np.zeros(coarse.shape, np.int32)
     labels[ys, xs] = owner + 1
     return labels
@@ -266,9 +249,9 @@ def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
     return float(depth[np.rint(np.linspace(a[1], b[1], n)).astype(int), np.rint(np.linspace(a[0], b[0], n)).astype(int)].min())
 
 
-def _make_piece(mine: np.ndarray, whole: np.ndarray) -> Piece:
+def _make_piece(grain: np.ndarray, whole: np.ndarray) -> Piece:
     """Outline of `mine` in the unpadded patch; points deep inside `whole` are on a cut."""
-    contour = max(cv2.findContours(mine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)[:, 0]
+    contour = max(cv2.findContours(grain, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)[:, 0]
     inside = cv2.distanceTransform(whole, cv2.DIST_L2, 5)
     cut = inside[contour[:, 1], contour[:, 0]] >= 2.2
     # Near a cut the outline bends towards the neighbour: some points on each side are not free either.

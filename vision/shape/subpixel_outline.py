@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
+from vision.robust import robust_sd
+
 STEP_PX = 0.25
 SMOOTH_RAD = 0.12
 LEVEL_STEP = 0.15  # above and below half height, between which the edge's blur is measured
@@ -66,8 +68,8 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
     rim = float((shifts["peak"][seen] > 1.2 * np.median(core)).mean())
     rim_drop = 1 - shifts["inner"] / max(float(np.median(core)), 0.1)
     level_px *= 1 + 4 * max(rim_drop - 0.1, 0.0)  # a dark rim makes the level uncertain
-    way = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[good]
-    softness = ndimage.median_filter(np.nan_to_num(way, nan=4.0), size=_odd(len(way) / 12), mode="wrap")
+    edge_width = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[good]
+    softness = ndimage.median_filter(np.nan_to_num(edge_width, nan=4.0), size=_odd(len(edge_width) / 12), mode="wrap")
     softness = float(np.percentile(softness, 90) / max(np.percentile(softness, 20), 0.3))
     return Edge(
         base + shift[:, None] * normal, sd, level_px, float(1 - good.sum() / seen.sum()), float(hidden.mean()), rim, softness, rim_drop
@@ -75,11 +77,10 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
 
 
 def _edge_shifts(height: np.ndarray, base: np.ndarray, normal: np.ndarray, free: np.ndarray, blur: float) -> dict:
-    """Outward shifts [px] of each point to where the relief crosses half height and the two levels beside it, by level.
-
-    Background and grain are sampled at 2.3 to 3.3 times the `blur` (sd of the edge, px) from the edge, since a grain's rim is darker than
-    its middle. "peak": largest value just inside; "uneven": sd of the background along the edge, of the grain's height.
-    """
+    """Outward shifts [px] of each point to where the relief crosses half height and the two levels
+    beside it, by level. Background and grain are sampled at 2.3 to 3.3 times the `blur` (sd of the
+    edge, px) from the edge, since a grain's rim is darker than its middle. "peak": largest value
+    just inside; "uneven": sd of the background along the edge, of the grain's height."""
     reach = max(3.6 * blur, 4.0)
     offsets = np.arange(-reach, reach + STEP_PX / 2, STEP_PX)
     place = base[:, None] + offsets[None, :, None] * normal[:, None]
@@ -97,11 +98,11 @@ def _edge_shifts(height: np.ndarray, base: np.ndarray, normal: np.ndarray, free:
 
 def _blur(shifts: dict, seen: np.ndarray) -> float:
     """sd [px] of the edge's blur from the distance of two levels: for a Gaussian edge, level step × √(2π) × sd."""
-    way = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[seen]
-    way = way[np.isfinite(way)]
-    if len(way) < 8:
+    edge_width = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[seen]
+    edge_width = edge_width[np.isfinite(edge_width)]
+    if len(edge_width) < 8:
         return 1.35
-    return float(np.clip(np.median(way) / (2 * LEVEL_STEP * np.sqrt(2 * np.pi)), 1.0, 4.0))
+    return float(np.clip(np.median(edge_width) / (2 * LEVEL_STEP * np.sqrt(2 * np.pi)), 1.0, 4.0))
 
 
 def _curvature(points: np.ndarray, width: float) -> np.ndarray:
@@ -131,7 +132,7 @@ def _smooth_known(shift: np.ndarray, good: np.ndarray, width: float) -> tuple[np
         weight = ndimage.gaussian_filter1d(use.astype(float), width, mode="wrap")
         smooth = ndimage.gaussian_filter1d(np.where(use, shift, 0.0), width, mode="wrap") / np.maximum(weight, 1e-6)
         rest = np.abs(np.where(good, shift, 0) - smooth)[good]
-        spread = max(1.4826 * float(np.median(rest)), 0.02)
+        spread = max(robust_sd(rest), 0.02)
         use = good & (np.abs(np.where(good, shift, np.inf) - smooth) < 4 * spread)
     smooth = np.where(weight > 0.02, smooth, 0.0)
     # Neighbouring points share the blur: about every second is independent.
@@ -139,10 +140,8 @@ def _smooth_known(shift: np.ndarray, good: np.ndarray, width: float) -> tuple[np
 
 
 def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The outline at even steps of about a pixel around the ellipse through its free points, and a mask of the hidden points.
-
-    Hidden points, without a free point nearby, are on the ellipse.
-    """
+    """The outline at even steps of about a pixel around the ellipse through its free points, and a
+    mask of the hidden points. Hidden points, without a free point nearby, are on the ellipse."""
     for _ in range(3):  # twice without points off the ellipse: the neck to a neighbour
         (cx, cy), axes, angle = cv2.fitEllipseDirect(points[free].astype(np.float32))
         turn, semi = np.radians(angle), np.maximum(np.asarray(axes) / 2, 0.5)
@@ -150,9 +149,9 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
         along, across = x * np.cos(turn) + y * np.sin(turn), -x * np.sin(turn) + y * np.cos(turn)
         depth = np.hypot(along / semi[0], across / semi[1])
         off = np.abs(depth - 1) * np.sqrt(semi.prod())
-        near = off < max(1.0, 4 * 1.4826 * float(np.median(off[free])))
-        without_thin_parts = not free.all() and (free & near).sum() >= 12
-        free = free & near if without_thin_parts else free
+        near = off < max(1.0, 4 * robust_sd(off[free]))
+        if not free.all() and (free & near).sum() >= 12:
+            free = free & near
     direction = np.mod(np.arctan2(across / semi[1], along / semi[0])[free], 2 * np.pi)
     order = np.argsort(direction)
     direction, depth = direction[order], depth[free][order]
@@ -165,9 +164,8 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
     depth = np.where(hidden, 1.0, np.interp(t, direction, depth, period=2 * np.pi))
     depth = ndimage.gaussian_filter1d(depth, SMOOTH_RAD * count / (2 * np.pi), mode="wrap")
     along, across = depth * semi[0] * np.cos(t), depth * semi[1] * np.sin(t)
-    return np.stack(
-        [cx + along * np.cos(turn) - across * np.sin(turn), cy + along * np.sin(turn) + across * np.cos(turn)], -1
-    ), hidden
+    x, y = along * np.cos(turn) - across * np.sin(turn), along * np.sin(turn) + across * np.cos(turn)
+    return np.stack([cx + x, cy + y], -1), hidden
 
 
 def _normals(points: np.ndarray) -> np.ndarray:

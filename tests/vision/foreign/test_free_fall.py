@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bouncing import G, ball
 
-from vision.foreign.free_fall import free_fall, free_falls, unit_doubt
+from vision.foreign.unit_inference import free_fall, free_falls, unit_doubt
 
 FRAME, X, Y = ball()
 T = FRAME / 120

@@ -140,7 +140,7 @@ WRONG = {
     "spots.csv": (spots("pixel", "frame", 1, 1).replace("FRAME", "TIME"), "column FRAME is missing"),
     "furlong.csv": (spots("furlong", "sec", 1, 0.1), "unit of length is 'furlong'"),
     "lost.xml": (model().replace('<Spot ID="105"', '<Spot ID="905"'), "names a spot that is not there"),
-    "words.xml": (simple("sec", 1.0).replace('x="', 'x="q', 1), "x = 'q.*' of a detection is not a number"),
+    "words.xml": (simple("sec", 1.0).replace('x="', 'x="q', 1), "x of a detection = 'q.*' is not a number"),
     "empty.xml": ('<Tracks from="TrackMate v7" timeUnits="frame" spaceUnits="pixel"></Tracks>', "no track of 3 or more places"),
     "short.mdf": (mdf().replace("Point 7 ", "Point 7\nPoint "), "line 14 is no Point with number, x, y, z, t and channel"),
     "early.mdf": ("MTrackJ 1.5.1 Data File\nPoint 1 1 1 1 1 1\n", "line 2 is a Point before any Track"),

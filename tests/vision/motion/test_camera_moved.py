@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vision.evidence.frames import Frame
-from vision.motion.camera_moved import camera_moved, common_shift
+from vision.motion.film_doubts import camera_moved, common_shift
 
 HIGH, WIDE = 240, 320
 

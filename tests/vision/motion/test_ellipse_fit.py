@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision.motion.ellipse_fit import Ellipse, EllipsePose, Patch, fit_ellipse
+from vision.motion.ellipse import Ellipse, EllipsePose, Patch, fit_ellipse
 
 AXES = (9.0, 8.0)
 FINE = 16  # sub-pixels a pixel and axis

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vision.motion.silhouette_size import size_doubt, stated_area_px
+from vision.motion.film_doubts import size_doubt, stated_area_px
 from vision.motion.track import make_track
 from vision.motion.track_seed import TrackedSeed
 from vision.recording import Camera, Recording, Seed

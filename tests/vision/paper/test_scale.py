@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from synthetic.paper import Paper, draw_paper, paper_mm, true_scale
 
 from vision.measurement import DOUBTFUL, GOOD, MeasurementError
-from vision.overlay.scale import LINE, draw_scale
+from vision.overlay.canvas import Canvas
+from vision.overlay.seeds import LINE, paint_scale
 from vision.paper.grid_pitch import _CLASSES, Strengths, _best_pattern
 from vision.paper.scale import read_scale
 
@@ -204,7 +205,9 @@ def test_sd_covers_in_90_to_98_per_cent():
 def test_overlay_shows_the_fitted_lines_on_the_paper():
     paper = replace(DIFFICULT["a strip"], ink=(0.9, 0.5, 0.1))
     image = draw_paper(paper, SHAPE, np.random.default_rng(3))
-    overlay = draw_scale(image, read_scale(image))
+    canvas = Canvas(image)
+    paint_scale(canvas, read_scale(image))
+    overlay = canvas.pixels
     y, x = (np.array(np.nonzero((overlay == LINE).all(-1))) + 0.5) * SHAPE[1] / overlay.shape[1] - 0.5
     u, v = paper_mm(paper, SHAPE, x, y)
     off = np.minimum(*(np.abs(w / 10 - np.rint(w / 10)) * 10 for w in (u, v)))

@@ -11,11 +11,11 @@ from synthetic.paper import Paper, draw_paper, paper_mm
 from synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
 
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
-from vision.overlay.grains import COLOURS, draw_grains
+from vision.overlay.seeds import COLOURS, draw_grains
 from vision.paper.scale import read_scale
-from vision.shape.caliper import feret
 from vision.shape.grains import Grains, measure_seeds
-from vision.shape.seed_photo import observe_seeds
+from vision.shape.lot_photos import observe_seeds
+from vision.shape.outline import feret
 
 SHAPE = (480, 640)
 

@@ -13,10 +13,9 @@ from typer.testing import CliRunner
 
 from benchtwin.command_line import app
 from vision.measurement import MeasurementError
-from vision.shape.caliper import centroid, feret
-from vision.shape.fourier import aligned_outline, fourier_terms, from_fourier_terms
 from vision.shape.lot import OUTLINES, SEEDS, TOUCHING, WHOLE, read_lot, shape_modes
 from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
+from vision.shape.outline import aligned_outline, centroid, feret, fourier_terms, from_fourier_terms
 
 T = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 FLAT = View(0.1, 2e-5, math.inf)
@@ -102,7 +101,7 @@ def test_a_stated_distance_takes_back_what_height_adds_and_an_unknown_one_is_in_
         assert abs(stated) < 1.96 * near.common[name] < 0.005
         assert silent == scanned > 0.01  # the control: nothing is taken back
         assert silent < 3 * unknown.common[name]
-    assert any("distance is not stated" in note for note in unknown.notes) and flat.common["length"] < 1e-3
+    assert any("distance is not stated" in note for note in unknown.notes) and flat.common < 1e-3
 
 
 def test_thickness_is_read_from_the_same_seeds_on_their_side_seed_by_seed_or_for_the_lot(photos):

@@ -1,16 +1,58 @@
-"""Elliptic Fourier descriptors of closed outlines (Kuhl & Giardina 1982).
+"""Geometry of closed outlines: Feret diameters, centroid, ellipse, elliptic Fourier terms, a standard pose.
 
 x(t) = Σ ax_h cos 2πht + bx_h sin 2πht, y(t) = Σ ay_h cos 2πht + by_h sin 2πht, t from 0 to 1 along the outline, h = 1, 2, …
 
 Source: Kuhl, Giardina, Comput. Graph. Image Process. 18 (1982) 236-258.
 """
 
+import cv2
 import numpy as np
-
-from vision.shape.caliper import centroid, feret
 
 Array = np.ndarray
 HARMONICS = 12  # that an edge known to a tenth of a pixel resolves on a seed of 60 px
+
+
+def feret(points: np.ndarray) -> tuple[float, float, float]:
+    """Largest and smallest Feret diameter of `points` (n, 2), and the direction of the largest
+    [deg, −90 to 90]. Exact for polygons: the smallest is perpendicular to a side of the hull, the
+    largest joins two corners."""
+    hull = cv2.convexHull(points.astype(np.float32))[:, 0].astype(float)
+    side = np.roll(hull, -1, 0) - hull
+    side = side[np.hypot(*side.T) > 1e-9]
+    normal = np.stack([-side[:, 1], side[:, 0]], -1) / np.hypot(*side.T)[:, None]
+    across = normal[:, :1] * hull[:, 0] + normal[:, 1:] * hull[:, 1]
+    apart = hull[:, None] - hull[None]
+    distance = np.hypot(apart[..., 0], apart[..., 1])
+    i, j = np.unravel_index(int(distance.argmax()), distance.shape)
+    angle = float(np.degrees(np.arctan2(apart[i, j, 1], apart[i, j, 0])))
+    return float(distance[i, j]), float(np.ptp(across, axis=1).min()), (angle + 90) % 180 - 90
+
+
+def centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
+    """Centroid and area of a closed polygon."""
+    origin = points.mean(0)
+    (x, y), (xn, yn) = (points - origin).T, (np.roll(points, -1, 0) - origin).T
+    cross = x * yn - xn * y
+    area = float(cross.sum()) / 2
+    if abs(area) < 1e-9:
+        return (float(origin[0]), float(origin[1])), 0.0
+    x0, y0 = (float(o + ((a + b) * cross).sum() / (6 * area)) for o, a, b in zip(origin, (x, y), (xn, yn)))
+    return (x0, y0), abs(area)
+
+
+def ellipse_agreement(points: np.ndarray) -> float:
+    """Agreement of the outline with a fitted ellipse: 1 − 2 · mean relative difference of the radii."""
+    (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
+    turn = np.radians(angle)
+    x, y = points[:, 0] - cx, points[:, 1] - cy
+    along, across = x * np.cos(turn) + y * np.sin(turn), -x * np.sin(turn) + y * np.cos(turn)
+    depth = np.hypot(along / (axes[0] / 2), across / (axes[1] / 2))
+    return float(1 - 2 * np.mean(np.abs(depth - 1)))
+
+
+def solidity(patch: np.ndarray) -> float:
+    """Area over that of the convex hull."""
+    return cv2.contourArea(patch) / max(cv2.contourArea(cv2.convexHull(patch)), 1.0)
 
 
 def fourier_terms(points: Array, harmonics: int = HARMONICS) -> Array:
@@ -39,11 +81,10 @@ def from_fourier_terms(of: Array, count: int) -> Array:
 
 
 def aligned_outline(points: Array, count: int = 256) -> Array:
-    """The outline in a standard pose, (count, 2) at even steps: centroid at 0, length along x, counter-clockwise from +x, y up.
-
-    It is rotated by half a turn and mirrored (a seed lies on either side) so that its third moments along x and y are not negative: the
-    blunter end is at +x. points (n, 2): y down, as in a picture.
-    """
+    """The outline in a standard pose, (count, 2) at even steps: centroid at 0, length along x,
+    counter-clockwise from +x, y up. It is rotated by half a turn and mirrored (a seed lies on
+    either side) so that its third moments along x and y are not negative: the blunter end is at +x.
+    points (n, 2): y down, as in a picture."""
     flat = points * [1.0, -1.0]
     flat = flat - np.array(centroid(flat)[0])
     turn = np.radians(feret(flat)[2])

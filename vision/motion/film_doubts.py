@@ -1,12 +1,15 @@
-"""Detects whether the camera moved during a film: then the whole static background shifts."""
+"""Doubts about a film: whether the camera moved, and whether what was tracked is the stated seed alone."""
 
 import itertools
+import math
 
 import cv2
 import numpy as np
 
 from vision.evidence.frames import FrameSource
 from vision.motion.scene import grey
+from vision.motion.track_seed import TrackedSeed
+from vision.recording import Recording
 
 LOOKED_AT = 9  # frames, spread over the film
 ROWS, COLUMNS = 4, 5  # tiles of the picture, whose shifts are measured
@@ -14,6 +17,10 @@ LARGEST_SIDE = 1280  # px of the picture that is compared
 TEXTURED = 3.0  # least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
 LEAST_TILES, AGREEING, ALIKE_PX = 4, 0.6, 0.4  # share of the textured tiles that must shift alike
 LEAST_SHIFT_PX = 0.7
+AREA_MARGIN = 0.30  # of an area: a silhouette is no ellipse, and blur and compression reduce it
+MOST_HIDDEN = 0.15  # share of the rows in motion that may be hidden or merged
+RESTING_PX = 0.3  # a smaller step from frame to frame is rest
+LEAST_ROWS = 8
 
 
 def camera_moved(source: FrameSource) -> str:
@@ -49,3 +56,38 @@ def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] |
     agreeing = (np.linalg.norm(found - middle, axis=1) < ALIKE_PX * factor).mean()
     moved = agreeing >= AGREEING and float(np.hypot(*middle)) > LEAST_SHIFT_PX * factor
     return (float(middle[0]), float(middle[1])) if moved else None
+
+
+def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
+    """Why what was tracked may not be the seed alone; "" where nothing speaks against it. Areas are
+    compared with the stated seed where axes and scale are stated, and those at rest with those in
+    motion."""
+    track, area = tracked.track, tracked.areas
+    moving = np.hypot(np.gradient(track.x), np.gradient(track.y)) > RESTING_PX
+    if moving.sum() < LEAST_ROWS:
+        return ""
+    hidden = float(track.outlier[moving].mean())
+    if hidden > MOST_HIDDEN and recording.rig == "roll":  # a drop's places are compared with parabolas
+        return f"the seed is partly hidden or merged with something in {100 * hidden:.0f} % of the frames in which it moves"
+    typical = float(np.median(area[moving & ~track.outlier]))
+    least, most = stated_area_px(recording)
+    if not least * (1 - AREA_MARGIN) < typical < most * (1 + AREA_MARGIN):
+        side = f"at most {most:.3g}" if typical > most else f"at least {least:.3g}"
+        return f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it, or more than it, was tracked"
+    resting = ~moving & ~track.outlier & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
+    turns = most / least if least > 0 else math.inf  # an oblong seed may show another side at rest
+    if resting.sum() >= LEAST_ROWS and recording.rig == "roll":
+        ratio = float(np.median(area[resting])) / typical
+        if not 1 / (turns * (1 + AREA_MARGIN)) < ratio < turns * (1 + AREA_MARGIN):
+            return f"at rest what is tracked covers {ratio:.2f} × what it covers in motion: it is not the seed alone"
+    return ""
+
+
+def stated_area_px(recording: Recording) -> tuple[float, float]:
+    """Least and greatest silhouette [px²] of the stated seed in any orientation; 0 and infinity where it is not stated."""
+    scale, seed = recording.camera.mm_per_px, recording.seed
+    axes = sorted(seed.sizes_mm)
+    if not scale or len(axes) < 2 or seed.count not in (None, 1):
+        return 0.0, math.inf
+    least = math.pi / 4 * axes[0] * axes[1] / scale**2 if len(axes) == 3 else 0.0
+    return least, math.pi / 4 * axes[-1] * axes[-2] / scale**2
