@@ -27,10 +27,9 @@ READERS = {
 class Diagnosis:
     """What a bench folder gave.
 
-    findings, recordings (those used) and twins (rerun.Resimulation): by rig.
-    refused: rigs without a finding, and why.
-    trouble: recordings that could not be used, (name, rig, why).
-    notes: for the reader; took_s; seed: of the random numbers.
+    findings, recordings (those used), twins (rerun.Resimulation), refused (why there is no
+    finding): by rig; trouble: recordings that could not be used, (name, rig, why); seed: of random
+    numbers.
     """
 
     folder: Path
@@ -56,9 +55,7 @@ class Diagnosis:
 
 
 def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), say: Say = lambda text: None) -> Diagnosis:
-    """Diagnose every rig of a bench folder, or those in `only`. FileNotFoundError without a
-    folder.
-    """
+    """Diagnose every rig of a bench folder, or those in `only`."""
     begun = time.monotonic()
     entries = listed(folder)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
@@ -113,8 +110,8 @@ def _count(number: int, what: str) -> str:
 def _imported(rig: str) -> tuple[Callable[[Path], list], Callable[[list, np.random.Generator], Finding]]:
     """The rig's reader, and its diagnosis of what was read, imported on first use.
 
-    Recordings have `recording` and `trouble`, "" where there is none; the diagnosis raises ValueError
-    where nothing can be said.
+    Recordings have `recording` and `trouble`, "" where there is none; the diagnosis raises
+    ValueError where nothing can be said.
     """
     module, reader = READERS[rig]
     diagnose = getattr(import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")

@@ -24,9 +24,7 @@ RIG_NAMES = ("drop", "slide", "roll", "pile")
 
 @dataclass(frozen=True)
 class Asked:
-    """Options. rigs: only these; twin: run the simulation again; quick: without rendered
-    pictures.
-    """
+    """Options. rigs: only these; twin: simulate again; quick: without rendered pictures."""
 
     bench: Path
     out: Path
@@ -55,7 +53,8 @@ def diagnose_command(asked: Asked) -> int:
 def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
     """Diagnose a bench folder and write diagnosis and report into `asked.out`; also says whether the report could be drawn.
 
-    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError where `out` cannot be written.
+    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError where `out`
+    cannot be written.
     """
     from diagnose.bench import diagnose_bench
 

@@ -28,9 +28,7 @@ MOST_EXPLANATIONS = 20
 
 @dataclass(frozen=True)
 class Sector:
-    """explained: share of what is missing, NaN where nothing is; p: that noise alone fits as
-    badly there.
-    """
+    """explained: share of what is missing, or NaN; p: that noise alone fits as badly there."""
 
     name: str
     explained: float
@@ -49,7 +47,7 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """What a report draws of one recording: `seen` (n,) over `along` (n,), and both residuals (n,).
+    """What a report draws of one recording: `seen` (n,) over `along` (n,), and both residuals.
 
     quantity and unit are those of `seen`; axis names `along` with its unit.
     """
@@ -69,7 +67,7 @@ class Finding:
     """What one rig's recordings gave; fields as in diagnosis.json.
 
     best_axis: the quantity that unlisted physics follows best. left_out: each effect of the model
-    as the other recordings have it, one value a recording; further parameters as name.other.
+    as the other recordings have it; further parameters as name.other.
     """
 
     rig: str
@@ -154,7 +152,7 @@ class DiagnosisTask:
     """What a rig hands to the inference.
 
     alternatives: of its baseline; windows(fit): of unlisted physics; curves(base, model): for the
-    report; contact: value(explanation) → mean and sd of each contact parameter; law(fit): a law for
+    report; contact: value(explanation) → mean and sd of each contact parameter; law(fit): of
     unlisted physics, in words; advice(names): what to record next.
     """
 

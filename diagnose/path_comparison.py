@@ -1,6 +1,4 @@
-"""Slides and rolls run again: simulated and recorded way along the path, from where motion
-begins.
-"""
+"""Slides and rolls run again: simulated and recorded way along the path."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,8 +18,7 @@ POINTS = 200  # at which ways are compared
 class TwinPair:
     """One recording with its old and new simulation.
 
-    seen: as recorded; from_mm: way at which all clocks start; old, new: (recording to be like,
-    parameters), with which the simulation begins, or ends, as was recorded.
+    from_mm: way at which all clocks start; old, new: (recording to be like, parameters).
     """
 
     name: str

@@ -1,8 +1,4 @@
-"""The simulation run again with what was named: a force law, the air, the rig or the camera
-changed.
-
-What stands for an effect is its `counterpart`; rigs/RIG/resimulation.py runs it.
-"""
+"""The simulation run again with what was named; rigs/RIG/resimulation.py runs it."""
 
 import importlib
 import math
@@ -23,9 +19,7 @@ PER_RECORDING_RIGS = ("drop", "slide")  # rigs whose recordings can each have th
 
 @dataclass(frozen=True)
 class Comparison:
-    """Root mean square error of one recording without and with the change; by: track or
-    pictures.
-    """
+    """Root mean square error of one recording without and with the change."""
 
     recording: str
     quantity: str
@@ -39,9 +33,8 @@ class Comparison:
 class Resimulation:
     """The simulation run again.
 
-    effects: what was changed; change, how: that in words, and how it was run; compared: a row for
-    each recording and quantity; held_out: whether values are those of the *other* recordings;
-    picture: PNG or empty.
+    effects: what was changed; change, how: that in words, and how it was run; held_out: whether
+    values are those of the *other* recordings; picture: PNG or empty.
     """
 
     rig: str
@@ -56,9 +49,7 @@ class Resimulation:
     figure: dict | None = None
 
     def total(self, by: str = "track") -> tuple[float, float, str, str]:
-        """Root mean squares over recordings of the first quantity: before, after, unit,
-        quantity.
-        """
+        """Root mean square of the first quantity: before, after, unit, quantity."""
         first = next((c for c in self.compared if c.by == by), self.compared[0])
         own = [c for c in self.compared if c.quantity == first.quantity and c.by == first.by]
         before, after = (math.sqrt(np.mean([getattr(c, key) ** 2 for c in own])) for key in ("before", "after"))
@@ -122,11 +113,7 @@ def condition_shifts(contact: Contact, finding: Finding, recordings: list) -> di
 def secant(
     miss: Callable[[float], float], low: float, high: float, limits: tuple[float, float], *, iterations: int, close: float
 ) -> float:
-    """A zero of `miss` within `limits`, by secant steps from two points; the better of the last
-    two.
-
-    Ends after `iterations` steps or where |miss| < `close`.
-    """
+    """A zero of `miss` within `limits`, by secant steps; the better of the last two points."""
     at_low, at_high = miss(low), miss(high)
     for _ in range(iterations):
         if abs(at_high) < close or abs(at_high - at_low) < 1e-9:

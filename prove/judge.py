@@ -77,8 +77,7 @@ def _within(truth: set[str], names: tuple[str, ...]) -> bool:
 
 
 def probability_of_truth(key: Key, explanations: list[dict] | None) -> float | None:
-    """The probability that the explanations give to the true set; what is not listed may be said to be in any sector where it
-    shows. None where there are no explanations."""
+    """What the explanations give to the true set, unlisted physics in any true sector."""
     if not isinstance(explanations, list) or not explanations:
         return None
     truth = {e.name for e in key.effects}
@@ -99,8 +98,7 @@ def main_sector(sectors: list[dict]) -> str:
 
 
 def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
-    """Of a right name: whether each scored interval holds the truth, up to the sign where that is a matter of axes; and what is
-    stated over the truth, with its SNR."""
+    """Whether each interval holds the truth; (SNR, value, interval) over the truth."""
     found, covers, stated = answer.get("parameters") or {}, [], []
     for effect in key.effects:
         if not effect.scored:

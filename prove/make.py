@@ -28,7 +28,8 @@ MATTERS, TRIFLES = 1.5, 0.17  # sds of a contact parameter: half an sd, give or 
 class Rig:
     """What a rig's module offers: it draws a scene, says how visible an effect is, makes the bench.
 
-    ranges: (least, most, sign) of each effect, sign 0 for either. design: fields of a run that differ between runs by design.
+    ranges: (least, most, sign) of each effect, sign 0 for either. design: fields of a run that
+    differ between runs by design.
     """
 
     draw: Callable[[Request, np.random.Generator], Any]
@@ -54,7 +55,7 @@ class Concealed:
 class Key:
     """The answer key of a case.
 
-    sectors: where the effect shows. matters: whether it moves the rig's contact parameter, None where that is not known.
+    sectors: where the effect shows. matters: whether it moves the rig's contact parameter.
     absent: keys that the bench does not state. conditions: those that it states.
     """
 
@@ -189,8 +190,10 @@ def _following(rig: str, condition: Condition, value: float, snr: float) -> Conc
 
 
 def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:
-    """Whether the effects, left out, put the contact parameter wrong; what is wrong with the measurement moves places as well, so
-    that it matters though the contact parameter stays is not known."""
+    """Whether the effects, left out, shift the contact parameter; None: not known.
+
+    Errors of the measurement move places as well.
+    """
     moved = [one.moved for one in seen]
     if not moved or None in moved:
         return None

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 class Counterpart:
     """What stands for an effect in the simulation.
 
-    what: in words, {value} in its unit; change(values of the effect's parameters by name) →
-    settings: force laws by name ("laws"), of the air ("air"), of the rig ("rig").
+    what: in words, {value} in its unit; change(values by name) → settings of force laws by name
+    ("laws"), of the air ("air"), of the rig ("rig").
     """
 
     what: str
@@ -25,24 +25,21 @@ class Counterpart:
 class Effect:
     """One effect, or a further parameter of one.
 
-    name, sector; unit, meaning: of the reported parameter; source: of law and range.
-    prior_sd about 0, low, high: physical range; all of the fitted parameter.
+    unit: of the reported parameter. prior_sd about 0, low, high (physical range), source (of law
+    and range): all of the fitted parameter. reported: from the fitted to the reported value.
     wording: (what is missing, what its number is); separating: the recording that separates it.
-    reported: increasing function from the fitted to the reported value, where they differ.
-    group: the effect that this is a further parameter of.
-    scaled_prior: whether its prior scales with the effect's size (a shape parameter's does not).
-    nonlinear: the law is not linear about 0, so it is fitted in full whatever its slope there.
-    follows, level: the condition that a contact parameter follows, and the level of one in words.
-    unlisted: it says when or how, not why.
-    counterpart: in the simulation; not_simulated: why there is none.
-    needs(session): whether these recordings can show it.
+    group: the effect that this is a further parameter of. scaled_prior: whether its prior scales
+    with the effect's size. nonlinear: the law is not linear about 0: fitted in full whatever its
+    slope there. follows, level: the condition that a contact parameter follows, and its level.
+    unlisted: it says when or how, not why. counterpart: in the simulation; not_simulated: why there
+    is none. needs(session): whether these recordings can show it. summary(Explanation): reported
+    value and sd, where they are not those of the first parameter.
 
-    Laws, of which an effect has those that it needs (each rig's model says how it calls them):
+    Laws, of which an effect has those that it needs:
     drops: acceleration(Motion, value), picture(places, View, value), clock(value),
     restitution(Hits, e, value), kick(Hits, value).
     slides: act(Laws, run, value), tilt(coefficients, value), read(angle, Read, value), rest(value).
     rolls: act(way, value, context), resist(speed, value, seed, all values).
-    summary(Explanation): reported value and sd, where they are not those of the first parameter.
     """
 
     name: str

@@ -1,9 +1,8 @@
 """The alarm: could noise alone produce the greatest score of all listed and unlisted components?
 
-A component's column c has the score z = cᵀPb/√(cᵀPc), P marginalising the nuisances; it is normal
-where nothing is missing. The maximum over all columns is compared with a parametric bootstrap, in
-which their correlation and the doubt about the noise power count; unlisted physics by its fall of
-χ². Source: Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50.
+A column c has the score z = cᵀPb/√(cᵀPc), P marginalising the nuisances: normal where nothing is
+missing. The maximum over all columns is compared with a parametric bootstrap, unlisted physics by
+its fall of χ². Source: Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50.
 """
 
 import numpy as np

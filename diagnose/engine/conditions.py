@@ -1,8 +1,7 @@
 """Contact parameters that follow stated conditions, the order of recordings, or the session.
 
 A parameter p of recording r is p + β z_r, z the condition with mean 0 and sd 1 over the recordings
-that state it (0 in the others); for words one β a level. The column of β is z_r times that of p,
-so that every rig gets these effects by rule.
+that state it (0 in the others); for words one β a level. The column of β is z_r times that of p.
 """
 
 from collections.abc import Callable
@@ -22,11 +21,10 @@ MOST_LEVELS = 6
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact parameter: name as reported, its global (`column`), its sector, and its name in
-    words.
+    """A contact parameter: as reported, its global (`column`), its sector, its name in words.
 
-    prior_sd: by which it may follow a condition, in the global's unit a sd of the condition; scale:
-    from the global's unit to the reported one.
+    prior_sd: of its change by one sd of a condition, in the global's unit; scale: from the global's
+    unit to the reported one.
     """
 
     name: str
@@ -39,9 +37,9 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """A condition: name; z (R, k): standardised numbers (k = 1), or contrasts of levels.
+    """z (R, k): standardised numbers (k = 1) or contrasts of levels; spread: sd of the numbers.
 
-    spread: sd of the numbers, NaN for words; levels: of words; unlisted: it says when, not why.
+    levels: of words; unlisted: it says when, not why.
     """
 
     name: str
@@ -117,10 +115,7 @@ def effect_name(contact: Contact, condition: Condition) -> str:
 
 
 def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condition, ...]) -> Problem:
-    """The problem with one effect a condition.
-
-    `reduce` gets their columns; they are linear, so β is 0 where a prediction is made.
-    """
+    """The problem with one effect a condition, linear: β is 0 where a prediction is made."""
     if not conditions or contact.column not in problem.names:
         return problem
     effects, names, factors = dict(problem.effects), list(problem.names), []

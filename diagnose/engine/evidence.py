@@ -1,14 +1,12 @@
-"""Evidence of sets of components in the linearised problem: Gaussian integrals, hundreds in
-milliseconds.
+"""Evidence of sets of components in the linearised problem: Gaussian integrals.
 
 With the nuisances marginalised, components of prior sd T have the information J = TᵀCᵀΣ⁻¹CT and the
 score h, so that
 
-    ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the physical range),
+ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the physical range),
 
-averaged over the widths of the priors (a scale mixture) and over sizes of the scatter between
-recordings. The noise power is known to `level_sd` of its logarithm only, so misfit counts as in
-Student's t. Source: Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
+averaged over the widths of the priors and over sizes of the scatter between recordings.
+Source: Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
 """
 
 from dataclasses import dataclass, replace
@@ -37,10 +35,10 @@ class Kind(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Component:
-    """A candidate as columns of the linearised problem.
+    """A candidate as columns (M, k) of the linearised problem.
 
-    columns (M, k); sd (k,): prior of each column's coefficient; scaled_prior (k,): whether the
-    prior widths act on it; low, high: physical range of the first coefficient.
+    sd (k,): prior of the coefficients; scaled_prior (k,): whether the prior widths act on it; low,
+    high: physical range of the first coefficient.
     """
 
     name: str
@@ -57,9 +55,9 @@ class Component:
 class EvidenceTable:
     """What a fit says of all components at once, for each of S sizes of scatter or noise power.
 
-    ln_z_nothing (S,): ln Z of nothing; odds (S,): ln prior of the size; misfit (S,): −½ χ² of nothing;
-    information (S, C, C) and right (S, C): J and h in prior sds; index: columns of each component;
-    level_sd: sd of the logarithm of the noise power.
+    ln_z_nothing (S,): ln Z of nothing; odds (S,): ln prior of the size; misfit (S,): −½ χ² of
+    nothing; information (S, C, C), right (S, C): J and h in prior sds; index: columns of each
+    component; level_sd: sd of the logarithm of the noise power.
     """
 
     components: dict[str, Component]
@@ -112,10 +110,7 @@ class EvidenceTable:
 def table_of(
     reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], spread: "UnknownScatter | None", level_sd: float
 ) -> EvidenceTable:
-    """The table of a fit.
-
-    prior_sd (G,): of the baseline's globals, 0 where fixed; spread: what is not known of its size.
-    """
+    """prior_sd (G,): of the baseline's globals, 0 where fixed; spread: unknown size of scatter."""
     kept = prior_sd > 0
     a = np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept]
     b = np.concatenate([r.b for r in reduced])
@@ -144,9 +139,7 @@ def table_of(
 
 
 def _unit(component: Component, information: np.ndarray) -> np.ndarray:
-    """(k,) factors on the prior sds: unlisted physics gets the size that has an expected SNR of
-    1.
-    """
+    """Factors (k,) on the prior sds: unlisted physics gets the size of expected SNR 1."""
     if component.kind is not Kind.UNLISTED:
         return np.ones(len(component.sd))
     seen = float(np.trace(information))
@@ -156,10 +149,10 @@ def _unit(component: Component, information: np.ndarray) -> np.ndarray:
 def refined_noise_power(
     reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], level_sd: float
 ) -> tuple[float, float]:
-    """Noise power at low frequency over the recordings' own estimate, and the sd of its logarithm.
+    """Noise power at low frequency over the recordings' estimate, and sd of its logarithm.
 
-    The smooth curves of each recording tell it, everything that is common to all being free: each
-    is a square of one degree of freedom. The prior `level_sd` is worth 2/level_sd² of them.
+    From smooth curves of each recording beside all that is common, each a square of one degree of
+    freedom; the prior `level_sd` is worth 2/level_sd² of them.
     """
     if level_sd <= 0 or any(not r.smooth.shape[1] for r in reduced):
         return 1.0, level_sd
@@ -184,7 +177,7 @@ def refined_noise_power(
 
 @dataclass(frozen=True, eq=False)
 class UnknownScatter:
-    """What has a size that is not known beforehand, over which evidence is summed.
+    """What has an unknown size, over which evidence is summed.
 
     direction (M,): rows' change by one usual sd of a parameter that scatters between recordings
     (SCATTER_SIZES are tried); or uncertain (M,): rows whose noise power is known to level_sd of its
@@ -227,9 +220,7 @@ class UnknownScatter:
 
 
 def _widths(parts: list[Component]) -> np.ndarray:
-    """(W, k) factors on the prior sds: all combinations for two components, joint steps for
-    more.
-    """
+    """Factors (W, k) on prior sds: all combinations for two components, joint steps for more."""
     rows = np.zeros((1, 0))
     for part in parts:
         choices = UNLISTED_SNRS if part.kind is Kind.UNLISTED else PRIOR_WIDTHS

@@ -14,10 +14,9 @@ from diagnose.engine.unlisted import Windows
 class Alternative:
     """One baseline.
 
-    problem; odds: prior; note: for the reader where it holds; effects: listed effects that it
-    stands for (a plate raised in steps), with their sector and sizes (unit, value, sd);
-    ln_likelihood: of what its rows do not hold; p: that noise alone makes as much of it, where its
-    rows do not tell.
+    odds: prior; note: for the reader; effects: listed effects that it stands for (a plate raised in
+    steps), with their sector and sizes (unit, value, sd); ln_likelihood: of what its rows do not
+    hold; p: that noise alone makes as much of it, where its rows do not tell.
     """
 
     problem: Problem
@@ -44,9 +43,8 @@ class Explanation:
     """A set of components about one baseline.
 
     names: sorted; alternative: number of the baseline; fit: of the listed effects; reduced,
-    windows, columns, table: the linearised problem there, the windows of unlisted physics, their
-    columns, and the evidence of all components; power: of the noise at low frequency over the fit's
-    assumption.
+    windows, columns (of the windows), table: the linearised problem there; power: of the noise at
+    low frequency over the fit's assumption.
     """
 
     names: tuple[str, ...]
@@ -70,9 +68,7 @@ class Explanation:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """explanations, the most probable first; alternatives; bases: each alternative with nothing
-    missing.
-    """
+    """Explanations, the most probable first; bases: each alternative with nothing missing."""
 
     explanations: tuple[Explanation, ...]
     alternatives: tuple[Alternative, ...]

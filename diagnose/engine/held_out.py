@@ -72,10 +72,7 @@ def squared_errors(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[f
 
 
 def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
-    """Each listed effect as the other recordings have it, one value a recording.
-
-    Of a single recording its own; further parameters of an effect under their own names.
-    """
+    """Each parameter of the listed effects as the other recordings have it."""
     reduced, sd = with_components(e)
     first = len(e.fit.names)
     spots: dict[str, int] = {}
@@ -92,8 +89,10 @@ def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
 
 
 def _noise(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, float]:
-    """Mean and sd of the left-out SSE under the true model: what a saturated model leaves, plus one
-    a column, less where recordings differ by less than their priors allow.
+    """Mean and sd of the left-out SSE under the true model.
+
+    What a saturated model leaves, plus one a column, less where recordings differ by less than
+    their priors allow.
     """
     columns, bare = 0, 0.0
     for own in reduced:

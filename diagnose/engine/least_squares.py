@@ -1,5 +1,4 @@
-"""Nonlinear least squares over the globals of a problem, each recording's own parameters
-eliminated.
+"""Nonlinear least squares over the globals of a problem, local parameters eliminated.
 
 Gauss–Newton with step halving; where χ² itself is cheap to compute, Levenberg–Marquardt (Marquardt,
 J. SIAM 11 (1963) 431), which makes headway along curved valleys.
@@ -42,10 +41,10 @@ class GlobalPrior:
     heavy_tailed: np.ndarray
 
     def sd_at(self, values: np.ndarray) -> np.ndarray:
-        """Standard deviations (G,) at these values, beyond TAIL_SDS those of an exponential tail.
+        """Standard deviations (G,) at these values.
 
-        √(sd |value|/TAIL_SDS): the prior falls as exp(−|value|/sd). A normal tail would shrink a
-        strong effect towards 0 and leave the rest of it to another one.
+        √(sd |value|/TAIL_SDS) in the tail, so that the prior falls as exp(−|value|/sd): a normal
+        one would shrink a strong effect and leave the rest of it to another.
         """
         return np.where(self.heavy_tailed, np.maximum(self.sd, np.sqrt(self.sd * np.abs(values) / TAIL_SDS)), self.sd)
 
@@ -57,11 +56,10 @@ class GlobalPrior:
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """A problem linearised at a point.
+    """A problem linearised at a point (starts, values).
 
-    starts, values: the point; reduced, change_of_locals: from Problem.reduce there; chi2: χ² there,
-    prior included; prior (G,): sd of each global; predicted, covariance, predicted_chi2: minimum of
-    the linear problem.
+    reduced, change_of_locals: from Problem.reduce; chi2: there, prior included; prior (G,): sd of
+    each global; predicted, covariance, predicted_chi2: minimum of the linear problem.
     """
 
     starts: np.ndarray
@@ -162,10 +160,7 @@ def _ended(at: Linearisation, reduce: Callable | None, held: GlobalPrior, *, ste
 
 
 def _halved_step(reduce: Callable, here: Linearisation, held: GlobalPrior, most: int) -> tuple[Linearisation | None, int]:
-    """The first of the halved steps at which χ² does not grow, None where there is none.
-
-    Looks at `most` of them; also returns at how many it looked.
-    """
+    """The first of `most` halved steps at which χ² does not grow, or None; and its number."""
     limit = _tolerated(here.marginal_chi2) if np.isfinite(here.marginal_chi2) else np.inf
     for evaluations, (starts, values) in zip(range(1, most + 1), here.halved_steps(), strict=False):
         there = Linearisation.of(starts, values, reduce(starts, values), held)
@@ -175,8 +170,7 @@ def _halved_step(reduce: Callable, here: Linearisation, held: GlobalPrior, most:
 
 
 def _marquardt_descent(fast: FastChi2, here: Linearisation, held: GlobalPrior, damped: int) -> tuple[Linearisation | None, int]:
-    """The step that lowers χ² most, linearised, and the number of its damping; None where none
-    does.
+    """The step that lowers χ² most, or None; and the number of its damping.
 
     damped: number of the damping used last, near which the search begins.
     """

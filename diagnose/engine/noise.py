@@ -33,7 +33,7 @@ OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
 class Noise:
     """rho: correlation of the OU part from frame to frame; white: white share of the variance.
 
-    log_level_sd: sd of the logarithm of the noise power at low frequency (0.1: known to 10 %).
+    log_level_sd: sd of the logarithm of the noise power at low frequency.
     """
 
     rho: float
@@ -52,17 +52,14 @@ class Noise:
 
 @dataclass(frozen=True)
 class Stretch:
-    """One uninterrupted flight along one axis: `data` (n,) is `design` (n, p) times something,
-    plus noise.
-    """
+    """One uninterrupted flight along one axis: data (n,) = design (n, p) θ + noise."""
 
     design: np.ndarray
     data: np.ndarray
     lag: np.ndarray  # (n,) frames since the row before, inf for the first
 
     def residual(self, noise: Noise) -> tuple[np.ndarray, int]:
-        """Whitened residual (n,) about the design, in the data's unit, and its degrees of freedom.
-        """
+        """Whitened residual (n,) about the design, and its degrees of freedom."""
         clean = noise.whiten(np.column_stack([self.design, self.data]), self.lag)
         solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
         return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - int(rank)
@@ -88,9 +85,7 @@ def block_mean_noise(noise: Noise, block: int) -> Noise:
 
 
 def refined_level_sd(level_sd: float, directions: int) -> float:
-    """sd of the logarithm of the noise power when `directions` smooth columns of the rows, which no
-    effect needs, tell it beside `level_sd`: each is a square of one degree of freedom.
-    """
+    """`level_sd` once that many further degrees of freedom tell the noise power."""
     return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + directions)))
 
 
@@ -111,9 +106,7 @@ def whiten(rows: np.ndarray, lag: np.ndarray, rho: float, white: float) -> tuple
 
 @njit(cache=True)
 def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[np.ndarray, np.ndarray]:
-    """Kalman filter of OU + white noise of unit variance: innovations over their sd, ln of their
-    variance.
-    """
+    """Kalman filter: innovations over their sd, ln of their variance."""
     n, series, columns = rows.shape
     out, log_variance = np.empty_like(rows), np.empty((n, series))
     for j in range(series):
@@ -136,8 +129,7 @@ def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[n
 def estimate(stretches: list[Stretch]) -> Noise:
     """ρ and white share common to all stretches, by REML, each stretch with its own σ.
 
-    Stretches of fewer than LEAST_ROWS rows are not used; without any other the noise counts as
-    white.
+    From stretches of at least LEAST_ROWS rows; without any the noise counts as white.
     """
     usable = [s for s in stretches if len(s.data) >= max(LEAST_ROWS, 3 * s.design.shape[1])]
     if not usable:
@@ -217,10 +209,9 @@ def _loss(packed, rho: float, white: float) -> tuple[float, float]:
 
 
 def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
-    """sd of ln of the low-frequency power, from the curvature of the likelihood in (logit ρ, logit
-    white).
+    """sd of ln of the low-frequency power, from the curvature of the likelihood; at most 0.7.
 
-    At most 0.7, also where there is no curvature. Each logit is stepped by about its own sd.
+    In (logit ρ, logit white), each stepped by about its own sd.
     """
     centre = np.clip(at, -FARTHEST, FARTHEST)
 

@@ -44,9 +44,7 @@ def explain(alternatives: tuple[Alternative, ...], windows_of: Callable[[Fit], W
 
 
 class _Search:
-    """Fits at hand, by alternative and set of listed components, and their evidence for every
-    set.
-    """
+    """Fits by alternative and set of listed components, and their evidence for every set."""
 
     def __init__(self, alternatives: tuple[Alternative, ...], windows_of: Callable[[Fit], Windows]):
         self.alternatives, self.windows_of = alternatives, windows_of
@@ -56,9 +54,7 @@ class _Search:
         self.values: dict[tuple[int, tuple[str, ...], tuple[str, ...]], tuple[float, float]] = {}
 
     def add(self, k: int, listed: tuple[str, ...], start: Fit | None = None) -> None:
-        """Fit a set of listed components in full; from `start`, else from the best fitted
-        subset.
-        """
+        """Fit a set of listed components, from `start` or the best fitted subset."""
         problem, here = self.alternatives[k].problem, self.tables[k]
         parts = [e.fit for names, e in here.items() if set(names) < set(listed)]
         start = start or min(parts, key=lambda f: f.chi2, default=None)
@@ -99,8 +95,7 @@ class _Search:
                         del self.values[key]
 
     def weights(self) -> dict[tuple[int, tuple[str, ...]], tuple[float, tuple[str, ...]]]:
-        """ln weight of every set about every alternative, and the fitted set that it is computed
-        from.
+        """ln weight of every set, and the fitted set from which it is computed.
 
         That is the set itself, else its fitted subset with the most components, the likeliest of
         these. Misfit counts as in Student's t: see evidence.py.

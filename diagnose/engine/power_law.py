@@ -21,10 +21,9 @@ SIMPLE = (2.0, 1.0, 0.0, -1.0, 3.0, -2.0, 0.5, -0.5, 1.5, -1.5, 0.25, -0.25, 0.2
 
 @dataclass(frozen=True)
 class Family:
-    """say(rises, power in words) → the law in words; rises: the coefficient is positive.
+    """say(rises, power in words) → the law; rises: the coefficient is positive.
 
-    columns(powers (K,)) → K columns in the form that Problem.reduce takes, of unit size where
-    usual.
+    columns(powers (K,)) → K columns as Problem.reduce takes them, of unit size where usual.
     """
 
     say: Callable[[bool, str], str]
@@ -47,7 +46,7 @@ def law_of(base: Fit, families: tuple[Family, ...]) -> str | None:
 
 
 def in_words(power: float, low: float, high: float) -> str:
-    """An exponent's estimate and 95 % interval as it stands in a law, with the whole or half number that it holds.
+    """An exponent's estimate and 95 % interval, with the simplest number in it.
 
     >>> in_words(1.9, 1.7, 2.1)
     '^(1.9 ± 0.2), 2 being the simplest'
@@ -80,9 +79,7 @@ def _common(mine: Reduced, globals_: int, count: int) -> Reduced:
 
 
 def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:
-    """Range of powers with χ² within WITHIN_CHI2 of the best; ∓inf where χ² does not rise
-    enough.
-    """
+    """Powers with χ² within WITHIN_CHI2 of the best; ∓inf where χ² does not rise enough."""
     fine = np.union1d(np.linspace(powers[0], powers[-1], 400), powers)  # includes the best power itself
     inside = fine[np.interp(fine, powers, falls) > falls[at] - WITHIN_CHI2]
     low, high = float(inside.min()), float(inside.max())

@@ -1,4 +1,4 @@
-"""A problem, and its fit: what recordings of one rig leave open, in the form that inference uses.
+"""A problem, and its fit: what recordings of one rig leave open.
 
 Globals are nuisance parameters and effects, common to all recordings; locals are each recording's
 own parameters, which the problem eliminates by itself.
@@ -64,9 +64,8 @@ class Problem:
 class Fit:
     """A fitted problem.
 
-    prior_sd (G,): prior of each global, 0 where it was fixed; values (G,), covariance (G, G);
-    starts: the fitted locals; chi2: prior included; reduced: linearised there, one a recording;
-    cache: fits and linearisations begun from here, by what was asked.
+    prior_sd (G,): prior of each global, 0 where it was fixed; starts: the fitted locals; chi2:
+    prior included; reduced: linearised there; cache: fits and linearisations begun from here.
     """
 
     problem: Problem
@@ -104,8 +103,8 @@ class Fit:
 def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = None) -> Fit:
     """Fit a problem with the effects `free`, each with its physical prior.
 
-    Begins at `start`, also at the problem's further starts, and at its own start where there is no
-    other or the fit is poor. A repeated call with the same start is looked up.
+    Begins at `start`, at the problem's further starts, and, where there is no other or the fit is
+    poor, at its own start. A repeated call with the same start is looked up.
     """
     if start is None:
         cache: dict = {}

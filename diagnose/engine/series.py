@@ -23,9 +23,8 @@ STEP = 1e-3  # of a prior's sd, for derivatives; less where predictions are exac
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One recording.
+    """One recording: data (n,); sigma (n,) or scalar, in the data's unit; lag (n,): frame_lag.
 
-    data (n,); sigma (n,) or scalar, in the data's unit; lag (n,): see noise.frame_lag; noise;
     smooth (n, s): curves that no effect needs.
     """
 
@@ -39,10 +38,9 @@ class Series:
 
 @dataclass(frozen=True, eq=False)
 class Locals:
-    """Parameters of the recordings' own.
+    """Parameters of the recordings' own: start (R, L); step (L,), for derivatives.
 
-    start (R, L); step (L,): for derivatives; sd (L,): prior about `start`, inf where flat (these
-    first).
+    sd (L,): prior about `start`, inf where flat (these first).
     """
 
     start: np.ndarray
@@ -112,10 +110,9 @@ def reduce(
     smooth: bool = False,
     wanted: np.ndarray | None = None,
 ):
-    """See Problem.reduce.
+    """See Problem.reduce; extra: one array (n_r, K) a recording.
 
-    extra: K further columns, one array (n_r, K) a recording; wanted (G,): globals whose columns are
-    computed, those of the others are zero.
+    wanted (G,): globals whose columns are computed, those of the others are zero.
     """
     asked = sizes if wanted is None else {n: size for (n, size), w in zip(sizes.items(), wanted, strict=True) if w}
     at = dict(zip(sizes, values, strict=True))

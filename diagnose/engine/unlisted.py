@@ -1,8 +1,8 @@
 """Unlisted physics: pushes in windows of an axis, one by one and as a Gaussian process.
 
 A window is a column of acceleration (or of the rig's own kind) that acts in one bin of an axis.
-The strongest window says where something is missing. The windows of one axis with a smooth prior
-(squared exponential, LENGTH_BINS bins) are a Gaussian process common to all recordings.
+The windows of one axis with a smooth prior (squared exponential, LENGTH_BINS bins) are a Gaussian
+process common to all recordings.
 """
 
 from dataclasses import dataclass, replace
@@ -21,9 +21,7 @@ LENGTH_BINS = 1.5  # correlation length of unlisted physics
 
 @dataclass(frozen=True)
 class Window:
-    """Where along `axis` most is missing: low, high in the axis's unit; p: over all windows and
-    axes.
-    """
+    """Where along `axis` most is missing, in its unit; p: over all windows and axes."""
 
     axis: str
     low: float
@@ -80,9 +78,7 @@ def gaussian_process(sector: str, what: str, columns: np.ndarray) -> Component:
 def strongest_window(
     reduced: tuple[Reduced, ...], prior_sd: np.ndarray, windows: Windows, columns: np.ndarray, level_sd: float, rng: np.random.Generator
 ) -> tuple[Window | None, str]:
-    """The window with the greatest score if significant, and the axis with the greatest fall of
-    χ².
-    """
+    """The window with the greatest score, if significant; the axis with the greatest fall."""
     if not windows.bins:
         return None, ""
     a, b = stacked(reduced)

@@ -30,7 +30,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class EffectEstimate:
-    """One effect: its probability, and its size given that it is there, in its reported unit.
+    """Probability of an effect, and its size given that it is there, as reported.
 
     levels: for a condition in words, the parameter at each level beside their mean.
     """
@@ -65,13 +65,12 @@ class Verdict:
 
 
 def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
-    """The verdict.
+    """none: no alarm, or "nothing missing" has at least HALF of the probability.
 
-    none: no alarm, or "nothing missing" has at least HALF of the probability. Of the explanations
-    in which something is missing:
-    unknown: more than HALF of them needs unlisted physics.
-    name: the likeliest listed set, alone or with more, has NAME_SHARE of them, or NAME_PROBABILITY
-    of all without unlisted physics. Never from a single recording.
+    Else, of the explanations in which something is missing,
+    unknown: more than HALF needs unlisted physics.
+    name: the likeliest listed set, alone or with more, has NAME_SHARE, or NAME_PROBABILITY of
+    all without unlisted physics. Never from a single recording.
     class: that set where one of its effects is certain, else the fewest effects of which at least
     one is in NAME_SHARE of the listed explanations.
     """
@@ -140,11 +139,7 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:
-    """Mean and sd of an effect's parameter within one explanation.
-
-    The sd includes the doubt about the noise, and what the baseline leaves open of the same
-    parameter.
-    """
+    """Mean and sd of an effect's parameter within one explanation, doubt about noise included."""
     effect = e.fit.problem.effects[name]
     if effect.summary:
         return effect.summary(e)

@@ -10,8 +10,8 @@ import pandas as pd
 class Request:
     """What a case shall hold.
 
-    separated: with the recordings that tell the effect from those confounded with it; None: either. rendered: pictures instead
-    of tracks. absent: keys that the bench will not state (stated.SHARES).
+    separated: with the recordings that tell the effect from those confounded with it; None: either.
+    rendered: pictures instead of tracks. absent: keys that the bench will not state.
     """
 
     effects: tuple[str, ...] = ()
@@ -29,9 +29,9 @@ class Request:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One recording: its folder's name, recording.toml's content, and one kind of evidence.
+    """One recording: folder, recording.toml, and one kind of evidence.
 
-    track: columns of track.csv (or readings.csv when `readings`); frames: (n, h, w) uint8; photos: (h, w) each.
+    track, readings: columns of their files; frames: (n, h, w) uint8; photos: (h, w) each.
     """
 
     name: str

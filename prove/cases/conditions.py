@@ -17,8 +17,10 @@ TRIES = 40
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition of a bench. values: of each recording, None where it is not stated. follows (n,): the same scaled to
-    −1 … 1; per: how much of its unit is 1 on that scale, None for words."""
+    """values: of each recording, None where not stated; follows (n,): scaled to −1 … 1.
+
+    per: how much of its unit is 1 on that scale, None for words.
+    """
 
     name: str
     values: tuple[float | str | None, ...]
@@ -31,8 +33,10 @@ class Condition:
 
 
 def draw_conditions(design: np.ndarray, matters: bool, clean: bool, rng: np.random.Generator) -> tuple[Condition, ...]:
-    """What a bench states. design (n, k): what else changes from recording to recording. What matters stands first, and nothing
-    that is stated goes with the design where there is something to be learnt from it."""
+    """What a bench states; design (n, k): what else changes between recordings.
+
+    What matters stands first; where something is to be learnt, nothing stated goes with the design.
+    """
     names = [str(name) for name in rng.permutation([*NUMBERS, *WORDS])][: 1 + (rng.random() < SECOND)]
     if not matters and rng.random() > SHARE:
         return ()

@@ -1,8 +1,8 @@
 """How visible an effect is in a case's drops.
 
-Flight and picture: by the tracks, every flight a free parabola upwards and every bounce a free kick sideways. Impacts: by the
-numbers that a bounce gives, each with the scatter that the seeds' shape and spin give it, the mean restitution free; shape by the
-places of contact.
+Flight and picture: by the tracks, every flight a free parabola upwards and every bounce a free kick
+sideways. Impacts: by the numbers that a bounce gives, each with the scatter that the seeds' shape
+and spin give it, the mean restitution free; shape by the places of contact.
 """
 
 from dataclasses import replace
@@ -81,10 +81,10 @@ def _by_track(scene: Scene, drops: list[SimulatedDrop], sizes: dict[str, float],
 
 
 def _moved(drops: list[SimulatedDrop], recordings: list[RecordingChange], fit: Fitted) -> float | None:
-    """By how many of its sds restitution is off where a force is left out: each flight's own speed takes its part of the force,
-    and the speeds before and after a bounce are read off it. δe/e = δv_out/v_out − δv_in/v_in.
+    """By how many sds restitution is off where a force is left out; None if fits differ.
 
-    By straight lines through the flights; None where a fit with all nuisances says otherwise, of those that are not known.
+    Each flight's speed takes its part of the force: δe/e = δv_out/v_out − δv_in/v_in, by straight
+    lines through the flights and by a fit with all nuisances.
     """
     off = []
     for drop, recording, own in zip(drops, recordings, fit.own, strict=True):
@@ -108,10 +108,9 @@ def _moved(drops: list[SimulatedDrop], recordings: list[RecordingChange], fit: F
 
 
 def _recording_change(drop: SimulatedDrop, change, shared, kick_sd: float, timed: bool = False) -> RecordingChange:
-    """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick, of sd kick_sd [m/s]
-    towards the camera.
+    """Every flight has its own height and speed, every bounce its own sideways kick.
 
-    timed: the effect moves the moments of impact too, which nobody states: a seed does not leap there because it is kicked later.
+    timed: the effect moves the moments of impact too, which nobody states.
     """
     flight = _flights(drop)
     inside = flight >= 0
@@ -210,9 +209,9 @@ def _by_impact(scene: Scene, drops: list[SimulatedDrop], sizes: dict[str, float]
 
 
 def _offsets(scene: Scene, log: np.ndarray) -> np.ndarray:
-    """How far beside the centre each contact lay (n,), over the radius, as its turn and its kick tell in the picture's plane.
+    """Distance of contacts beside the centre (n,), over the radius, by turn and kick.
 
-    The scatter of e, which shape widens too, tells nothing: every lot's e scatters by some amount that nobody states.
+    The scatter of e tells nothing: every lot's e scatters by some amount that nobody states.
     """
     radius = np.prod(scene.stated_axes_mm) ** (1 / 3) * 5e-4
     turn, kick = log[:, TURN_OUT] - log[:, TURN_IN], log[:, VX_OUT] - log[:, VX_IN]

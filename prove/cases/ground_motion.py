@@ -17,8 +17,10 @@ BLOCK = 14
 
 @njit(cache=True)
 def tilted(steady, rate, block):
-    """(tilt [rad], its rate [rad/s]) where a plate that tilts steadily would be at `steady`: it may climb in stairs instead, of
-    STAIR [rad], each at the end of its time, s²(3 − 2s) of it when a share s of JOG is over."""
+    """(tilt [rad], its rate [rad/s]): `steady`, or in stairs of STAIR [rad].
+
+    Each is climbed at the end of its time: s²(3 − 2s) of it when a share s of JOG is over.
+    """
     stair = block[STAIR]
     if stair <= 0.0:
         return steady, rate

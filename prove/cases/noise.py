@@ -11,9 +11,11 @@ RHOS = (0.0, 0.3, 0.5, 0.7, 0.9, 0.97)
 
 @dataclass(frozen=True)
 class Noise:
-    """sd: of one coordinate, all in [mm]. rho: of the slow part from frame to frame; white: its complement's share of the
-    variance. tail: degrees of freedom of Student's t (inf: Gaussian). lock: amplitude towards whole pixels [mm], of period
-    pixel [mm]. lost: share of frames."""
+    """sd of one coordinate [mm]; rho: of the slow part; white: share of the variance.
+
+    tail: degrees of freedom of Student's t (inf: Gaussian). lock: amplitude towards whole pixels
+    [mm], of period pixel [mm]. lost: share of frames.
+    """
 
     sd: float
     rho: float

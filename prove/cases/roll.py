@@ -1,9 +1,10 @@
 """Rolls: round seeds run down an incline and out along a level plate, one way or both.
 
-Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in direction −x goes down there.
-initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost share of the speed there. shape-barrier: highest less
-lowest centre in a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level. follows,
-order-drift: change of μ_r over half the range of a condition, of the order.
+Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in direction
+−x goes down there. initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost share
+of the speed there. shape-barrier: highest less lowest centre in a turn [mm]. drag: force over
+weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level. follows, order-drift: change of
+μ_r over half the range of a condition, of the order.
 """
 
 from dataclasses import dataclass, replace
@@ -51,8 +52,10 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """incline_off_deg, level_deg, scale_off: what the bench left open. air: beside a sphere's in free flight; 0: none (a
-    drag that is concealed is air of which nothing is said)."""
+    """incline_off_deg, level_deg, scale_off: what the bench left open.
+
+    air: beside a sphere's in free flight; 0: none, or none stated.
+    """
 
     runs: tuple[Run, ...]
     mu: float
@@ -196,8 +199,7 @@ def _seen(scene: Scene, run: Run, x_mm: np.ndarray) -> np.ndarray:
 
 
 def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]) -> float:
-    """Factor of rolling friction with which the run without an effect goes as far as with it: each run by itself, because a
-    stop at another place is no longer linear in friction."""
+    """Factor of friction with which the run without the effect goes as far as with it."""
 
     def beyond(factor: float) -> float:
         return travel(scene, run, without, mu_factor=factor)[1][-1] - wanted_mm

@@ -1,10 +1,11 @@
 """Slides: a block of taped seeds on a plate that tilts up, filmed beside a tilt sensor; or only the angles that were read.
 
-Signs. kinetic-friction: μ_s − μ_k. stribeck: μ at rest less μ at high speed. viscous-sliding: dμ/dv. adhesion: pull towards the
-plate [mN], whatever the load. reading-delay: the angle is read after so much travel [mm]. clock-offset: a tilt of true time T is
-stamped T + offset. angle-offset: recorded less true tilt. plate-vibration: amplitude along the plate [m/s²]. partial-rolling:
-added inertia over mass. stepped-tilt: height of the stairs in which the plate climbs [deg]. worn-track: dμ/dx [1/m]. follows,
-order-drift: change of μ over half the range of a condition, of the order.
+Signs. kinetic-friction: μ_s − μ_k. stribeck: μ at rest less μ at high speed. viscous-sliding:
+dμ/dv. adhesion: pull towards the plate [mN], whatever the load. reading-delay: the angle is read
+after so much travel [mm]. clock-offset: a tilt of true time T is stamped T + offset. angle-offset:
+recorded less true tilt. plate-vibration: amplitude along the plate [m/s²]. partial-rolling: added
+inertia over mass. stepped-tilt: height of the stairs in which the plate climbs [deg]. worn-track:
+dμ/dx [1/m]. follows, order-drift: change of μ over half the range of a condition, of the order.
 """
 
 import math
@@ -50,8 +51,11 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """Stated: seed's mass [kg], axes [mm], travel [mm]. tilt_off_deg, scale_off: this session's own. air: beside the plate, of
-    free flight's (0: none); shade: by how little it blows among others."""
+    """Stated: seed's mass [kg], axes [mm], travel [mm].
+
+    tilt_off_deg, scale_off: this session's own. air: beside the plate, of free flight's (0: none);
+    shade: by how little it blows among others.
+    """
 
     runs: tuple[Run, ...]
     mu: float
@@ -185,8 +189,7 @@ def _tilt_off(sizes: dict[str, float], run: Run) -> float:
 
 
 def _same_onset(scene: Scene, run: Run, sizes: dict[str, float], without: dict[str, float]) -> float:
-    """More friction with which the block without an effect lets go where that with it does: each run by itself, because travel
-    that begins at another moment is no longer linear in friction."""
+    """More friction with which the block without the effect lets go as with it."""
 
     def onset(effects, more: float) -> float:
         t, x, _ = travel(scene, run, effects, mu_more=more, tilt_more=_tilt_off(effects, run))

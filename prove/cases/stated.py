@@ -41,8 +41,11 @@ class Reading:
         return (lines * self.grid_deg).round(4)
 
     def mean_sd_deg(self, sd_deg: float, count: int) -> float:
-        """sd of the mean of `count` readings of angles that scatter by sd_deg: what a grid leaves of a scatter much smaller than
-        itself does not average out, a sine of amplitude (g/π) exp(−2π² sd²/g²) over a line's distance."""
+        """sd of the mean of `count` readings that scatter by sd_deg.
+
+        What a grid leaves of a small scatter does not average out: a sine of amplitude
+        (g/π) exp(−2π² sd²/g²) over a line's distance.
+        """
         stays = self.grid_deg / np.pi * np.exp(-2 * (np.pi * sd_deg / self.grid_deg) ** 2)
         return float(np.sqrt((sd_deg**2 + self.grid_deg**2 / 12) / count + stays**2 / 2))
 

@@ -1,6 +1,4 @@
-"""Losses beside a constant restitution: energy of a sticky film, damage that grows with each
-impact.
-"""
+"""Losses beside a constant restitution: a sticky film's energy, damage by each impact."""
 
 import math
 

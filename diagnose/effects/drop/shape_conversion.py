@@ -1,8 +1,4 @@
-"""Shape conversion: a seed much less round than stated exchanges spin and translation at impact.
-
-The contact lies b beside the centre, I Δω = b J_n + h J_t. No parameter: it shows in b where the
-spin is seen, else in the scatter of kicks, and is an alternative of the whole baseline.
-"""
+"""A seed much less round than stated exchanges spin and translation: an alternative baseline."""
 
 from diagnose.effects.effect import Effect
 

@@ -1,8 +1,4 @@
-"""Shapes along a flank, and laws of heaps.
-
-u: share of the flank's way, 0 at the crest, 1 where its line meets the plate; surfaces in shares of
-the height.
-"""
+"""Shapes along a flank, and laws of heaps; u: share of the flank's way, 0 at the crest."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -32,14 +28,12 @@ def middle(u: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Law:
-    """Change of a photo (rigs.pile.flanks.Photo) by one unit of a parameter, times `weight`.
+    """Change of a Photo by one unit of a parameter, times weight(photos) (R,), 1 on average.
 
-    surface(u) → (n,): added to the surface; angle_deg: added to every flank's angle.
+    surface(u) → (n,) in shares of the height; angle_deg: of every flank.
     turn_deg, plate_deg: by how much flanks (by Photo.reference) and plate turn clockwise;
     turn_after_deg: the same if it happened after the heap was poured.
-    creep_deg: flattening from first to last photo.
-    weight(photos) → (R,): how strongly it acts in each, 1 on average.
-    known_deg(photos): sd of it on a good bench.
+    creep_deg: flattening from first to last photo; known_deg(photos): sd of it on a good bench.
     twin(seed, pile, stated pile, strength) → (seed, pile, laws) of a simulated heap; strengths: at
     which heaps are simulated.
     """

@@ -1,8 +1,6 @@
 """Shape barrier: the centre rises and falls twice a turn and stops in a trough.
 
-    h = ½ (c cos φ + s sin φ),  φ = 2 (rotation);  rise √(c² + s²)
-
-Each recording has its own phase: c and s are two further globals for each.
+h = ½ (c cos φ + s sin φ),  φ = 2 (rotation);  rise √(c² + s²);  c and s are each recording's own
 """
 
 import numpy as np

@@ -1,8 +1,7 @@
 """Motion of the plate: raised in steps, or shaken along its slope.
 
-In steps the angle rests and jumps; a block lets go on a jump. A shaken block slips while the mean
-pull is still a below friction and sticks again, each wave a little farther; once the mean pull
-reaches friction it slides on, faster than a block that has only just let go.
+A shaken block slips while the mean pull is still below friction, each wave a little farther; once
+it reaches friction the block slides on, faster than one that has only just let go.
 """
 
 import math

@@ -1,6 +1,4 @@
-"""Rows of prior knowledge beside the track: joined contacts, stated falls, speeds along the line
-of sight.
-"""
+"""Rows of prior knowledge: joined contacts, stated falls, speeds along the line of sight."""
 
 import math
 
@@ -14,9 +12,7 @@ ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
 
 
 def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """Change of the side conditions (J + R,) by an acceleration; stated falls are too loose to
-    matter.
-    """
+    """Change of the side conditions (J + R,) by an acceleration, falls neglected."""
     count, touch = len(model.session.joint), touching(model, push)
     return np.concatenate([(touch[count:] - touch[:count]) / sds, np.zeros(len(model.session.names))])
 
@@ -27,8 +23,9 @@ def touching(model: Model, push: np.ndarray) -> np.ndarray:
 
 
 def side_rows(model: Model, starts: np.ndarray, at: dict, sds: np.ndarray, side_columns: np.ndarray, side, spun: np.ndarray):
-    """(recording, {flight: entries of x, z, v_x, v_z, spin}, globals (G,), right side) of
-    contacts, falls.
+    """Rows of contacts and falls.
+
+    (recording, {flight: entries of x, z, v_x, v_z, spin}, globals (G,), right side) each.
     """
     s = model.session
     count, rows = len(s.joint), []
@@ -52,10 +49,9 @@ def side_rows(model: Model, starts: np.ndarray, at: dict, sds: np.ndarray, side_
 
 
 def unseen_rows(model: Model, starts: np.ndarray, r: int):
-    """Rows for motion along the line of sight: ((flight, number of its start), …), entries, right
-    side.
+    """Rows for motion along the line of sight: v_y² of usual size, y continuous at contacts.
 
-    v_y² has its usual size; y begins in the plane of the scale and is continuous at contacts.
+    ((flight, number of its start), …), entries, right side each.
     """
     s, flights = model.session, np.flatnonzero(model.session.recording == r)
     for f in flights:

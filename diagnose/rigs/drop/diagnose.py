@@ -1,6 +1,4 @@
-"""Drops, from tracks to a finding: flights and impacts as one problem, alternatives of its
-baseline.
-"""
+"""Drops, from tracks to a finding: flights and impacts as one problem, and its alternatives."""
 
 from dataclasses import replace
 from functools import partial
@@ -40,9 +38,9 @@ FEW = "too few impacts were seen to tell an effect from their scatter"
 
 
 def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
-    """Finding of all drops of a bench (twin.tracks.SeenTrack, of one or more sessions).
+    """Finding of all drops of a bench (twin.tracks.SeenTrack); ValueError without any.
 
-    Tracks without rows have the times of their impacts only. ValueError where nothing can be used.
+    Tracks without rows have the times of their impacts only.
     """
     usable = [t for t in tracks if not t.trouble]
     filmed, listened = [t for t in usable if len(t.frame)], [t for t in usable if not len(t.frame) and len(t.contacts_s)]
@@ -112,11 +110,7 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
 
 
 def _same(plain: Problem, longer: Problem) -> float:
-    """ln likelihood of the plain baseline less that of the longer seed.
-
-    Takes the impacts' rows out of the comparison: the wider scatter would count twice, here and in
-    p.
-    """
+    """ln likelihood of the plain baseline less that of the longer seed: scatter counts in p."""
     return ln_evidence(fit(plain)) - ln_evidence(fit(longer))
 
 

@@ -23,9 +23,7 @@ class ElongationTest:
 
 
 def elongation_test(impacts: Impacts, seen: ImpactQuantities, elongation: float) -> ElongationTest:
-    """From the offsets where the spin is seen, else from the scatter of kicks; p = 1 below 3
-    impacts.
-    """
+    """From offsets where the spin is seen, else from kicks; p = 1 below 3 impacts."""
     radius, reach = impacts.seeds.radius[impacts.recording], impacts.seeds.reach[impacts.recording]
     known = np.isfinite(seen.offset) & np.isfinite(radius)
     if known.sum() >= 3:

@@ -1,8 +1,7 @@
 """From parameters to what a camera sees of one session: flights, then the picture.
 
 Each flight has its own start: x, z, v_x, v_z at its middle; v_y², which only the air feels; and y,
-v_y towards the camera, which show at a known distance. Impacts are free: flights are joined by
-place only. Globals are effects and nuisances by name, 0 at the baseline's centre.
+v_y towards the camera, which show at a known distance. Flights are joined by place only.
 """
 
 from dataclasses import dataclass, replace
@@ -27,11 +26,7 @@ ROUND = 0.02  # elongation below which a seed counts as a ball
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Points at which the model is evaluated: flight (n,), τ (n,), and the bases that depend on
-    them.
-
-    runs: (flight, first row, row after the last) of neighbouring rows of one flight.
-    """
+    """Points in flights at which the model is evaluated, and the bases that depend on them."""
 
     flight: np.ndarray
     tau: np.ndarray
@@ -45,7 +40,7 @@ class Model:
     """A session, the names of its globals, and what does not change.
 
     aside_square (F,) [m²/s²]: expected v_y², as of v_x across; rolled (F,) [rad/m]: spin over speed
-    along the line of sight, as across.
+    along the line of sight; contacts: the J from the flight before, then from the flight after.
     """
 
     session: Session
@@ -104,10 +99,7 @@ def rate_of(values: dict[str, float]) -> float:
 
 
 def nearer(true: np.ndarray, session: Session, starts: np.ndarray, flight: np.ndarray, tau: np.ndarray) -> np.ndarray:
-    """Places (n, 2) [m] in the plane of the scale of seeds that are y + v_y τ nearer to the camera.
-
-    They grow by `growth` about the middle of the view; another centre would all but shift them.
-    """
+    """Places (n, 2) [m] in the plane of the scale of seeds y + v_y τ nearer to the camera."""
     return session.view.middle + (true - session.view.middle) * growth(session, starts, flight, tau)
 
 
@@ -148,8 +140,7 @@ def pushed(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.nda
 
 
 def push_slopes(model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray, step: dict[str, float]) -> dict:
-    """Derivatives of `push` (F, POINTS, 2) by the FELT numbers of a start and each global that acts
-    in flight.
+    """Derivatives of `push` by the FELT numbers of a start and each global of the flight.
 
     Where spin pushes, also by SPIN, one sd of all flights' own; step: of each global.
     """
@@ -214,9 +205,7 @@ def velocities(at: Places, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
 
 
 def predict(model: Model, starts: np.ndarray, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """What the camera reads (n, 2) [m]; side conditions (J + R,) in sds: joined contacts, stated
-    falls.
-    """
+    """What the camera reads (n, 2) [m]; side conditions (J + R,) in sds."""
     push, rows = pushed(model, starts, values), model.rows
     true = nearer(places(rows, starts, push), model.session, starts, rows.flight, rows.tau)
     return pictured(true, model.session.view, values), sides(model, starts, push, rate_of(values))
@@ -243,11 +232,7 @@ def joint_sd(session: Session) -> float:
 
 
 def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray, rate: float) -> np.ndarray:
-    """(R,): fall from the first flight's apex to its contact, less the stated one, in sds; 0 if not
-    stated.
-
-    Before its first row a seed is too slow for air.
-    """
+    """Stated less fitted falls (R,) from the first apex to its contact, in sds; 0 if not stated."""
     s = model.session
     out = np.zeros(len(s.names))
     apex = places(model.begins, starts, push)[:, 1] + (velocities(model.begins, starts, push)[:, 1] * rate) ** 2 / (2 * G_M_S2)

@@ -1,6 +1,4 @@
-"""Friction in a sideways kick: share of the slip that it takes, the turn, and contacts that
-stick.
-"""
+"""Friction in a sideways kick: shares of slip and turn, and contacts that stick."""
 
 from dataclasses import dataclass, replace
 
@@ -17,8 +15,7 @@ STUCK_SD = 5.0
 
 @dataclass(frozen=True)
 class Friction:
-    """Δv_x/Δv_n = stick (v_x + h ω)/Δv_n + turn h Δω/Δv_n on a level plate: mean and sd of both
-    coefficients.
+    """Δv_x/Δv_n = stick (v_x + h ω)/Δv_n + turn h Δω/Δv_n on a level plate: means and sds.
 
     A contact that sticks has −1 and −1; one that slides 0 and 0 on average; a ball touched below
     its centre 0 and I/mh² = 0.4. Where the spin is not seen, a ball gives 0 to −2/7 of the slip,
@@ -45,19 +42,14 @@ def friction_of(elongation: float, spun: bool) -> Friction:
 
 
 def stuck_friction(elongation: float) -> Friction:
-    """With slip and turn as `stuck` has them: −1 up to the radius's variation and the spin's
-    noise.
-    """
+    """As `stuck` has it: −1 up to the radius's variation and the spin's noise."""
     return Friction(STUCK, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
 
 
 def sticking(
     seen: ImpactQuantities, rows: np.ndarray, push: Friction, impacts: Impacts, long: float
 ) -> tuple[ImpactQuantities, np.ndarray, Friction]:
-    """Impacts of which all but a few stick, without those few; unchanged where that does not hold.
-
-    Kick + slip + turn is nearly one number for contacts that stick: that of the tilt.
-    """
+    """The impacts that stick, if all but a few do: kick + slip + turn is then the tilt's."""
     if push.turn_sd == 0 or len(rows) < 5:
         return seen, rows, push
     off, spread = _off_and_spread((seen.kick + seen.slip + seen.turn)[rows])
@@ -71,8 +63,7 @@ def sticking(
 
 
 def stuck(seen: ImpactQuantities, impacts: Impacts) -> ImpactQuantities:
-    """A contact that sticks keeps no memory, v_x' + h ω' = α v_z': slip is v_x and turn h ω', over
-    Δv_n.
+    """Slip v_x/Δv_n and turn h ω'/Δv_n of contacts that stick: v_x' + h ω' = α v_z'.
 
     Otherwise the noise of the spin before stands in both, and weakens both.
     """

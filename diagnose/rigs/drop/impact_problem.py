@@ -1,8 +1,8 @@
-"""Impacts as a problem: rows of restitution and sideways kick about a constant e and a level plate.
+"""Impacts as a problem: rows of restitution and kick about a constant e and a level plate.
 
 Rows have measuring errors and the bounces' own scatter (variance_components.py), which grows with
-elongation. The mean effect of shape is a nuisance: a seed dropped flat bounces differently at first
-than later, when it turns.
+elongation. The mean effect of shape is a nuisance: a seed dropped flat bounces differently at
+first.
 """
 
 from dataclasses import dataclass, replace
@@ -116,11 +116,7 @@ def _scatter(rows, y, design, error, components, floor, **about) -> Scatter | No
 def _scatter_of_e(
     rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts, long: float, follows: np.ndarray | None
 ) -> Scatter | None:
-    """About the law that the data support by AICc, with the seed's attitude if that is better
-    still.
-
-    A ball's later bounces do not scatter more than its first.
-    """
+    """About the law of least AICc, with the seed's attitude if that is better still."""
     floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
     parts = [np.diag((impacts.number > 1) / seen.speed**2), _same_seed(impacts)]
 
@@ -139,11 +135,7 @@ def _scatter_of_e(
 
 
 def _scatter_of_kicks(rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts, push: Friction, long: float) -> Scatter | None:
-    """Beside what friction is known to make of them, and as much of its uncertainty as the rows
-    support.
-
-    A nearly round seed hardly turns, and is touched on the same side of its centre again.
-    """
+    """Beside what friction makes of them, and as much of its uncertainty as rows support."""
     later, sure = impacts.number > 1, push.turn_sd < 0.5
     aside = ASIDE_FLOOR + ASIDE_LONG * long
     usual = (aside, 0.0, AGAIN * aside * (long < NEARLY_ROUND)) if not push.sticks else ()

@@ -1,9 +1,8 @@
-"""Quantities of each impact: restitution at the point of contact, its offset from the centre, the
-kick.
+"""Quantities of impacts: restitution at the point of contact, its offset, the kick.
 
-A seed of radius h that is touched b beside its centre turns by  I Δω = m (b Δv_n + h Δv_x),  which
-gives b. The point of contact closes with u = v_n + b ω, and  e = −u'/u  is what a central impact
-would have. Where the spin is not seen, e = −v_n'/v_n.
+A seed of radius h that is touched b beside its centre turns by  I Δω = m (b Δv_n + h Δv_x).  The
+point of contact closes with u = v_n + b ω, and  e = −u'/u  is what a central impact would have.
+Where the spin is not seen, e = −v_n'/v_n.
 """
 
 from dataclasses import dataclass
@@ -21,11 +20,10 @@ SLOWEST_M_S = 0.15  # closing speed below which restitution is not used
 class ImpactQuantities:
     """Of n impacts, (n,) each unless stated.
 
-    speed: closing speed of the point of contact [m/s]; e, e_usable; offset b [m], NaN if unseen.
-    kick: Δv_x/Δv_n; slip: (v_x + h ω)/Δv_n before; turn: h Δω/Δv_n (0 if unseen); share: v_n/Δv_n
-    before.
-    drift (2, n): v_x/v_n before and after, plus h ω where the offset is allowed for.
-    e_error, kick_error (n, n): covariances; spin_error (n, n): of h ω'/Δv_n; offset_sd [m].
+    speed: closing speed of the point of contact [m/s]; offset b [m], NaN if unseen; kick:
+    Δv_x/Δv_n; slip: (v_x + h ω)/Δv_n before; turn: h Δω/Δv_n (0 if unseen); share: v_n/Δv_n before.
+    drift (2, n): v_x/v_n before and after, plus h ω where the offset is allowed for. e_error,
+    kick_error (n, n): covariances; spin_error (n, n): of h ω'/Δv_n; offset_sd [m].
     """
 
     speed: np.ndarray

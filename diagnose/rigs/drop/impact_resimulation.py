@@ -79,11 +79,7 @@ def observed(seen: Impacts) -> dict[str, np.ndarray]:
 
 
 def outcome(seen: Impacts, told: dict, e: float, anchor: float, values: dict[str, float]) -> dict[str, np.ndarray]:
-    """The same from the simulation with restitution `e` at the speed `anchor` [m/s], averaged over
-    attitudes.
-
-    values: of effects, by name; the attitudes are the same for all laws.
-    """
+    """The same simulated with restitution `e` at `anchor` [m/s], averaged over attitudes."""
     change = simulation_settings("drop", values)
     laws: dict[str, dict] = {"drag": {"factor": 0.0}}  # no air, but the same compiled kernels
     for law, numbers in change.get("laws", {}).items():

@@ -24,8 +24,7 @@ class Seeds:
     """Of each recording (R,), from the stated sizes.
 
     radius [m] of the stated volume, NaN where no size is stated; elongation (a − c)/(a + c); reach
-    a − c of the half axes [m]; gyration² I/m in the picture plane [m²]; tilt [deg] of the plate as
-    stated, falling towards +x.
+    a − c of the half axes [m]; gyration² I/m in the picture plane [m²]; tilt [deg] of the plate.
     """
 
     radius: np.ndarray
@@ -43,8 +42,7 @@ class Impacts:
     before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise], NaN where not seen.
     flights (n, 2): numbers of the flights before and after; flight_sd (F, 3): sd of v_x, v_z, ω.
     time_sd (n,) [s]: of the contact; plumb_sd [rad]: of the vertical once the flights are fitted.
-    steep (n,): −cos 2α of the silhouette's long axis at the contact, −1 lying, 1 on end, NaN
-    unseen.
+    steep (n,): −cos 2α of the silhouette's long axis, −1 lying, 1 on end, NaN unseen.
     """
 
     names: tuple[str, ...]
@@ -146,7 +144,7 @@ def subset(impacts: Impacts, rows: np.ndarray) -> Impacts:
 
 
 def impacts_from_times(tracks) -> Impacts:
-    """From tracks' times of successive impacts, and the stated heights.
+    """From times of successive impacts, and the stated heights.
 
     A hop of duration T leaves and lands at g T/2, times 1 + κ/4 and 1 − κ/4 for air, κ drag over
     weight at that speed (first order in κ).

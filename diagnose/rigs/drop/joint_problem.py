@@ -1,10 +1,8 @@
-"""All drops of a bench as one problem: flights session by session, and impacts at the fitted
-speeds.
+"""All drops of a bench as one problem: flights by session, impacts at the fitted speeds.
 
-Physics is common to all. Each session has its own camera, so effects of the picture or the clock
-have one value a session, freed together; reported is that of the session with most rows. Impacts
-are computed anew from the flights at every linearisation; the flights' uncertainty is in their
-covariance.
+Each session has its own camera, so effects of the picture or the clock have one value a session,
+freed together; reported is that of the session with most rows. Impacts are computed anew from the
+flights at every linearisation; the flights' uncertainty is in their covariance.
 """
 
 from dataclasses import dataclass, replace
@@ -36,10 +34,7 @@ class PreparedSession:
 
 
 def prepare_sessions(tracks, unstated_m: float = np.inf) -> tuple[tuple[PreparedSession, ...], tuple[str, ...]]:
-    """One a session, and notes on those left out; ValueError where none can be used.
-
-    unstated_m: see `assemble`.
-    """
+    """One a session, and notes on those left out; ValueError where none can be used."""
     found, notes = [], []
     for session in dict.fromkeys(t.session for t in tracks):
         own = tuple(t for t in tracks if t.session == session)
@@ -71,11 +66,10 @@ def at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
 
 @dataclass(frozen=True, eq=False)
 class JointModel:
-    """parts: the sessions' problems; spots: where the globals of each part are among the joint
-    ones; cuts: bounds of each part's locals.
+    """parts: the sessions' problems; spots: their globals among the joint ones.
 
-    table: all impacts, of which `kept` are used; impacts: their model, None where there are too
-    few; own_names, own_spot: its globals.
+    cuts: bounds of each part's locals; table: all impacts, of which `kept` are used; impacts: their
+    model, None where there are too few; own_names, own_spot: its globals.
     """
 
     parts: tuple[Problem, ...]
@@ -135,7 +129,7 @@ def _of_camera(name: str) -> bool:
 def with_impacts(
     flights: Fit | None, sessions: tuple[PreparedSession, ...], heard: Impacts | None, follows, long: float | None = None
 ) -> Problem | None:
-    """The flights' problem with impacts, seen and heard; without them where these are too few.
+    """The flights' problem with impacts, without them where these are too few.
 
     long: elongation of the seeds, None: as stated; follows: see impact_problem.model_of.
     """

@@ -1,8 +1,4 @@
-"""Nuisance parameters of every drop, with priors: camera, lens, pixels, air; 0 at the baseline's
-centre.
-
-A stated key (mm_per_px_sd, plumb_sd_deg, distance_mm) replaces the sd in this table.
-"""
+"""Nuisance parameters of every drop, with priors; a stated key replaces the sd here."""
 
 import numpy as np
 
@@ -31,8 +27,7 @@ OFF_CENTRE = 0.3  # of the view's reach
 
 
 def _off_centre(axis: int):
-    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: `distorted` about another middle,
-    to first order.
+    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: `distorted` elsewhere.
 
     Source: Brown, Photogrammetric Engineering 32 (1966) 444.
     """

@@ -81,9 +81,7 @@ def strobe(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray]) -> byte
 
 
 def _filmed(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray], folder: Path, say):
-    """Both simulations filmed with at most FRAMES frames and tracked; distances from the
-    recording.
-    """
+    """Both simulations filmed and tracked; distances from the recording."""
     s = flown.session
     time = s.middle[s.flight[rows]] + s.tau[rows]
     step = max(1, -(-round(np.ptp(time) / s.frame_s) // FRAMES))

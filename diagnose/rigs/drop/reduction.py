@@ -39,13 +39,10 @@ STEP = 1e-3  # of a global's prior sd, for derivatives
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
-    """See Problem.reduce: Reduced of each recording, and a function from a change of θ to that of
-    starts.
+    """See Problem.reduce; pushes (K, F, POINTS, 2): accelerations at the flights' nodes.
 
     The last entry of each b is the residual that no parameter changes, so that χ² of points
     compare.
-    pushes (K, F, POINTS, 2): accelerations at the flights' nodes, columns behind those of the
-    globals.
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)

@@ -63,8 +63,7 @@ class Flights:
         self.fit = fit(prepared.problem, free=free, start=fit(prepared.problem))
 
     def read(self, without: tuple[str, ...] = ()) -> np.ndarray:
-        """What the camera would read (n, 2) [m] of the DEM's flights, without the effects in
-        `without`.
+        """What the camera would read (n, 2) [m] of the DEM's flights, less some effects.
 
         Each recording has the globals that the others gave; the flights' starts are refitted.
         """
@@ -135,8 +134,7 @@ def started(of: Fit, values: np.ndarray) -> np.ndarray:
 def laws_of(description: dict, air: Air, more: dict[str, float], speed: float) -> dict[str, dict]:
     """The DEM's laws for a flight: drag of stated and missing air, wind, Magnus force.
 
-    more: see rerun.simulation_settings. The DEM's C_d(Re) is another fit to measured spheres; both
-    agree at `speed` [m/s].
+    more: see rerun.simulation_settings. The DEM's C_d(Re) and ours agree at `speed` [m/s].
     """
 
     def over(share: float, at_m_s: float) -> float:

@@ -1,5 +1,4 @@
-"""Flights that are not free: a seed's other end strikes some ms later, or it rocks or rolls to
-rest.
+"""Flights that are not free: a seed's other end strikes some ms later, or it rocks to rest.
 
 A sudden change of velocity within a flight is more than any force bends it by, and no force takes
 a tenth of its acceleration from one flight alone. Such flights are left out; one that was touched
@@ -46,9 +45,7 @@ def without_second_contacts(tracks: tuple, session: Session, noise: TrackNoise) 
 
 
 def _without(track, whole: list[tuple[float, float]], ends: list[tuple[float, float]]):
-    """The track without flights that have rows in `whole` (begin, end), and without rows in
-    `ends`.
-    """
+    """The track without flights with rows in `whole` (begin, end), and rows in `ends`."""
     flight = track.flight.copy()
     for begin, end in whole:
         flight[np.isin(flight, np.unique(flight[_within(track, begin, end)]))] = -1
@@ -82,11 +79,7 @@ def _median(values: np.ndarray, sds: np.ndarray) -> float:
 
 
 def _second_touch(session: Session, noise: TrackNoise, flight: int, *, at_end: bool = False) -> float:
-    """Time between a flight's first row, or its last, and a sudden change of velocity [s]; 0
-    without one.
-
-    Balls touch once: 0.
-    """
+    """Time between a flight's first or last row and a sudden change of velocity [s], or 0."""
     if session.elongation < ROUND:
         return 0.0
     rows = slice(session.first[flight], session.stop[flight])

@@ -20,14 +20,12 @@ HEIGHT_SD_M = 1e-3  # how well a release height is known
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """R recordings, F flights, n rows. Lengths in m, x right, z up along the stated plumb line,
-    times in s.
+    """R recordings, F flights, n rows; [m, s], x right, z up along the stated plumb line.
 
-    recording (F,); middle, half (F,): of each flight; first, stop (F,): its rows.
+    middle, half (F,): of each flight; first, stop (F,): its rows.
     spin, spin_sd (F,) [rad/s]: of the silhouette (0 unseen), and sd of the seed's own beside it.
     own_spin, own_spin_sd (F,): spin about the line of sight given that, and its sd.
-    flight (n,), tau (n,): time after the flight's middle, places (n, 2), frame (n,), angle (n,)
-    [rad].
+    flight (n,), tau (n,): time after the flight's middle, places (n, 2), frame (n,), angle (n,).
     joint (J, 2): flights before and after each contact, joint_time (J,).
     release (R,): stated fall, NaN where the release was not seen; release_sd (R,).
     away (R,): distance of the camera; uneven_m: shift of a turning outline's middle by perspective.
@@ -249,16 +247,14 @@ def _shape_sd(description: dict) -> float:
 def _uneven(description: dict, away_m: float) -> float:
     """A third of (l² − s²)/8d [m] for sizes l, s and distance d.
 
-    The middle of a leaning outline is off by that, its near end being larger, rms over a flight.
+    By so much a leaning outline's middle is off, its near end being larger, rms over a flight.
     """
     sizes = stated_sizes_mm(description) or (8.0, 6.0)
     return float(1e-6 * (max(sizes) ** 2 - min(sizes) ** 2) / 8 / away_m / 3)
 
 
 def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
-    """Stated falls and their sds; a turning seed lands on another radius than it was released
-    at.
-    """
+    """Stated falls and sds; a turning seed lands on another radius than it was released at."""
     falls, sds = [], []
     for t in tracks:
         stated = t.description.get("drop", {}).get("height_mm")

@@ -1,6 +1,4 @@
-"""Noise of a session's tracks: residuals about a curve more flexible than any effect, in each
-flight.
-"""
+"""Noise of a session's tracks: residuals about a curve more flexible than any effect."""
 
 from dataclasses import dataclass
 
@@ -21,9 +19,7 @@ SMOOTH = range(2, DEGREE + 1)  # degrees beyond a straight line
 
 @dataclass(frozen=True, eq=False)
 class TrackNoise:
-    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m] of each
-    recording.
-    """
+    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m]."""
 
     axes: tuple[Noise, Noise]
     sigma: np.ndarray

@@ -1,6 +1,4 @@
-"""Unlisted physics of drops: forces in flight, a drifting clock, e and kicks by speed, count,
-attitude; and power laws for them.
-"""
+"""Unlisted physics of drops: forces in flight, a drifting clock, e and kicks; power laws."""
 
 from itertools import pairwise
 
@@ -28,9 +26,7 @@ LAWS = (
 
 
 def windows_of(fit: Fit) -> Windows:
-    """Unit accelerations in every bin, along the motion and aside; a drifting clock; e and kick
-    likewise.
-    """
+    """Unit accelerations in every bin; a drifting clock; changes of e and kick likewise."""
     joint: JointModel = fit.problem.model
     parts = session_fits(fit)
     about = [_axes(part) for part in parts]
@@ -54,9 +50,7 @@ def windows_of(fit: Fit) -> Windows:
 
 
 def _axes(part: Fit) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Where the flights' nodes (F, POINTS) lie on each axis; places and velocities (F, POINTS,
-    2).
-    """
+    """Where the flights' nodes (F, POINTS) lie on each axis; places and velocities there."""
     s = part.problem.model.session
     places, speeds = positions_at_nodes(part.starts, s.half, pushed(part.problem.model, part.starts, part.by_name))
     begun = np.array([s.middle[s.recording == r].min() - s.half[s.recording == r].max() for r in s.recording])

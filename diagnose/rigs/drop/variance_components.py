@@ -1,8 +1,7 @@
-"""Scatter of bounces: variance components by REML, beside measuring errors and about a flexible
-law.
+"""Scatter of bounces: variance components by REML, beside measuring errors and a law.
 
-A long seed exchanges translation and spin in a bounce, so e and kicks vary widely. The scatter is
-estimated from the impacts themselves. Source: Patterson & Thompson (1971), Biometrika 58, 545.
+A long seed exchanges translation and spin in a bounce, so e and kicks vary widely.
+Source: Patterson & Thompson (1971), Biometrika 58, 545.
 """
 
 import math
@@ -27,10 +26,9 @@ VAGUE = 0.1  # prior information on ln of a variance component
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """covariance (m, m) of the rows, measuring errors included, widened as Student's t at 95 %.
+    """covariance (m, m) of rows, measuring included, widened as Student's t at 95 %.
 
-    log_level_sd: uncertainty beyond that, in the far tails; aicc: of the law about which it was
-    read.
+    log_level_sd: uncertainty beyond that; aicc: of the law about which it was read.
     """
 
     covariance: np.ndarray
@@ -48,13 +46,11 @@ def scatter_of(
     most: float = math.inf,
     usual: tuple[float, ...] = (),
 ) -> Scatter | None:
-    """Scatter of rows y (m,) about a law `design` (m, p).
+    """Scatter of rows y (m,) about a law `design` (m, p); None where too few rows remain.
 
     asked: column from which on an effect may be asked about; measured (m, m): covariance of
-    measuring;
-    components (m, m): of unit size, the first at least floor² large, the second at most most²;
-    usual: expected sds of components, each worth USUAL_ROWS rows, 0 for none. None where too few
-    rows remain.
+    measuring; components (m, m): of unit size, the first at least floor² large, the second at most
+    most²; usual: expected sds of components, each worth USUAL_ROWS rows, 0 for none.
     """
     design = _independent(design)
     if len(y) - design.shape[1] < LEAST_FREEDOM:
@@ -84,9 +80,7 @@ def _aicc(likelihood: float, rows: int, numbers: int) -> float:
 
 
 def _settled(y, design, measured, components, bounds: tuple[float, float], usual: tuple[float, ...], weight: np.ndarray):
-    """Student weights and variances in turn: ln likelihood, components at their sizes, squared
-    residuals.
-    """
+    """Student weights and variances in turn: likelihood, components, squared residuals."""
     at = None
     for _ in range(MAX_ITERATIONS):
         rows = [components[0] / weight, components[1] / weight, *components[2:]]  # diagonal components have outliers
@@ -119,8 +113,7 @@ def _weights(square: np.ndarray) -> np.ndarray:
 def _loss_of_weighting(square: np.ndarray) -> float:
     """Variance inflation of an estimate with Student weights.
 
-    mean w · mean ψ² / (mean ψ')², ψ = w x (Huber 1964, Ann. Math. Stat. 35, 73): 1.4 for Student's
-    t, 1.1 for normal scatter.
+    mean w · mean ψ² / (mean ψ')², ψ = w x (Huber 1964, Ann. Math. Stat. 35, 73).
     """
     weight = _weights(square)
     slope = float(((TAILS + 1) * (TAILS - square) / (TAILS + square) ** 2).mean())

@@ -1,8 +1,4 @@
-"""Creep: flattening of a heap from photo to photo. A gate acts before the first one, shaking goes
-on.
-
-Only for photos of one view, in which the same grains are seen in the same places.
-"""
+"""Creep: flattening of a heap from photo to photo of one view; shaking, unlike a gate, goes on."""
 
 from itertools import pairwise
 
@@ -14,10 +10,9 @@ GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
 def creep_deg(piles: list, photos: list) -> float:
-    """By how much the flanks [deg] flatten from the first photo to the last, by a line through all.
+    """By how much the flanks [deg] flatten from first to last photo, by a line through all.
 
-    piles: twin.piles.SeenPile in order; photos: flanks.Photo of them. NaN for one photo, another
-    view, or where one flank's angle could be the camera's.
+    NaN for one photo, another view, or where one flank's angle could be the camera's.
     """
     angles = [_angle_deg(photo) for photo in photos]
     if len(piles) < 2 or not np.isfinite(angles).all() or min(_alike(a, b) for a, b in pairwise(piles)) < SAME_VIEW:

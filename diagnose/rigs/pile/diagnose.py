@@ -26,9 +26,7 @@ SIDES = {-1: "left flank", 1: "right flank"}
 
 
 def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
-    """Finding of one bench's heaps (twin.piles.SeenPile); ValueError where no photo shows a
-    flank.
-    """
+    """Finding of heaps (twin.piles.SeenPile); ValueError where no photo shows a flank."""
     photos, refused = photos_of(recordings)
     follows, said = conditions_of([{"conditions": p.conditions} for p in photos], [p.session for p in photos])
     rising = [q for q, v in differing(photos).items() if (np.diff(v) >= 0).all() or (np.diff(v) <= 0).all()]
@@ -52,9 +50,7 @@ def repose_deg(e: Explanation) -> tuple[float, float]:
 
 
 def windows_of(fit: Fit) -> Windows:
-    """Triangular windows along the flank, and flanks that break at BREAKS; places in the photos'
-    unit.
-    """
+    """Triangular windows along the flank, and flanks that break at BREAKS."""
     photos = fit.problem.model.photos
     flanks = [f for p in photos for f in p.flanks]
     scaled = all(p.unit == "mm" for p in photos)
@@ -95,9 +91,7 @@ def law_of(fit: Fit) -> str | None:
 
 
 def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
-    """Height of each flank above the plate, from the crest outwards, [mm] or [px]; residuals
-    without locals.
-    """
+    """Height of each flank above the plate, from the crest outwards; residuals without locals."""
     out = []
     for r, photo in enumerate(before.problem.model.photos):
         left = [of.problem.model.predict(r, of.starts[r], of.by_name) for of in (before, after)]

@@ -1,11 +1,11 @@
 """A heap's flanks in shares of their own size, independent of position, size and angle.
 
-    u = (distance out from the top of the flank's line) / (its way to the plate),   v = height / H
+u = (distance out from the top of the flank's line) / (its way to the plate),   v = height / H
 
-A straight flank is v = 1 − u: crest at u = 0, toe at u = 1. The line is that through 20–80 % of the
-crest's height. Two flanks: the top is where their lines meet. One flank: the wall's foot; a heap
-whose top never moved (its line passes above it at the wall) starts where the line reaches the
-crest's height, and its crest is not used, nor half a seed next to a wall.
+A straight flank is v = 1 − u. The line is that through 20–80 % of the crest's height. Two flanks:
+the top is where their lines meet. One flank: the wall's foot; a heap whose top never moved (its
+line passes above it at the wall) starts where the line reaches the crest's height, and its crest
+is not used, nor half a seed next to a wall.
 """
 
 from dataclasses import dataclass, replace
@@ -26,8 +26,7 @@ SAME_SIZE = 0.2  # of ln
 
 @dataclass(frozen=True, eq=False)
 class Flank:
-    """side: +1 right, −1 left; u, v (n,): the surface; angle_deg: of its line against the
-    horizontal.
+    """side: +1 right, −1 left; u, v (n,): the surface; angle_deg: of its line.
 
     height, length: H and the line's way, in the photo's unit; start: where u = 0 lies along x.
     """
@@ -46,8 +45,7 @@ class Photo:
     """One heap in one photo, or the mean of several.
 
     reference: what angles count from: "plumb" (stated), "plate" (its line) or "rows" (of the
-    picture).
-    plate_deg: the plate's line against a stated plumb, clockwise, NaN if unknown; plate_sd_deg.
+    picture). plate_deg: the plate's line against a stated plumb, clockwise, NaN if unknown;
     creep_deg: see creep.py; rig_mm: size of what was emptied; the rest as stated, NaN where not.
     """
 
@@ -70,9 +68,7 @@ class Photo:
 
     @property
     def stated(self) -> tuple:
-        """Known quantities that may differ; photos of equal `stated` are repeats (rig size in
-        steps).
-        """
+        """Known quantities that may differ; photos of equal `stated` are repeats."""
         size = np.round(np.log(self.rig_mm) / SAME_SIZE)
         known = np.nan_to_num([self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, size], nan=-1.0)
         return (*known.tolist(), *sorted(self.conditions.items()))
@@ -155,17 +151,13 @@ def photo_of(seen) -> Photo:
 
 
 def _rig_mm(pile: dict) -> float:
-    """Diameter or length of what was emptied, geometric mean with the fill height; NaN if not
-    stated.
-    """
+    """√(width × fill height) of what was emptied, or its width; NaN if not stated."""
     across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
     return float(np.sqrt(across * pile["fill_height_mm"])) if "fill_height_mm" in pile else float(across)
 
 
 def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places along the reference horizontal and heights above the plate's line (n,), gaps left
-    out.
-    """
+    """Places along the reference horizontal and heights above the plate's line (n,)."""
     there = np.isfinite(seen.z)
     x, z = seen.x[there], seen.z[there] - seen.base_z
     c, s = np.cos(np.radians(level_deg)), np.sin(np.radians(level_deg))

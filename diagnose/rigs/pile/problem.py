@@ -31,7 +31,8 @@ DIFFERS = 1.1  # times another's: a stated quantity that differs
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """centre_deg: mean angle; names (G,) of the globals; base (R): what the usual heap shows;
+    """centre_deg: mean angle; names (G,) of the globals; base (R): what the usual heap shows.
+
     columns (R): (n_r, G) of the globals; own (R): (n_r, L) of the packing's locals.
     """
 
@@ -79,8 +80,7 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
     """sd of each nuisance, and its columns, one a photo.
 
     repose: all flanks steeper; lopsided: one steeper, one flatter; bump-k: the material's own
-    shape;
-    settling: all flatter with time; quantity:part: usual variation with a stated quantity.
+    shape; settling: all flatter with time; quantity:part: usual variation with a stated quantity.
     """
     found = {
         "repose": [rows(p, angle=lambda side: 1.0) for p in photos],
@@ -119,9 +119,7 @@ def _acted(photos: tuple[Photo, ...], effect: HeapEffect, after: bool) -> list[n
 
 
 def rows(photo: Photo, surface=None, angle=None, plate: float = 0.0, creep: float = 0.0) -> np.ndarray:
-    """Rows (n_r,) or (n_r, k) of a photo from surfaces (u), angles (side), plate's line and
-    creep.
-    """
+    """Rows (n_r,) or (n_r, k) from surface(u), angle(side), the plate's line and creep."""
     parts = [surface(f.u) if surface else np.zeros(len(f.u)) for f in photo.flanks]
     last = [angle(f.side) if angle else 0.0 for f in photo.flanks]
     last += [plate] * int(np.isfinite(photo.plate_deg)) + [creep] * int(np.isfinite(photo.creep_deg))
@@ -135,9 +133,7 @@ def seeds_high(photo: Photo) -> float:
 
 
 def _own(photo: Photo) -> np.ndarray:
-    """(n_r, 12): level and slope of each flank; crest, toe, bow and angle of both alike, and
-    opposed.
-    """
+    """(n_r, 12): level and slope of each flank; crest, toe, bow, angle of both, and opposed."""
     out = np.zeros((len(rows(photo)), 12))
     first, lines = 0, sum(len(f.u) for f in photo.flanks)
     for k, f in enumerate(photo.flanks):

@@ -1,7 +1,4 @@
-"""Simulated heaps of a recorded rig, with an effect at a given strength.
-
-Of a wide box a slice between smooth sides is run. Strengths are found from heaps at a few of them.
-"""
+"""Simulated heaps of a recorded rig, with an effect; of a wide box a slice."""
 
 from dataclasses import dataclass
 
@@ -32,19 +29,14 @@ class HeapSettings:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """surface (n,) at AT in shares of the height, NaN unseen; angle_deg: mean over flanks and
-    heaps.
-    """
+    """surface (n,) at AT in shares of the height, NaN unseen; angle_deg: mean of flanks."""
 
     surface: np.ndarray
     angle_deg: float
 
 
 def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float):
-    """(recording to be like, parameters) of a heap; mean_mm: mean seed length of all recordings.
-
-    ValueError where the rig is not stated or needs too many seeds.
-    """
+    """(recording to be like, parameters) of a heap; ValueError without a feasible rig."""
     stated = description.get("pile", {})
     seed = _seed(description.get("seed", {}))
     twin = EFFECTS[settings.effect].law.twin

@@ -2,8 +2,7 @@
 
 Locals of a run (OWN): time and place of release [s, m], way on the incline beside the stated one
 [m], incline [deg] and rolling friction (relative) beside the common ones, drag (relative) beside
-that of the stated sizes, depth [m] and direction of the run beside the plane of the scale. Globals
-by name, 0 at the baseline's centre; mu is relative to where the fit began.
+that of the stated sizes, depth [m] and direction of the run beside the plane of the scale.
 """
 
 import math
@@ -26,8 +25,7 @@ OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag", "depth_m
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """runs, seed; mu: initial rolling friction; incline [rad], length [m] (R,): stated, or from the
-    motion.
+    """mu: initial rolling friction; incline [rad], length [m] (R,): stated, or from the motion.
 
     turn (R,) [1/m], phase (R,): argument of the ripple of a seed that is not round; names: of the
     globals; top: greatest speed [m/s]; seen: cache of predictions.
@@ -60,8 +58,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Context:
-    """What an effect's law may use: run, seed, all globals (`at`); speed [m/s] at the end of the
-    incline.
+    """What an effect's law may use: all globals (`at`); speed [m/s] at the incline's end.
 
     resisted: share of the drive on the incline that rolling friction takes.
     """

@@ -40,9 +40,7 @@ PUSH = 1e-6  # over weight, for derivatives: 1e-4 of friction
 
 
 def build(runs: tuple[Run, ...], seed: Seed, turn: np.ndarray, phase: np.ndarray, *, ripple: bool) -> Model:
-    """The model with all globals that this session can say something about; turn, phase: see
-    Model.
-    """
+    """The model with all globals that this session can say something about."""
     f = weight_over_inertia(seed)
     told = [r.way.slowing / f for r in runs if not r.stays]
     told = told or [math.tan(r.incline) - r.way.acceleration / f / math.cos(r.incline) for r in runs if math.isfinite(r.incline)]

@@ -1,7 +1,6 @@
 """Run-outs read by eye: only those in both directions tell a slope.
 
-With rolling friction μ and slope θ rising along +x,  L₊ (μ + θ) = L₋ (μ − θ) = E,
-E = S (sin β − μ cos β), from the mean run-outs (energy balance).
+With rolling friction μ and slope θ rising along +x,  L₊ (μ + θ) = L₋ (μ − θ) = S (sin β − μ cos β).
 """
 
 import math

@@ -1,7 +1,6 @@
 """Ripple of a seed that is not round: is there one, and at which rolling radius?
 
-Each run's ripple has its own phase: two columns a run, tested together. Where the rotation was not
-seen the radius is searched for, with a Bonferroni factor for the radii tried.
+Each run has its own phase. Where the rotation was not seen the radius is searched for.
 """
 
 from dataclasses import dataclass

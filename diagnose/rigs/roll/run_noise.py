@@ -29,10 +29,7 @@ class RunNoise:
 
 
 def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """ρ and white share by REML over all runs, σ of each run; runs of few rows share one σ.
-
-    turn (R,) [1/m]: argument of the ripple.
-    """
+    """ρ and white share by REML over all runs, σ of each; short runs share one σ."""
     if any(has_few_rows(run) for run in runs):
         return _noise_of_few(runs, turn)
     stretches = [_stretches(run, turn[r]) for r, run in enumerate(runs)]
@@ -62,9 +59,7 @@ def row_weight(run: Run) -> np.ndarray:
 
 
 def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """White noise, as stated or from residuals of parabolas; runs past the same gates share a
-    mean.
-    """
+    """White noise, stated or of residuals; runs past the same gates share a mean."""
     long = [r for r, run in enumerate(runs) if not has_few_rows(run)]
     others = estimate_noise(tuple(runs[r] for r in long), turn[long]) if long else None
     power, spare = 0.0, 0.0

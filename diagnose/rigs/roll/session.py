@@ -1,6 +1,4 @@
-"""Rolls of one bench for fitting: SI units, rows averaged to a few hundred, stated keys with
-their sds.
-"""
+"""Rolls of one bench for fitting: SI units, averaged rows, stated keys with their sds."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -32,10 +30,9 @@ class Run:
 
     time_s, x (n,) [m]: means of some rows each; spread_s (n,): sd of their times; lag (n,): in
     averaged frames; way: initial path; sign: +1 towards +x; incline [rad], length [m]: stated, or
-    NaN.
-    turning: (slope [1/m], angle at x = 0 [rad]) of the orientation over travel, None if not seen.
-    drag: of its seed over the session's; away [m]: distance of the camera; stays: on its incline;
-    gates: light gates; sd_m (n,): stated sd of rows, NaN if not.
+    NaN. turning: (slope [1/m], angle at x = 0 [rad]) of the orientation over travel. drag: of its
+    seed over the session's; away [m]: distance of the camera; stays: on its incline; gates: light
+    gates; sd_m (n,): stated sd of rows, NaN if not.
     """
 
     recording: str
@@ -63,11 +60,10 @@ class Run:
 
 @dataclass(frozen=True)
 class Seed:
-    """What is stated of the seed.
+    """radius [m] it rolls on; inertia: 1 + I/(m r²), inertia_sd relative.
 
-    radius [m] it rolls on; inertia: 1 + I/(m r²), inertia_sd relative; rise_mm of its centre, NaN
-    if the shape is not stated; drag: over weight at 0.5 m/s in stated air, drag_sd;
-    reynolds_per_speed; round: stated to be a ball.
+    rise_mm of its centre, NaN if the shape is not stated; drag: over weight at 0.5 m/s in stated
+    air, drag_sd; round: stated to be a ball.
     """
 
     radius: float
@@ -187,9 +183,7 @@ def first_seed_description(descriptions: list[dict]) -> dict:
 
 
 def relative_drag(description: dict, told: dict) -> float:
-    """Drag over weight of a recording's seed over the session's; 1 where sizes are not
-    comparable.
-    """
+    """Drag over weight of a recording's seed over the session's; 1 if not comparable."""
     own, other = ({n for n in OF_DRAG if d.get("seed", {}).get(n)} for d in (description, told))
     return air_of(description).room / air_of(told).room if own == other else 1.0
 

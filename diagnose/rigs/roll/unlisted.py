@@ -1,6 +1,4 @@
-"""Unlisted physics of rolls: resistance in windows of time, travel, speed or phase, and laws for
-it.
-"""
+"""Unlisted physics of rolls: resistance in windows of an axis, and laws for it."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise

@@ -44,9 +44,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
 
 
 def alternatives(prepared: Prepared, follows: tuple[Condition, ...], heard: Vibration | None) -> tuple[Alternative, ...]:
-    """Rotating or fixed plate (where no hinge is stated), even or stepped tilt, audible
-    vibration.
-    """
+    """Rotating or fixed plate (no hinge stated), even or stepped tilt, vibration."""
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not session.runs or any(run.from_hinge for run in session.runs)

@@ -1,10 +1,9 @@
 """From parameters to what is seen of a slide: travel in the picture, or the angle read off.
 
-Globals by name, 0 at the baseline's centre: effects, which act on the laws of motion, on the
-recorded tilt and on readings; and the nuisances of problem.PRIORS. Locals of a run: place at rest
-[mm], onset [s since the tilt's origin], level and rate of its tilt [sd], phase of a shaken plate or
-place on a step at which it lets go [sd], two waves of pixel lock [px]. Its friction follows from
-its onset; that it is near the pair's is one more row. A reading is a recording with idle locals.
+Locals of a run: place at rest [mm], onset [s since the tilt's origin], level and rate of its tilt
+[sd], phase of a shaken plate or place on a step at which it lets go [sd], two waves of pixel lock
+[px]. Its friction follows from its onset; that it is near the pair's is one more row. A reading is
+a recording with idle locals.
 """
 
 import math
@@ -27,10 +26,11 @@ CLIMB_S = 0.07  # median time in which a plate climbs a step
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """friction: initial, of the pair; effects: those that this session can show; stair_deg: height
-    of the steps in which the plate is raised, 0 for none; turning: 1 for a plate that turns with
-    the block, 0 for a fixed plate under rotating gravity (no Coriolis acceleration); shaking:
-    amplitude [m/s²] and frequency [Hz] heard; seen: cache of motions.
+    """friction: initial, of the pair; effects: those that this session can show.
+
+    stair_deg: steps in which the plate is raised, 0 for none; turning: 1 for a plate that turns
+    with the block, 0 for a fixed plate under rotating gravity; shaking: amplitude [m/s²] and
+    frequency [Hz] heard; seen: cache of motions.
     """
 
     session: Session
@@ -57,9 +57,7 @@ def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -
 
 
 def air_size(run: Run, values: dict[str, float]) -> float:
-    """Drag coefficient [1/m] of a block of n seeds: per seed n^−¼ of a lone one's, from n^−½ to
-    1.
-    """
+    """Drag coefficient [1/m] of a block of n seeds, each n^−¼ of a lone one, n^−½ to 1."""
     amid = 0.25 * math.log(run.air.count)
     off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
     return run.air.size * math.exp(-amid) * (1 + off)

@@ -1,7 +1,6 @@
 """Pixel lock of a travel: places are read too far towards pixel centres, by A sin φ + B cos φ.
 
-φ = 2π x/pixel; A and B [px] are each recording's, whose places may be counted from anywhere.
-Source: Westerweel, Experiments in Fluids 29 (2000) S3.
+φ = 2π x/pixel; A and B [px] are each recording's. Source: Westerweel, Exp. Fluids 29 (2000) S3.
 """
 
 import numpy as np
@@ -13,9 +12,7 @@ ENOUGH = 200  # rows used for the onset
 
 
 def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.ndarray:
-    """(n, 2) [mm]: error of x for A = 1 px and B = 1 px; 0 where no pixel is stated; rest: rows
-    before onset.
-    """
+    """Error of x (n, 2) [mm] for A = 1 px and B = 1 px; rest: rows before the onset."""
     if not pixel_mm:
         return np.zeros((len(time), 2))
     phase = 2 * np.pi * smooth(time, x_mm, rest) / pixel_mm

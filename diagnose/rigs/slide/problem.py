@@ -210,7 +210,7 @@ def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]
 
 
 def initial_onsets_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tuple[np.ndarray, float]:
-    """Starts where each run may gain an acceleration at its onset, and the median friction lost.
+    """Starts where each run may gain an acceleration at onset; median friction lost.
 
     Without one, a block that lets go with a jump seems to let go earlier: a separate minimum of χ².
     """
@@ -222,9 +222,7 @@ def initial_onsets_with_jump(prepared: Prepared, model: Model, starts: np.ndarra
 
 
 def _onset(model: Model, prepared: Prepared, r: int, *, jump: bool) -> tuple[float, float, float, float, float]:
-    """Of one run: place at rest [mm], onset [s], friction, friction lost at the onset, place on
-    a step [sd].
-    """
+    """Of a run: place at rest [mm], onset [s], friction, its loss, place on a step [sd]."""
     run, sigma = prepared.session.runs[r], prepared.sigma[r]
     time = run.time - run.tilt.origin
 

@@ -1,6 +1,4 @@
-"""Slides run again in the DEM, let go at the recorded angle, or by the friction of their
-conditions.
-"""
+"""Slides run again in the DEM, let go at the recorded angle, or by their conditions."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -89,7 +87,7 @@ def rate_of(r) -> float:
 
 
 def let_go_deg(r, parameters: Parameters, number: int):
-    """The angle [°] at which the twin's block has gone BEGUN_MM, and the recording that it was run like."""
+    """Angle [°] at which the twin's block has gone BEGUN_MM; the recording it was like."""
     start = float(np.degrees(np.arctan(parameters.static_friction))) - BEFORE_DEG
     about = {"start_deg": float(np.clip(start, 0.0, 79.0)), "tilt_rate_deg_s": float(np.clip(rate_of(r), 0.05, 90.0))}
     recording = with_frame_rate(like("slide", r.description, **about), r.time_s)

@@ -25,9 +25,7 @@ class Vibration:
 
 
 def vibration(prepared: Prepared) -> Vibration | None:
-    """The frequency at which all runs ripple most about flexible curves; None if not
-    significant.
-    """
+    """The frequency at which all runs ripple most, None if not significant."""
     runs = prepared.session.runs
     if not runs:
         return None
@@ -55,9 +53,7 @@ def vibration(prepared: Prepared) -> Vibration | None:
 
 
 def _falls(prepared: Prepared, r: int, hertz: np.ndarray, skip: float = 0.0):
-    """Fall of χ² (f,) by a wave of each frequency, its cosine and sine (2, f) [mm], their sd
-    (f,); skip: first share.
-    """
+    """Fall of χ² (f,) by a wave of each frequency, its waves (2, f) [mm], their sd (f,)."""
     run, curve = prepared.session.runs[r], motion_of(prepared.session.runs[r])
     kept = slice(int(skip * len(curve.data)), None)
     angle = 2 * np.pi * (run.time[run.rest :] - run.tilt.origin)[:, None] * hertz
