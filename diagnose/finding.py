@@ -175,8 +175,9 @@ def finding_of(asked: DiagnosisTask, rng: np.random.Generator) -> Finding:
     window, best_axis = strongest_window(
         base.reduced, base.fit.baseline_sd, base.windows, base.columns, base.table.level_sd, rng
     )
-    presence = {n: q for n, q in posterior.presence().items() if _listed(posterior, n)}
-    told = {n: effect_estimate(posterior, n) for n, q in presence.items() if q > 0.01}
+    listed = {n for e in posterior.explanations for n in e.listed}
+    likely = [n for n, q in posterior.presence().items() if n in listed and q > 0.01]
+    told = {n: effect_estimate(posterior, n) for n in likely}
     contact = {n: parameter_shift(posterior, value) for n, value in asked.contact.items()}
     found = verdict.verdict != "none"
     nothing, ranked = posterior.probability(()), posterior.by_set()
@@ -194,10 +195,6 @@ def finding_of(asked: DiagnosisTask, rng: np.random.Generator) -> Finding:
         asked.curves(base.fit, chosen.fit), (*asked.notes, *_notes(posterior, verdict, p, nothing)),
         left_out_values(chosen) if found else {},
     )  # fmt: skip
-
-
-def _listed(posterior: Posterior, name: str) -> bool:
-    return any(name in e.listed for e in posterior.explanations)
 
 
 def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
@@ -230,7 +227,8 @@ def _sectors(posterior: Posterior, found: bool, rng: np.random.Generator) -> tup
 
 def _notes(posterior: Posterior, verdict: Verdict, p: float, nothing: float) -> tuple[str, ...]:
     """Of the likeliest alternative, and where alarm and posterior disagree."""
-    notes = [posterior.alternatives[posterior.best.alternative].note] if posterior.alternatives[posterior.best.alternative].note else []
+    note = posterior.alternatives[posterior.explanations[0].alternative].note
+    notes = [note] if note else []
     if verdict.verdict == "none" and p < ALARM_P:
         notes.append(f"noise alone makes as great a mismatch with p = {p:.1g}, but nothing listed or unlisted explains it well")
     if verdict.verdict == "none" and p >= ALARM_P and nothing < 0.5:

@@ -43,11 +43,11 @@ def compared(again: Resimulation, twins: list[TwinPair], folder: Path, pictures:
         f"{' and '.join(again.effects)}, and what differs, brightened"
     )
     again = replace(again, compared=tuple(rows), figure=_figure(twins[best], *ways[best]))
-    try:
+    try:  # no renderer, or a film that cannot be followed: a note
         again = replace(again, picture=_picture(twins[best], *ways[best]), caption=caption)
         if pictures:
             again = replace(again, compared=(*again.compared, _followed(twins[best], best, again.rig, folder, say)))
-    except (RuntimeError, ValueError) as error:  # no renderer, or a film that cannot be followed
+    except (RuntimeError, ValueError) as error:
         again = replace(again, notes=(*again.notes, f"no pictures of the twin: {error}"))
     return again
 

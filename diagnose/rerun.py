@@ -2,7 +2,6 @@
 
 import importlib
 import math
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +10,7 @@ import numpy as np
 
 from diagnose.engine.conditions import Contact, conditions_of, effect_name
 from diagnose.finding import Finding
-from diagnose.words import PLURALS, effect_named, followed_condition
+from diagnose.words import PLURALS, effect_named, fault_in_words, followed_condition
 
 CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
 PER_RECORDING_RIGS = ("drop", "slide")  # rigs whose recordings can each have their own parameter
@@ -85,10 +84,10 @@ def simulation_settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
     effects = {n: e for n in values if (e := effect_named(rig, n)) is not None}
     shown = {n: e.reported(values[n]) if e.reported else values[n] for n, e in effects.items()}
     out: dict[str, dict] = {}
-    for effect in effects.values():
-        if effect.counterpart and effect.counterpart.change:
-            for part, numbers in effect.counterpart.change(shown).items():
-                out.setdefault(part, {}).update(numbers)
+    changes = [e.counterpart.change for e in effects.values() if e.counterpart]
+    for change in filter(None, changes):
+        for part, numbers in change(shown).items():
+            out.setdefault(part, {}).update(numbers)
     return out
 
 
@@ -125,48 +124,45 @@ def secant(
 
 def change_in_words(rig: str, finding: Finding) -> str:
     """What was changed, with the values that all recordings gave."""
-    return "; ".join(_change(rig, name, finding) for name in finding.modelled)
-
-
-def _change(rig: str, name: str, finding: Finding) -> str:
-    if found := followed_condition(name):
-        return f"{found[0]} of each recording follows its {found[1]}"
-    told = finding.effects.get(name)
-    effect = effect_named(rig, name)
-    assert effect is not None and effect.counterpart is not None  # checked by reason_not_simulated
-    return effect.counterpart.what.format(value=f"{told.size.value if told else math.nan:.3g}")
+    said = []
+    for name in finding.modelled:
+        if found := followed_condition(name):
+            said.append(f"{found[0]} of each recording follows its {found[1]}")
+            continue
+        told, effect = finding.effects.get(name), effect_named(rig, name)
+        assert effect is not None and effect.counterpart is not None  # see reason_not_simulated
+        value = f"{told.size.value if told else math.nan:.3g}"
+        said.append(effect.counterpart.what.format(value=value))
+    return "; ".join(said)
 
 
 def resimulate_all(found, folder: Path, *, pictures: bool, say: Callable[[str], None]):
     """The diagnosis with simulations of every rig in which something was named or likeliest."""
     twins = {}
     for rig, finding in found.findings.items():
-        if effects := _effects_to_simulate(finding):
+        named = finding.names if finding.verdict == "name" else ()
+        if effects := tuple(dict.fromkeys((*finding.modelled, *named))):
             say(f"{rig}: running the twin again with {' and '.join(effects)}")
             twins[rig] = _resimulated(rig, effects, finding, found, folder, pictures, say)
     return replace(found, twins=twins)
 
 
-def _effects_to_simulate(finding: Finding) -> tuple[str, ...]:
-    """The effects to simulate."""
-    return tuple(dict.fromkeys((*finding.modelled, *(finding.names if finding.verdict == "name" else ()))))
-
-
-def _resimulated(rig: str, effects: tuple[str, ...], finding: Finding, found, folder: Path, pictures: bool, say) -> Resimulation:
-    nothing = Resimulation(rig, effects, "the twin was not run again", "", (), False)
-    if why := [f"{e}: {reason}" for e in effects if (reason := reason_not_simulated(rig, e))]:
-        return replace(nothing, notes=tuple(f"the twin was not run again: {line}" for line in why))
-    try:
-        resimulate = importlib.import_module(f"diagnose.rigs.{rig}.resimulation").resimulate
-        return resimulate(finding, found.recordings[rig], folder, pictures, say)
-    except (ValueError, RuntimeError) as error:  # a rig that does not fit, the engine's watches, no renderer
-        return replace(nothing, notes=(f"the twin could not be run again: {error}",))
-    except OSError:
-        raise
-    except Exception as error:  # an error here must not lose the verdict
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(place.filename).name}:{place.lineno}"
-        return replace(nothing, notes=(f"the twin could not be run again, a fault of benchtwin: {error!r} in {where}",))
+def _resimulated(
+    rig: str, effects: tuple[str, ...], finding: Finding, found, folder: Path, pictures: bool, say
+) -> Resimulation:
+    why = [f"was not run again: {e}: {r}" for e in effects if (r := reason_not_simulated(rig, e))]
+    if not why:
+        try:
+            resimulate = importlib.import_module(f"diagnose.rigs.{rig}.resimulation").resimulate
+            return resimulate(finding, found.recordings[rig], folder, pictures, say)
+        except (ValueError, RuntimeError) as error:  # rig, engine's watches, or no renderer
+            why = [f"could not be run again: {error}"]
+        except OSError:
+            raise
+        except Exception as error:  # an error here must not lose the verdict
+            why = [f"could not be run again, a fault of benchtwin: {fault_in_words(error)}"]
+    notes = tuple(f"the twin {line}" for line in why)
+    return Resimulation(rig, effects, "the twin was not run again", "", (), False, notes=notes)
 
 
 def reason_not_simulated(rig: str, name: str) -> str:

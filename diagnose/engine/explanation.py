@@ -79,10 +79,6 @@ class Posterior:
         """The most probable baseline with nothing missing."""
         return max(self.bases, key=lambda e: e.probability)
 
-    @property
-    def best(self) -> Explanation:
-        return self.explanations[0]
-
     def probability(self, names: tuple[str, ...]) -> float:
         """Of exactly this set, over all alternatives."""
         return sum(e.probability for e in self.explanations if set(e.names) == set(names))

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnose.engine.evidence import Kind
 from diagnose.engine.explanation import Explanation
 from diagnose.engine.linear import Reduced, fall_of_chi2, projector, ridge, stacked
 from diagnose.engine.posterior import WIDE_PRIOR
 
 CHANCE_SDS = 2.0  # of the left-out error that noise alone makes
+UNLISTED_PRIOR = 10.0  # factor on the sd of unlisted physics, whose own is just visible
 
 
 @dataclass(frozen=True)
@@ -25,13 +27,13 @@ class HeldOut:
 def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
     """Each recording predicted from the others; None for a single recording."""
     mine, sd = with_components(e)
-    its, its_sd = base.reduced, base.fit.baseline_sd
     if len(mine) < 2:
         return None
     sse_fit = sum(squared_errors(mine, sd))
-    sse_base = sum(squared_errors(its, its_sd))
+    sse_base = sum(squared_errors(base.reduced, base.fit.baseline_sd))
     noise, spread = _noise(mine, sd)
-    gain, left = sse_base - sse_fit, max(sse_fit - noise - CHANCE_SDS * spread, _unexplained(e, mine, sd), 0.0)
+    gain = sse_base - sse_fit
+    left = max(sse_fit - noise - CHANCE_SDS * spread, _unexplained(e, mine, sd), 0.0)
     share = gain / (gain + left) if gain > 0 else 0.0
     return HeldOut(float(np.sqrt(sse_fit / sse_base)), float(share))
 
@@ -43,7 +45,8 @@ def with_components(e: Explanation) -> tuple[tuple[Reduced, ...], np.ndarray]:
     out = []
     for r, low, high in zip(e.reduced, cuts[:-1], cuts[1:], strict=True):
         out.append(Reduced(np.hstack([r.a, *(p.columns[low:high] for p in parts)]), r.smooth, r.b))
-    wide = [np.where(p.scaled_prior, WIDE_PRIOR if np.isfinite(p.sd).all() else 1.0, 1.0) * p.sd * _seen(p) for p in parts]
+    seen = [UNLISTED_PRIOR if p.kind is Kind.UNLISTED else 1.0 for p in parts]
+    wide = [np.where(p.scaled_prior, WIDE_PRIOR, 1.0) * p.sd * s for p, s in zip(parts, seen)]
     return tuple(out), np.concatenate([e.fit.baseline_sd, *wide])
 
 
@@ -53,13 +56,6 @@ def _unexplained(e: Explanation, reduced: tuple[Reduced, ...], prior_sd: np.ndar
     a, b = stacked(reduced)
     fall, freedom = fall_of_chi2(np.hstack(others), projector(a, prior_sd), b) if others else (0.0, 0)
     return fall - freedom - CHANCE_SDS * float(np.sqrt(2 * freedom))
-
-
-def _seen(part) -> float:
-    """Unlisted physics has a unit size that is just visible: ten times as wide a prior lets it
-    be seen.
-    """
-    return 10.0 if part.kind.value == "unlisted" else 1.0
 
 
 def squared_errors(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[float]:

@@ -161,7 +161,8 @@ def _ended(at: Linearisation, reduce: Callable | None, held: GlobalPrior, *, ste
 
 def _halved_step(reduce: Callable, here: Linearisation, held: GlobalPrior, most: int) -> tuple[Linearisation | None, int]:
     """The first of `most` halved steps at which χ² does not grow, or None; and its number."""
-    limit = _tolerated(here.marginal_chi2) if np.isfinite(here.marginal_chi2) else np.inf
+    before = here.marginal_chi2  # predictions have kinks, so a step may end a little higher
+    limit = before + max(1.0, 1e-3 * before) if np.isfinite(before) else np.inf
     for evaluations, (starts, values) in zip(range(1, most + 1), here.halved_steps(), strict=False):
         there = Linearisation.of(starts, values, reduce(starts, values), held)
         if there.marginal_chi2 < limit or not np.isfinite(limit):
@@ -195,11 +196,6 @@ def _marquardt_descent(fast: FastChi2, here: Linearisation, held: GlobalPrior, d
     if chosen is None:
         return None, 0
     return Linearisation.of(*chosen, fast.reduce_free(*chosen, held.sd > 0), held), number
-
-
-def _tolerated(lowest: float) -> float:
-    """χ² that a step may end at: predictions have kinks, so a little more than before."""
-    return lowest + max(1.0, 1e-3 * lowest)
 
 
 def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray) -> float:

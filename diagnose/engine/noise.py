@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from scipy.optimize import minimize
+from scipy.special import logit
 
 CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs longer ones
 CELLS_AT_REST = 3  # the same beside a constant
@@ -84,9 +85,9 @@ def block_mean_noise(noise: Noise, block: int) -> Noise:
     return Noise((power - 1) / (power + 1), 0.0, noise.log_level_sd)
 
 
-def refined_level_sd(level_sd: float, directions: int) -> float:
+def refined_level_sd(level_sd: float, freedom: int) -> float:
     """`level_sd` once that many further degrees of freedom tell the noise power."""
-    return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + directions)))
+    return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + freedom)))
 
 
 def frame_lag(frame: np.ndarray) -> np.ndarray:
@@ -135,14 +136,19 @@ def estimate(stretches: list[Stretch]) -> Noise:
     if not usable:
         return Noise(0.0, 0.0, 1.0)
     packed = _pack(usable)
-    highest = max(1 - 1 / _longest(usable), 0.5)
+    at_rest = [s for s in usable if s.design.shape[1] == 1]
+    longest = _usual_length(usable) / CELLS  # correlation that these stretches can tell
+    if at_rest:
+        longest = max(longest, _usual_length(at_rest) / CELLS_AT_REST)
+    highest = max(1 - 1 / longest, 0.5)
 
     def loss(rho: float, white: float) -> float:
         return _loss(packed, rho, white)[0] + np.log(Noise(rho, white, 0.0).low_frequency)
 
     grid = [theta for theta in COARSE if theta[0] < highest]
     start = min(grid, key=lambda theta: loss(*theta))
-    begin = _to_logits(*(start if start[0] else (0.2, 0.2)), highest)
+    rho, white = start if start[0] else (0.2, 0.2)
+    begin = logit(np.clip([rho / highest, white], 0.02, 0.98))
     found = minimize(
         lambda u: loss(*_from_logits(u, highest)), begin, method="Nelder-Mead",
         options={"xatol": 0.03, "fatol": 0.02, "maxfev": 40, "initial_simplex": begin + 0.7 * np.array([[0, 0], [1, 0], [0, 1]])},
@@ -154,12 +160,6 @@ def estimate(stretches: list[Stretch]) -> Noise:
     return Noise(rho, white, _log_level_sd(packed, found.x, highest))
 
 
-def _longest(stretches: list[Stretch]) -> float:
-    """Rows of the longest correlation that these stretches can tell."""
-    at_rest = [s for s in stretches if s.design.shape[1] == 1]
-    return max(_usual_length(stretches) / CELLS, _usual_length(at_rest) / CELLS_AT_REST if at_rest else 0.0)
-
-
 def _usual_length(stretches: list[Stretch]) -> float:
     """Rows of the stretch that holds the middle one of all rows."""
     lengths = np.sort([len(s.data) for s in stretches])
@@ -169,11 +169,6 @@ def _usual_length(stretches: list[Stretch]) -> float:
 def _from_logits(u: np.ndarray, highest: float) -> tuple[float, float]:
     rho, white = 1 / (1 + np.exp(-np.clip(u, -12, 12)))
     return float(rho * highest), float(white)
-
-
-def _to_logits(rho: float, white: float, highest: float) -> np.ndarray:
-    p = np.clip([rho / highest, white], 0.02, 0.98)
-    return np.log(p / (1 - p))
 
 
 def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

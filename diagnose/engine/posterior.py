@@ -62,7 +62,8 @@ class _Search:
         own, windows = self.alternatives[k], self.windows_of(found)
         reduced, columns = window_columns(found, windows)
         components = [*_of_effects(problem, reduced), *unlisted_components(windows, columns)]
-        components += [_without_columns(n, own.sector, len(columns)) for n in own.effects]
+        nil = np.zeros((len(columns), 0)), np.zeros(0), np.zeros(0, dtype=bool)
+        components += [Component(n, Kind.EFFECT, own.sector, *nil) for n in own.effects]
         if not listed:
             self.noise[k] = refined_noise_power(reduced, found.baseline_sd, components, problem.level_sd)
         power, level_sd = self.noise[k]
@@ -73,7 +74,7 @@ class _Search:
         table = table_of(reduced, found.baseline_sd, components, spread, level_sd)
         here[listed] = Explanation(listed, k, found, reduced, windows, columns, table, power)
         if not listed:
-            self.priors[k] = _priors(components, self.alternatives[k].odds / sum(a.odds for a in self.alternatives))
+            self.priors[k] = _priors(components, own.odds / sum(a.odds for a in self.alternatives))
 
     def restart_from_larger_sets(self) -> None:
         """Refit sets with weight from a larger set's lower minimum: χ² may have several."""
@@ -199,11 +200,6 @@ def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Componen
         sd, scaled_prior = np.array([p.prior_sd for p in parts]), np.array([p.scaled_prior for p in parts])
         out.append(Component(name, kind, effect.sector, a[:, at], sd, scaled_prior, effect.low, effect.high))
     return out
-
-
-def _without_columns(name: str, sector: str, rows: int) -> Component:
-    """A listed effect that is an alternative baseline."""
-    return Component(name, Kind.EFFECT, sector, np.zeros((rows, 0)), np.zeros(0), np.zeros(0, dtype=bool))
 
 
 def _priors(components: list[Component], odds: float) -> dict[tuple[str, ...], float]:

@@ -122,23 +122,18 @@ def _best_fit(problem: Problem, free: tuple[str, ...], start: Fit) -> Fit:
         return found
     wide = np.isin(problem.names, [n for effect in free for n in problem.columns_of(effect)])
     points = [point for point in problem.further_starts if point[1][wide].any()]
-    if not found.chi2 < RESTART_REDUCED_CHI2 * problem.freedom or _greatest_prior_z(found, ~wide) > RESTART_PRIOR_Z:
+    sds = np.where(~wide & (found.prior_sd > 0), found.prior_sd, np.inf)
+    z = np.max(np.abs(found.values) / sds, initial=0.0)
+    if not found.chi2 < RESTART_REDUCED_CHI2 * problem.freedom or z > RESTART_PRIOR_Z:
         points.append((problem.starts, np.zeros(len(problem.names))))
-    others = [_fit_from(problem, free, *point, start.cache) for point in points]
-    return min([found, *others], key=lambda f: _chi2_with_range(f, free))
 
+    def cost(f: Fit) -> float:
+        """χ², plus a penalty where an effect lies outside its physical range."""
+        ranges = ((problem.effects[n].low, f.by_name[n], problem.effects[n].high) for n in free)
+        possible = all(low <= value <= high for low, value, high in ranges)
+        return f.chi2 + OUT_OF_RANGE_CHI2 * (not possible) if np.isfinite(f.chi2) else np.inf
 
-def _greatest_prior_z(found: Fit, held: np.ndarray) -> float:
-    """The greatest |value|/sd of the globals in `held` (G,) that are not fixed."""
-    sds = np.where(held & (found.prior_sd > 0), found.prior_sd, np.inf)
-    return float(np.max(np.abs(found.values) / sds, initial=0.0))
-
-
-def _chi2_with_range(found: Fit, free: tuple[str, ...]) -> float:
-    """χ², plus a penalty where an effect lies outside its physical range."""
-    effects = found.problem.effects
-    possible = all(effects[n].low <= found.by_name[n] <= effects[n].high for n in free)
-    return found.chi2 + (0.0 if possible else OUT_OF_RANGE_CHI2) if np.isfinite(found.chi2) else np.inf
+    return min([found, *(_fit_from(problem, free, *p, start.cache) for p in points)], key=cost)
 
 
 def _fit_from(problem: Problem, free: tuple[str, ...], starts: np.ndarray, values: np.ndarray, cache: dict) -> Fit:

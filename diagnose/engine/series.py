@@ -71,30 +71,24 @@ def problem_of(
     """
     sizes = {n: e.prior_sd for n, e in effects.items()} | nuisances
     rows = sum(len(s.data) for s in series) - int(np.isinf(own.sd).sum()) * len(series)
-    level = max(s.noise.log_level_sd for s in series)
-    return Problem(
-        rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
-        partial(reduce, series, own, predict, sizes, step=step, smooth=smooth), rows, level, model, max_iterations,
-        fast_chi2=_fast_chi2(series, own, predict, sizes, step) if smooth else None,
-    )  # fmt: skip
+    level, held = max(s.noise.log_level_sd for s in series), np.isfinite(own.sd)
+    linearised = partial(reduce, series, own, predict, sizes, step=step, smooth=smooth)
 
+    def chi2(starts: np.ndarray, values: np.ndarray) -> float:
+        at, total = dict(zip(sizes, values, strict=True)), 0.0
+        for r, s in enumerate(series):
+            white = s.noise.whiten(((s.data - predict(r, starts[r], at)) / s.sigma)[:, None], s.lag)
+            off = ((own.start[r] - starts[r]) / own.sd)[held]
+            total += float((white**2).sum()) + float((off**2).sum())
+        return total
 
-def _fast_chi2(series, own: Locals, predict: Callable, sizes: dict[str, float], step: float) -> FastChi2:
     def reduce_free(starts, values, wanted):
-        return reduce(series, own, predict, sizes, starts, values, step=step, smooth=True, wanted=wanted)
+        return linearised(starts, values, wanted=wanted)
 
-    return FastChi2(partial(exact_chi2, series, own, predict, tuple(sizes)), reduce_free)
-
-
-def exact_chi2(series, own: Locals, predict: Callable, names: tuple[str, ...], starts: np.ndarray, values: np.ndarray) -> float:
-    """See FastChi2.chi2."""
-    at, total = dict(zip(names, values, strict=True)), 0.0
-    held = np.isfinite(own.sd)
-    for r, s in enumerate(series):
-        rows = (s.data - predict(r, starts[r], at)) / s.sigma
-        white = s.noise.whiten(rows[:, None], s.lag)
-        total += float((white**2).sum()) + float((((own.start[r] - starts[r]) / own.sd)[held] ** 2).sum())
-    return total
+    return Problem(
+        rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start, linearised,
+        rows, level, model, max_iterations, fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
+    )  # fmt: skip
 
 
 def reduce(

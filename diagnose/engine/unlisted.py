@@ -63,16 +63,15 @@ def unlisted_components(windows: Windows, columns: np.ndarray) -> list[Component
     groups: dict[tuple[str, str, str], list[int]] = {}
     for k, b in enumerate(windows.bins):
         groups.setdefault((b.sector, b.push, b.axis), []).append(k)
-    return [gaussian_process(sector, f"{push} by {axis}", columns[:, at]) for (sector, push, axis), at in groups.items()]
-
-
-def gaussian_process(sector: str, what: str, columns: np.ndarray) -> Component:
-    """Columns (M, k) of neighbouring bins with a smooth prior on their coefficients."""
-    at = np.arange(columns.shape[1])
-    smooth = np.exp(-0.5 * ((at[:, None] - at) / LENGTH_BINS) ** 2) + 1e-6 * np.eye(len(at))
-    mixed = columns @ np.linalg.cholesky(smooth)
-    count = mixed.shape[1]
-    return Component(f"(unlisted) {sector}: {what}", Kind.UNLISTED, sector, mixed, np.ones(count), np.ones(count, dtype=bool))
+    out = []
+    for (sector, push, axis), own in groups.items():
+        at = np.arange(len(own))
+        smooth = np.exp(-0.5 * ((at[:, None] - at) / LENGTH_BINS) ** 2) + 1e-6 * np.eye(len(at))
+        mixed = columns[:, own] @ np.linalg.cholesky(smooth)
+        unit = np.ones(len(own)), np.ones(len(own), dtype=bool)
+        name = f"(unlisted) {sector}: {push} by {axis}"
+        out.append(Component(name, Kind.UNLISTED, sector, mixed, *unit))
+    return out
 
 
 def strongest_window(

@@ -134,7 +134,9 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
 
     problem = holding[0].fit.problem
     levels = [problem.effects[n].level for n in problem.columns_of(name)] if effect.level else []
-    each = {level: averaged(partial(at_level, name=name, number=k)) for k, level in enumerate(levels)}
+    beside_mean = np.eye(len(levels)) - 1 / max(len(levels), 1)
+    parts = [partial(_linear_combination, name=name, of=of) for of in beside_mean]
+    each = {level: averaged(part) for level, part in zip(levels, parts)}
     return EffectEstimate(present, effect.unit, averaged(partial(estimate, name=name)), each)
 
 
@@ -144,12 +146,6 @@ def estimate(e: Explanation, name: str) -> tuple[float, float]:
     if effect.summary:
         return effect.summary(e)
     return _linear_combination(e, name, np.eye(len(e.table.index[name]))[0])
-
-
-def at_level(e: Explanation, name: str, number: int) -> tuple[float, float]:
-    """Mean and sd of a parameter at one level of a condition, beside the mean of all levels."""
-    count = len(e.table.index[name])
-    return _linear_combination(e, name, np.eye(count)[number] - 1 / count)
 
 
 def _linear_combination(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
