@@ -5,10 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from prove.intervals import GRID, Power, binomial_interval
+from prove.intervals import GRID, Power, binomial_interval, reliability
 from prove.judge import Judged
 from prove.plan import CLEAN, RIG_SHARES
-from prove.reliability import reliability
 from prove.score import confusion, power
 
 COLOURS = {"all": "#1b1f24", "drop": "#1f5fa8", "slide": "#d9730d", "roll": "#2e7d4f", "pile": "#b3261e"}

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from prove.cases import drop, drop_bench, drop_effects, drop_snr, pile, roll, slide
-from prove.cases.bench import Bench, Request
+from prove.cases.bench import Bench, Request, write_bench
 from prove.cases.conditions import Condition, draw_conditions, stating
 from prove.cases.drop_effects import IN_CAMERA
-from prove.cases.folder import write_bench
 from prove.cases.snr import Visibility
 from prove.cases.stated import draw_absent_keys, without_absent_keys
 from prove.effects import EFFECTS, FOLLOWING, OUTSIDE

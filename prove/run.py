@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from prove.cases.folder import drop_frames
+from prove.cases.bench import drop_frames
 from prove.files import read_json, write_json
 from prove.judge import Judged, judge
 from prove.keys import KeyMismatch, canonical, hashed, salt_of, verify

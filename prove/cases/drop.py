@@ -6,13 +6,20 @@ from functools import lru_cache
 import numpy as np
 
 from prove.cases import ellipsoid as body
-from prove.cases.air import AIR_DENSITY, AIR_VISCOSITY, drag_scale
 from prove.cases.bench import Request, log_uniform
 from prove.cases.camera import Camera, true_times
 from prove.cases.drop_effects import FOLLOWS, IN_CAMERA, Air, flight_changes, impact_changes
 from prove.cases.flight_laws import drag_number, impact_array, law_array
 from prove.cases.noise import Noise, draw_noise
-from prove.cases.stated import UNSTATED_PLUMB_SD_DEG, draw_distance_mm, draw_scale_sd, stated_distance_mm
+from prove.cases.stated import (
+    AIR_DENSITY,
+    AIR_VISCOSITY,
+    UNSTATED_PLUMB_SD_DEG,
+    drag_scale,
+    draw_distance_mm,
+    draw_scale_sd,
+    stated_distance_mm,
+)
 
 CONTACT_S = 1e-4  # half a swing of seed on plate; Hertz at 1 GPa: 0.07 ms
 LEAST_IMPACT_M_S = 0.22

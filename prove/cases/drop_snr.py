@@ -26,10 +26,11 @@ from prove.cases.ellipsoid import (
     VX_OUT,
     VZ_IN,
     VZ_OUT,
+    angle,
+    outlines,
     rotation,
 )
 from prove.cases.flight_laws import acceleration, restitution
-from prove.cases.silhouette import angle, outlines
 from prove.cases.snr import Channel, Fitted, RecordingChange, Visibility, fitted, scatter_snr, spread_snr
 from prove.cases.stated import known_plumb_deg, known_scale
 

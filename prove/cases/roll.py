@@ -14,12 +14,20 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import AIRY_SHARE, air_keys, drag_scale
 from prove.cases.bench import Bench, Recording, Request, log_uniform
 from prove.cases.camera import Camera, magnification
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, RecordingChange, Visibility, fitted
-from prove.cases.stated import camera_keys, draw_distance_mm, draw_scale_sd, known_scale, stated_distance_mm
+from prove.cases.stated import (
+    AIRY_SHARE,
+    air_keys,
+    camera_keys,
+    drag_scale,
+    draw_distance_mm,
+    draw_scale_sd,
+    known_scale,
+    stated_distance_mm,
+)
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
 DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (0.7, 2.0), (0.4, 1.0)  # of a sphere's drag in free air, in all runs; size and mass known or not

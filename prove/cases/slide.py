@@ -15,11 +15,21 @@ import numpy as np
 import pandas as pd
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import AIRY_SHARE, air_keys, drag_scale
 from prove.cases.bench import Bench, Recording, Request
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, RecordingChange, Visibility, fitted, scatter_snr
-from prove.cases.stated import Reading, camera_keys, draw_distance_mm, draw_reading, draw_scale_sd, known_scale, stated_distance_mm
+from prove.cases.stated import (
+    AIRY_SHARE,
+    Reading,
+    air_keys,
+    camera_keys,
+    drag_scale,
+    draw_distance_mm,
+    draw_reading,
+    draw_scale_sd,
+    known_scale,
+    stated_distance_mm,
+)
 
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
 START_SD_DEG, UNSTATED_START_SD_DEG = 0.2, 10.0  # of a tilt that nobody recorded, at the film's first moment

@@ -27,6 +27,8 @@ UNSTATED_SCALE, UNSTATED_PLUMB_DEG, UNSTATED_PLUMB_SD_DEG = 0.01, 1.0, 0.5  # to
 DISTANCE_M, TAPE = (0.3, 20.0), 0.01  # camera to motion; how well that is measured, where it is
 GRIDS_DEG, GRID_SHARES = (0.1, 0.2, 0.25, 0.5, 1.0), (0.3, 0.1, 0.1, 0.4, 0.1)
 WAYS = {"nearest": (0.5, 0.7), "cut": (0.0, 0.15), "upward": (1.0, 0.15)}  # added before it is cut; share of readers
+AIR_DENSITY, AIR_VISCOSITY = 1.20, 1.81e-5
+AIRY_SHARE = 0.7  # of benches that stand in air; the others say that they do not
 
 
 @dataclass(frozen=True)
@@ -126,3 +128,14 @@ def _without(toml: dict, absent: frozenset[str]) -> dict:
         if key not in gone and value != {}:
             out[key] = value
     return out
+
+
+def drag_scale(axes_mm: tuple[float, float, float], density: float) -> tuple[float, float]:
+    """(ρ A/2m [1/m], Re at 1 m/s) of the sphere of a seed's volume, axes (3,) full."""
+    d = float(np.prod(axes_mm)) ** (1 / 3) * 1e-3
+    return 0.75 * AIR_DENSITY / density / d, AIR_DENSITY * d / AIR_VISCOSITY
+
+
+def air_keys(airy: bool) -> dict[str, float]:
+    """What a recording says of it."""
+    return {"density_kg_m3": AIR_DENSITY if airy else 0.0}

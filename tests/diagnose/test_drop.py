@@ -12,9 +12,8 @@ from diagnose.engine.alarm import ALARM_P
 from diagnose.engine.problem import fit
 from diagnose.rigs.drop.diagnose import diagnose_drop
 from diagnose.rigs.drop.flight_model import FELT, LAWS, STARTS, build, forces, predict, push_slopes, pushed
-from diagnose.rigs.drop.flight_problem import known_sd, problem_of
 from diagnose.rigs.drop.nuisances import OFF_CENTRE, PRIORS
-from diagnose.rigs.drop.reduction import STEP, row_slopes, side_slopes
+from diagnose.rigs.drop.reduction import STEP, known_sd, problem_of, row_slopes, side_slopes
 from diagnose.rigs.drop.session import assemble
 from diagnose.rigs.drop.trajectories import POINTS, accelerations, positions_at_nodes
 from twin.tracks import one_scale

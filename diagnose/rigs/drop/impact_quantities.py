@@ -5,15 +5,20 @@ point of contact closes with u = v_n + b ω, and  e = −u'/u  is what a central
 Where the spin is not seen, e = −v_n'/v_n.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from diagnose.air import G_M_S2
+from diagnose.effects.drop.impacts import REACH, ROUGH
 from diagnose.rigs.drop.flight_model import ROUND
 from diagnose.rigs.drop.impacts import Impacts
 
 SLOWEST_M_S = 0.15  # closing speed below which restitution is not used
+CAP = 4.0  # sds at which one impact's offset is clipped
+KICK_PER_ELONGATION, KICK_ROUGH = 0.7, 0.05  # sd of Δv_x/Δv_n where no spin is seen; 3-D ellipsoids have .55 of (a − c)/(a + c)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,3 +81,27 @@ def _error(impacts: Impacts, axis: int, before: np.ndarray, after: np.ndarray) -
     slopes[row, impacts.flights[:, 1]] += after
     slopes = slopes * np.nan_to_num(impacts.flight_sd[:, axis])
     return slopes @ slopes.T
+
+
+@dataclass(frozen=True)
+class ElongationTest:
+    """p: that chance puts contacts so far from the centre; elongation: as the contacts show it."""
+
+    p: float
+    elongation: float
+
+
+def elongation_test(impacts: Impacts, seen: ImpactQuantities, elongation: float) -> ElongationTest:
+    """From offsets where the spin is seen, else from kicks; p = 1 below 3 impacts."""
+    radius, reach = impacts.seeds.radius[impacts.recording], impacts.seeds.reach[impacts.recording]
+    known = np.isfinite(seen.offset) & np.isfinite(radius)
+    if known.sum() >= 3:
+        part = (seen.offset / np.hypot(REACH * reach + ROUGH * radius, seen.offset_sd))[known]
+        part, freedom = part - np.median(part), int(known.sum()) - 1
+    else:
+        kicks = seen.kick[np.isfinite(seen.kick)]
+        if len(kicks) < 3 or not np.isfinite(radius).all():
+            return ElongationTest(1.0, elongation)
+        part, freedom = (kicks - np.median(kicks)) / (KICK_PER_ELONGATION * elongation + KICK_ROUGH), len(kicks) - 1
+    ratio = float((np.minimum(np.abs(part), CAP) ** 2).sum()) / freedom
+    return ElongationTest(float(stats.chi2.sf(freedom * ratio, freedom)), elongation * math.sqrt(max(ratio, 1.0)))

@@ -16,9 +16,9 @@ from diagnose.engine.noise import block_mean_noise
 from diagnose.engine.problem import Fit, Problem, fit
 from diagnose.rigs.drop import impact_problem
 from diagnose.rigs.drop.flight_model import LAWS, STARTS, build
-from diagnose.rigs.drop.flight_problem import MAX_ITERATIONS, problem_of
 from diagnose.rigs.drop.impact_problem import ImpactModel, updated
 from diagnose.rigs.drop.impacts import Impacts, concatenated, impacts_of, speeds_at_contacts, subset, usable_rows, with_speeds
+from diagnose.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from diagnose.rigs.drop.second_contacts import without_second_contacts
 from diagnose.rigs.drop.session import assemble, block_of
 from diagnose.rigs.drop.track_noise import TrackNoise, estimate_noise

@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnose.effects.effect import separating_recordings
 from diagnose.effects.slide import EFFECTS
-from diagnose.effects.slide.plate_motion import SHAKEN, STEPPED
+from diagnose.effects.slide.load_and_plate import SHAKEN, STEPPED
 from diagnose.effects.slide.tilt_reading import RATE
 from diagnose.engine.conditions import Condition, Contact, conditions_of, with_conditions
 from diagnose.engine.explanation import Alternative, Explanation, ln_bayes_bound

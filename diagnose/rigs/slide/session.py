@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
-from diagnose.rigs.slide.pixel_lock import lock
 from diagnose.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 
 MASS_OF_ELLIPSOID = math.pi / 6
@@ -18,6 +17,10 @@ FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is re
 ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
 ABRAHAM = 9.06  # of √Re in C_d
 BESIDE_PLATE_SD, UNSTATED_SD = 0.5, 1.0  # relative: of a seed's drag beside a plate; of one of which sizes or mass are not stated
+POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
+EARLIEST, LATEST = -0.1, 0.25  # of the slide's duration, after the onset as first guessed
+ONSETS, MAX_ITERATIONS = 9, 3  # grid search for the onset, refined to 1e-3 of the duration
+ENOUGH = 200  # rows used for the onset
 
 
 @dataclass(frozen=True)
@@ -229,3 +232,30 @@ def _air_drag(description: dict) -> AirDrag:
     at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
     known = BESIDE_PLATE_SD if air.sd < air.share else UNSTATED_SD
     return AirDrag(air.share * G_M_S2 / at_2, slow, known if air.share else 0.0, int(description.get("seed", {}).get("count") or 1))
+
+
+def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.ndarray:
+    """Error of x (n, 2) [mm] for A = 1 px and B = 1 px; rest: rows before the onset."""
+    if not pixel_mm:
+        return np.zeros((len(time), 2))
+    phase = 2 * np.pi * smooth(time, x_mm, rest) / pixel_mm
+    return pixel_mm * np.column_stack([np.sin(phase), np.cos(phase)])
+
+
+def smooth(time: np.ndarray, x: np.ndarray, rest: int) -> np.ndarray:
+    """Place (n,) by a curve of few terms: a row's own reading would explain its own noise."""
+    few = slice(None, None, max(1, len(x) // ENOUGH))
+    grid = time[rest] + (time[-1] - time[rest]) * np.linspace(EARLIEST, LATEST, ONSETS)
+    for _ in range(MAX_ITERATIONS):
+        left = [((x[few] - _from(onset, time[few], x[few])) ** 2).sum() for onset in grid]
+        best = int(np.argmin(left))
+        onset = grid[best]
+        grid = np.linspace(grid[max(best - 1, 0)], grid[min(best + 1, ONSETS - 1)], ONSETS)
+    return _from(onset, time, x)
+
+
+def _from(onset: float, time: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Least-squares fit of rest and, from `onset` on, a polynomial acceleration."""
+    since = np.clip((time - onset) / (time[-1] - onset), 0.0, None)
+    design = np.column_stack([np.ones(len(time)), since[:, None] ** POWERS])
+    return design @ np.linalg.lstsq(design, x, rcond=None)[0]
