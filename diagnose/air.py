@@ -20,19 +20,14 @@ G_M_S2 = 9.80665
 
 @dataclass(frozen=True)
 class Air:
-    """What a recording states of air and seed.
+    """What a recording states of air and seed."""
 
-    share: drag over weight at 2 m/s, 0 where air is left out; sd: of share; room: the same in the
-    stated air or, where air is left out, in room air; reynolds_per_speed: Reynolds number at
-    1 m/s; lift: ρ A r/2m [-] of a = C (ρ A r/2m) ω × v; buoyancy: density of air over the seed's.
-    """
-
-    share: float
-    sd: float
-    room: float
-    reynolds_per_speed: float
-    lift: float
-    buoyancy: float = 0.0
+    share: float  # drag over weight at 2 m/s, 0 where air is left out
+    sd: float  # of share
+    room: float  # the share in the stated air or, where air is left out, in room air
+    reynolds_per_speed: float  # Reynolds number at 1 m/s
+    lift: float  # ρ A r/2m [-] of a = C (ρ A r/2m) ω × v
+    buoyancy: float = 0.0  # density of the stated air over the seed's
 
 
 def drag_coefficient(reynolds):

@@ -25,22 +25,17 @@ READERS = {
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What a bench folder gave.
-
-    findings, recordings (those used), twins (rerun.Resimulation), refused (why there is no
-    finding): by rig; trouble: recordings that could not be used, (name, rig, why); seed: of random
-    numbers.
-    """
+    """What a bench folder gave, rig by rig."""
 
     folder: Path
     findings: dict[str, Finding]
-    recordings: dict[str, list]
-    refused: dict[str, str]
-    trouble: tuple[tuple[str, str, str], ...]
+    recordings: dict[str, list]  # those used
+    refused: dict[str, str]  # why there is no finding
+    trouble: tuple[tuple[str, str, str], ...]  # (name, rig, why) of those not usable
     notes: tuple[str, ...] = ()
     took_s: float = 0.0
-    seed: int = 1
-    twins: dict[str, Any] = field(default_factory=dict)
+    seed: int = 1  # of the random numbers
+    twins: dict[str, Any] = field(default_factory=dict)  # rerun.Resimulation
 
     def to_json(self) -> dict:
         """The content of diagnosis.json."""

@@ -47,15 +47,12 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """What a report draws of one recording: `seen` (n,) over `along` (n,), and both residuals.
-
-    quantity and unit are those of `seen`; axis names `along` with its unit.
-    """
+    """What a report draws of one recording: `seen` (n,) over `along` (n,), and residuals."""
 
     recording: str
-    quantity: str
+    quantity: str  # of `seen`
     unit: str
-    axis: str
+    axis: str  # name of `along` with its unit
     along: np.ndarray
     seen: np.ndarray
     left_by_baseline: np.ndarray
@@ -64,11 +61,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What one rig's recordings gave; fields as in diagnosis.json.
-
-    best_axis: the quantity that unlisted physics follows best. left_out: each effect of the model
-    as the other recordings have it; further parameters as name.other.
-    """
+    """What one rig's recordings gave; fields as in diagnosis.json."""
 
     rig: str
     recordings: tuple[str, ...]
@@ -76,7 +69,7 @@ class Finding:
     p_global: float
     sectors: tuple[Sector, ...]
     window: Window | None
-    best_axis: str
+    best_axis: str  # the quantity that unlisted physics follows best
     verdict: str
     names: tuple[str, ...]
     ln_bayes_baseline: float
@@ -149,20 +142,15 @@ def _plain(value):
 
 @dataclass(frozen=True, eq=False)
 class DiagnosisTask:
-    """What a rig hands to the inference.
-
-    alternatives: of its baseline; windows(fit): of unlisted physics; curves(base, model): for the
-    report; contact: value(explanation) → mean and sd of each contact parameter; law(fit): of
-    unlisted physics, in words; advice(names): what to record next.
-    """
+    """What a rig hands to the inference."""
 
     rig: str
-    alternatives: tuple[Alternative, ...]
-    windows: Callable[[Fit], Windows]
-    curves: Callable[[Fit, Fit], tuple[Curve, ...]]
+    alternatives: tuple[Alternative, ...]  # of its baseline
+    windows: Callable[[Fit], Windows]  # of unlisted physics
+    curves: Callable[[Fit, Fit], tuple[Curve, ...]]  # (base, model): for the report
     contact: Mapping[str, Callable[[Explanation], tuple[float, float]]] = field(default_factory=dict)
-    law: Callable[[Fit], str | None] = lambda fit: None
-    advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
+    law: Callable[[Fit], str | None] = lambda fit: None  # of unlisted physics, in words
+    advice: Callable[[tuple[str, ...]], str | None] = lambda names: None  # what to record next
     notes: tuple[str, ...] = ()
 
 

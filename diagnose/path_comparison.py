@@ -16,15 +16,12 @@ POINTS = 200  # at which ways are compared
 
 @dataclass(frozen=True, eq=False)
 class TwinPair:
-    """One recording with its old and new simulation.
-
-    from_mm: way at which all clocks start; old, new: (recording to be like, parameters).
-    """
+    """One recording with its old and new simulation."""
 
     name: str
     seen: Path1D
-    from_mm: float
-    old: tuple[Recording, Parameters]
+    from_mm: float  # way at which all clocks start
+    old: tuple[Recording, Parameters]  # this and new: what they are run like, and with
     new: tuple[Recording, Parameters]
 
 

@@ -30,19 +30,15 @@ class Comparison:
 
 @dataclass(frozen=True, eq=False)
 class Resimulation:
-    """The simulation run again.
-
-    effects: what was changed; change, how: that in words, and how it was run; held_out: whether
-    values are those of the *other* recordings; picture: PNG or empty.
-    """
+    """The simulation run again."""
 
     rig: str
-    effects: tuple[str, ...]
-    change: str
-    how: str
+    effects: tuple[str, ...]  # what was changed
+    change: str  # the same in words
+    how: str  # it was run
     compared: tuple[Comparison, ...]
-    held_out: bool
-    picture: bytes = b""
+    held_out: bool  # whether values are those of the *other* recordings
+    picture: bytes = b""  # PNG, or empty
     caption: str = ""
     notes: tuple[str, ...] = ()
     figure: dict | None = None

@@ -21,32 +21,25 @@ MOST_LEVELS = 6
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact parameter: as reported, its global (`column`), its sector, its name in words.
+    """A contact parameter."""
 
-    prior_sd: of its change by one sd of a condition, in the global's unit; scale: from the global's
-    unit to the reported one.
-    """
-
-    name: str
-    column: str
-    prior_sd: float
-    scale: float
+    name: str  # as reported
+    column: str  # its global
+    prior_sd: float  # of its change by one sd of a condition, in the global's unit
+    scale: float  # from the global's unit to the reported one
     sector: str
     words: str
 
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """z (R, k): standardised numbers (k = 1) or contrasts of levels; spread: sd of the numbers.
-
-    levels: of words; unlisted: it says when, not why.
-    """
+    """What differs between recordings."""
 
     name: str
-    z: np.ndarray
-    spread: float
-    levels: tuple[str, ...] = ()
-    unlisted: bool = False
+    z: np.ndarray  # (R, k): standardised numbers (k = 1), or contrasts of levels
+    spread: float  # sd of the numbers, NaN for words
+    levels: tuple[str, ...] = ()  # of words
+    unlisted: bool = False  # it says when, not why
 
 
 def conditions_of(descriptions: list[dict], sessions: list[str]) -> tuple[tuple[Condition, ...], tuple[str, ...]]:

@@ -35,39 +35,30 @@ class Kind(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Component:
-    """A candidate as columns (M, k) of the linearised problem.
-
-    sd (k,): prior of the coefficients; scaled_prior (k,): whether the prior widths act on it; low,
-    high: physical range of the first coefficient.
-    """
+    """A candidate as columns of the linearised problem."""
 
     name: str
     kind: Kind
     sector: str
-    columns: np.ndarray
-    sd: np.ndarray
-    scaled_prior: np.ndarray
-    low: float = -np.inf
+    columns: np.ndarray  # (M, k)
+    sd: np.ndarray  # (k,): prior of each column's coefficient
+    scaled_prior: np.ndarray  # (k,): whether the prior widths act on it
+    low: float = -np.inf  # this and high: physical range of the first coefficient
     high: float = np.inf
 
 
 @dataclass(frozen=True, eq=False)
 class EvidenceTable:
-    """What a fit says of all components at once, for each of S sizes of scatter or noise power.
-
-    ln_z_nothing (S,): ln Z of nothing; odds (S,): ln prior of the size; misfit (S,): −½ χ² of
-    nothing; information (S, C, C), right (S, C): J and h in prior sds; index: columns of each
-    component; level_sd: sd of the logarithm of the noise power.
-    """
+    """What a fit says of all components, for S sizes of scatter or noise power."""
 
     components: dict[str, Component]
-    index: dict[str, np.ndarray]
-    ln_z_nothing: np.ndarray
-    misfit: np.ndarray
-    information: np.ndarray
-    right: np.ndarray
-    odds: np.ndarray
-    level_sd: float
+    index: dict[str, np.ndarray]  # columns of each component
+    ln_z_nothing: np.ndarray  # (S,): ln Z of nothing
+    misfit: np.ndarray  # (S,): −½ χ² of nothing
+    information: np.ndarray  # (S, C, C): J in prior sds
+    right: np.ndarray  # (S, C): h in prior sds
+    odds: np.ndarray  # (S,): ln prior of the size
+    level_sd: float  # of the logarithm of the noise power
 
     def ln_evidence(self, names: tuple[str, ...]) -> tuple[float, float]:
         """ln Z of exactly this set, and −½ χ² where it fits best."""
@@ -177,15 +168,10 @@ def refined_noise_power(
 
 @dataclass(frozen=True, eq=False)
 class UnknownScatter:
-    """What has an unknown size, over which evidence is summed.
+    """What has an unknown size, over which evidence is summed."""
 
-    direction (M,): rows' change by one usual sd of a parameter that scatters between recordings
-    (SCATTER_SIZES are tried); or uncertain (M,): rows whose noise power is known to level_sd of its
-    logarithm only (NOISE_LEVELS are tried).
-    """
-
-    direction: np.ndarray | None = None
-    uncertain: np.ndarray | None = None
+    direction: np.ndarray | None = None  # (M,): rows' change by one usual sd of a parameter
+    uncertain: np.ndarray | None = None  # (M,): rows whose noise power is known to level_sd only
     level_sd: float = 0.0
 
     def odds(self, count: int) -> np.ndarray:

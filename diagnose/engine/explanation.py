@@ -12,21 +12,16 @@ from diagnose.engine.unlisted import Windows
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """One baseline.
-
-    odds: prior; note: for the reader; effects: listed effects that it stands for (a plate raised in
-    steps), with their sector and sizes (unit, value, sd); ln_likelihood: of what its rows do not
-    hold; p: that noise alone makes as much of it, where its rows do not tell.
-    """
+    """One baseline."""
 
     problem: Problem
-    odds: float = 1.0
-    note: str = ""
-    effects: tuple[str, ...] = ()
-    sector: str = ""
-    sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)
-    ln_likelihood: float = 0.0
-    p: float | None = None
+    odds: float = 1.0  # prior
+    note: str = ""  # for the reader where it holds
+    effects: tuple[str, ...] = ()  # listed effects that it stands for
+    sector: str = ""  # of those effects
+    sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)  # unit, value, sd
+    ln_likelihood: float = 0.0  # of what its rows do not hold
+    p: float | None = None  # that noise alone makes as much of it, where its rows do not tell
 
 
 def ln_bayes_bound(p: float) -> float:
@@ -40,21 +35,16 @@ def ln_bayes_bound(p: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """A set of components about one baseline.
+    """A set of components about one baseline."""
 
-    names: sorted; alternative: number of the baseline; fit: of the listed effects; reduced,
-    windows, columns (of the windows), table: the linearised problem there; power: of the noise at
-    low frequency over the fit's assumption.
-    """
-
-    names: tuple[str, ...]
-    alternative: int
-    fit: Fit
-    reduced: tuple[Reduced, ...]
-    windows: Windows
-    columns: np.ndarray
+    names: tuple[str, ...]  # sorted
+    alternative: int  # number of the baseline
+    fit: Fit  # of the listed effects
+    reduced: tuple[Reduced, ...]  # linearised there
+    windows: Windows  # of unlisted physics
+    columns: np.ndarray  # of the windows
     table: EvidenceTable
-    power: float = 1.0
+    power: float = 1.0  # of the noise at low frequency over the fit's assumption
     probability: float = 0.0
 
     @property

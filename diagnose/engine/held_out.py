@@ -15,13 +15,10 @@ UNLISTED_PRIOR = 10.0  # factor on the sd of unlisted physics, whose own is just
 
 @dataclass(frozen=True)
 class HeldOut:
-    """rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals of left-out recordings.
+    """How well left-out recordings are predicted."""
 
-    removed_fraction: gain/(gain + left), gain = SSE_base − SSE_fit, left: misfit beyond chance.
-    """
-
-    rmse_ratio: float
-    removed_fraction: float
+    rmse_ratio: float  # √(SSE_fit/SSE_base) of whitened residuals
+    removed_fraction: float  # gain/(gain + misfit left beyond chance), gain = SSE_base − SSE_fit
 
 
 def held_out(e: Explanation, base: Explanation) -> HeldOut | None:

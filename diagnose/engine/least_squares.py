@@ -23,14 +23,10 @@ MAX_IDLE_DESCENTS = 3  # the same where every step lowers χ²
 
 @dataclass(frozen=True)
 class FastChi2:
-    """Cheaper alternatives to `Problem.reduce`, for a minimiser that tries many steps.
+    """Cheaper alternatives to `Problem.reduce`, for a minimiser that tries many steps."""
 
-    chi2(starts, values) → χ² of rows and local parameters at that point.
-    reduce_free(starts, values, wanted (G,)) → as `reduce`; columns that are not wanted are zero.
-    """
-
-    chi2: Callable
-    reduce_free: Callable
+    chi2: Callable  # (starts, values) → χ² of rows and local parameters at that point
+    reduce_free: Callable  # (starts, values, wanted (G,)); columns not wanted are zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,18 +52,14 @@ class GlobalPrior:
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """A problem linearised at a point (starts, values).
+    """A problem linearised at a point, and the minimum of the linear problem."""
 
-    reduced, change_of_locals: from Problem.reduce; chi2: there, prior included; prior (G,): sd of
-    each global; predicted, covariance, predicted_chi2: minimum of the linear problem.
-    """
-
-    starts: np.ndarray
+    starts: np.ndarray  # the point
     values: np.ndarray
     reduced: tuple[Reduced, ...]
-    change_of_locals: Callable
-    chi2: float
-    prior: np.ndarray
+    change_of_locals: Callable  # this and reduced: from Problem.reduce
+    chi2: float  # at the point, prior included
+    prior: np.ndarray  # (G,): sd of each global
     predicted: np.ndarray
     covariance: np.ndarray
     predicted_chi2: float

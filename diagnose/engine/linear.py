@@ -11,17 +11,13 @@ from scipy import stats
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """One recording: a (m, G) of the globals; smooth (m, …) curves; b (m,): data at θ = 0.
+    """One recording, linearised."""
 
-    chi2: χ² at the point of linearisation with the locals' prior, None where it is not known.
-    half_ln_det: ½ ln det of the marginalised locals, where it depends on the globals.
-    """
-
-    a: np.ndarray
-    smooth: np.ndarray
-    b: np.ndarray
-    chi2: float | None = None
-    half_ln_det: float = 0.0
+    a: np.ndarray  # (m, G): columns of the globals
+    smooth: np.ndarray  # (m, …): of its smooth curves
+    b: np.ndarray  # (m,): data at θ = 0
+    chi2: float | None = None  # at the point of linearisation with the locals' prior, if known
+    half_ln_det: float = 0.0  # ½ ln det of the marginalised locals
 
 
 def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ that fit alike the one with less power at low frequency is taken. Whitening is b
 of a Kalman filter, exact with gaps.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,21 +26,19 @@ LEAST_ROWS = 40  # of a stretch that tells a correlation
 FARTHEST = 6.0  # logit beyond which a share counts as 0 or 1
 PRIOR_SD = 1.8  # of either logit
 WIDEST_STEP = 0.4  # of a logit, for the likelihood's curvature
-LOCK_PX = 0.03  # sd of either wave of pixel lock: hundredths of a pixel (slide/pixel_lock.py)
+LOCK_PX = 0.03  # sd of either wave of pixel lock: hundredths of a pixel (slide/session.py)
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
+ENOUGH_FREEDOM = 10  # degrees of freedom that tell a recording's own σ
 
 
 @dataclass(frozen=True)
 class Noise:
-    """rho: correlation of the OU part from frame to frame; white: white share of the variance.
+    """White plus Ornstein–Uhlenbeck noise."""
 
-    log_level_sd: sd of the logarithm of the noise power at low frequency.
-    """
-
-    rho: float
-    white: float
-    log_level_sd: float
+    rho: float  # correlation of the OU part from frame to frame
+    white: float  # white share of the variance
+    log_level_sd: float  # sd of the logarithm of the noise power at low frequency
 
     @property
     def low_frequency(self) -> float:
@@ -64,6 +63,18 @@ class Stretch:
         clean = noise.whiten(np.column_stack([self.design, self.data]), self.lag)
         solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
         return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - int(rank)
+
+
+def spreads(stretches: list[Stretch], owner: Iterable[int], count: int, noise: Noise) -> np.ndarray:
+    """σ (count,) of each recording, that of all where fewer than ENOUGH_FREEDOM tell it."""
+    power, freedom = np.zeros(count), np.zeros(count)
+    for r, stretch in zip(owner, stretches, strict=True):
+        left, spare = stretch.residual(noise)
+        power[r] += left @ left
+        freedom[r] += spare
+    pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
+    own = np.sqrt(power / np.maximum(freedom, 1))
+    return np.where(freedom >= ENOUGH_FREEDOM, own, pooled)
 
 
 def block_mean_noise(noise: Noise, block: int) -> Noise:

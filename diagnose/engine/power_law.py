@@ -21,13 +21,10 @@ SIMPLE = (2.0, 1.0, 0.0, -1.0, 3.0, -2.0, 0.5, -0.5, 1.5, -1.5, 0.25, -0.25, 0.2
 
 @dataclass(frozen=True)
 class Family:
-    """say(rises, power in words) → the law; rises: the coefficient is positive.
+    """Terms that differ in the power of one quantity."""
 
-    columns(powers (K,)) → K columns as Problem.reduce takes them, of unit size where usual.
-    """
-
-    say: Callable[[bool, str], str]
-    columns: Callable[[np.ndarray], Any]
+    say: Callable[[bool, str], str]  # (rises, power in words) → the law
+    columns: Callable[[np.ndarray], Any]  # (powers (K,)) → K columns as Problem.reduce takes them
     powers: tuple[float, ...]
 
 

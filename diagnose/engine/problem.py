@@ -2,6 +2,10 @@
 
 Globals are nuisance parameters and effects, common to all recordings; locals are each recording's
 own parameters, which the problem eliminates by itself.
+
+reduce(starts, values (G,), extra=None) → (Reduced of each recording, function from a change of
+globals to the change of locals). Columns of `extra` (K accelerations or curves in the rig's own
+form) follow those of the globals.
 """
 
 from collections.abc import Callable
@@ -21,38 +25,21 @@ RESTART_PRIOR_Z = 5.0  # the same, in sds of a nuisance
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Recordings of one rig, their parameters and the function that linearises their prediction.
-
-    rig, recordings: names.
-    effects: candidate effects by name.
-    names (G,): all globals, effects and nuisances; each is 0 at the baseline's centre.
-    known_sd: prior sd of globals in the baseline; a global that is absent is fixed at 0.
-    starts: initial locals.
-    reduce(starts, values (G,), extra=None) → (Reduced of each recording, function from a change of
-    globals to the change of locals). Columns of `extra` (K accelerations or curves in the rig's own
-    form) follow those of the globals.
-    freedom: rows less locals.
-    level_sd: sd of the logarithm of the noise power at low frequency.
-    model: the rig's own.
-    unknown_scatter(problem, reduced) → evidence.UnknownScatter; None where no size is unknown.
-    further_starts: points (starts, values) to begin at as well where they hold a free effect: χ²
-    has more than one minimum in it.
-    fast_chi2: see least_squares.FastChi2; None where there is none.
-    """
+    """Recordings of one rig, their parameters and what linearises their prediction."""
 
     rig: str
     recordings: tuple[str, ...]
-    effects: dict[str, Effect]
-    names: tuple[str, ...]
-    known_sd: dict[str, float]
-    starts: np.ndarray
-    reduce: Callable
-    freedom: int
-    level_sd: float
-    model: Any
+    effects: dict[str, Effect]  # candidates
+    names: tuple[str, ...]  # (G,): all globals, effects and nuisances; 0 at the baseline's centre
+    known_sd: dict[str, float]  # prior sd in the baseline; a global that is absent is fixed at 0
+    starts: np.ndarray  # initial locals
+    reduce: Callable  # see the module's docstring
+    freedom: int  # rows less locals
+    level_sd: float  # sd of the logarithm of the noise power at low frequency
+    model: Any  # the rig's own
     max_iterations: int = 5
-    unknown_scatter: Callable | None = None
-    further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+    unknown_scatter: Callable | None = None  # (problem, reduced) → UnknownScatter, or None
+    further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()  # starts and values
     fast_chi2: FastChi2 | None = None
 
     def columns_of(self, effect: str) -> tuple[str, ...]:
@@ -62,19 +49,15 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted problem.
-
-    prior_sd (G,): prior of each global, 0 where it was fixed; starts: the fitted locals; chi2:
-    prior included; reduced: linearised there; cache: fits and linearisations begun from here.
-    """
+    """A fitted problem."""
 
     problem: Problem
-    prior_sd: np.ndarray
+    prior_sd: np.ndarray  # (G,): 0 where a global was fixed
     values: np.ndarray
     covariance: np.ndarray
-    starts: np.ndarray
-    chi2: float
-    reduced: tuple[Reduced, ...]
+    starts: np.ndarray  # the fitted locals
+    chi2: float  # prior included
+    reduced: tuple[Reduced, ...]  # linearised there
     cache: dict = field(default_factory=dict, repr=False)
 
     @property

@@ -23,29 +23,23 @@ STEP = 1e-3  # of a prior's sd, for derivatives; less where predictions are exac
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One recording: data (n,); sigma (n,) or scalar, in the data's unit; lag (n,): frame_lag.
-
-    smooth (n, s): curves that no effect needs.
-    """
+    """One recording."""
 
     recording: str
-    data: np.ndarray
-    sigma: np.ndarray | float
-    lag: np.ndarray
+    data: np.ndarray  # (n,)
+    sigma: np.ndarray | float  # (n,) or scalar, in the data's unit
+    lag: np.ndarray  # (n,): see frame_lag
     noise: Noise
-    smooth: np.ndarray
+    smooth: np.ndarray  # (n, s): curves that no effect needs
 
 
 @dataclass(frozen=True, eq=False)
 class Locals:
-    """Parameters of the recordings' own: start (R, L); step (L,), for derivatives.
+    """Parameters of the recordings' own."""
 
-    sd (L,): prior about `start`, inf where flat (these first).
-    """
-
-    start: np.ndarray
-    step: np.ndarray
-    sd: np.ndarray
+    start: np.ndarray  # (R, L)
+    step: np.ndarray  # (L,): for derivatives
+    sd: np.ndarray  # (L,): prior about `start`, inf where flat (these first)
 
 
 def problem_of(

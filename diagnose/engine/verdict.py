@@ -30,15 +30,12 @@ class Interval:
 
 @dataclass(frozen=True)
 class EffectEstimate:
-    """Probability of an effect, and its size given that it is there, as reported.
-
-    levels: for a condition in words, the parameter at each level beside their mean.
-    """
+    """Probability of an effect, and its size given that it is there, as reported."""
 
     probability: float
     unit: str
     size: Interval
-    levels: dict[str, Interval] = field(default_factory=dict)
+    levels: dict[str, Interval] = field(default_factory=dict)  # of a condition, beside their mean
 
 
 @dataclass(frozen=True)

@@ -12,16 +12,12 @@ import tomli_w
 
 @dataclass(frozen=True)
 class Request:
-    """What a case shall hold.
-
-    separated: with the recordings that tell the effect from those confounded with it; None: either.
-    rendered: pictures instead of tracks. absent: keys that the bench will not state.
-    """
+    """What a case shall hold."""
 
     effects: tuple[str, ...] = ()
-    separated: bool | None = None
-    rendered: bool = False
-    absent: frozenset[str] = frozenset()
+    separated: bool | None = None  # with recordings that tell the effect apart; None: either
+    rendered: bool = False  # pictures instead of tracks
+    absent: frozenset[str] = frozenset()  # keys that the bench will not state
 
     def known(self, key: str, stated: float, unstated: float) -> float:
         """The sd to which a quantity is known: as stated, or as benches have it where `key` is left out."""
@@ -33,17 +29,14 @@ class Request:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One recording: folder, recording.toml, and one kind of evidence.
+    """One recording with one kind of evidence."""
 
-    track, readings: columns of their files; frames: (n, h, w) uint8; photos: (h, w) each.
-    """
-
-    name: str
-    toml: dict
-    track: pd.DataFrame | None = None
+    name: str  # of its folder
+    toml: dict  # content of recording.toml
+    track: pd.DataFrame | None = None  # columns of track.csv
     readings: pd.DataFrame | None = None
-    frames: tuple[np.ndarray, ...] = ()
-    photos: tuple[np.ndarray, ...] = ()
+    frames: tuple[np.ndarray, ...] = ()  # (n, h, w) uint8
+    photos: tuple[np.ndarray, ...] = ()  # (h, w) each
 
 
 @dataclass(frozen=True)

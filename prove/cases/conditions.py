@@ -17,15 +17,12 @@ TRIES = 40
 
 @dataclass(frozen=True)
 class Condition:
-    """values: of each recording, None where not stated; follows (n,): scaled to −1 … 1.
-
-    per: how much of its unit is 1 on that scale, None for words.
-    """
+    """What recordings state as one of their conditions."""
 
     name: str
-    values: tuple[float | str | None, ...]
-    follows: tuple[float, ...]
-    per: float | None
+    values: tuple[float | str | None, ...]  # of each recording, None where not stated
+    follows: tuple[float, ...]  # (n,): scaled to −1 … 1
+    per: float | None  # how much of its unit is 1 on that scale, None for words
 
     @property
     def unit(self) -> str | None:

@@ -60,10 +60,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """incline_off_deg, level_deg, scale_off: what the bench left open.
-
-    air: beside a sphere's in free flight; 0: none, or none stated.
-    """
+    """All that a case of rolls has beside its effects."""
 
     runs: tuple[Run, ...]
     mu: float
@@ -71,13 +68,13 @@ class Scene:
     density: float
     way_mm: float
     incline_deg: float
-    incline_off_deg: float
+    incline_off_deg: float  # what the bench left open, as the next two
     level_deg: float
     scale_off: float
     scale_sd: float
     fps: float
     noise: Noise
-    air: float
+    air: float  # beside a sphere's in free flight; 0: none, or none stated
     patch: tuple[float, float]  # of the run-out
     distance_mm: float
     request: Request

@@ -61,17 +61,13 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """Stated: seed's mass [kg], axes [mm], travel [mm].
-
-    tilt_off_deg, scale_off: this session's own. air: beside the plate, of free flight's (0: none);
-    shade: by how little it blows among others.
-    """
+    """All that a case of slides has beside its effects."""
 
     runs: tuple[Run, ...]
     mu: float
-    mass: float
+    mass: float  # of a seed [kg]
     axes_mm: tuple[float, float, float]
-    tilt_off_deg: float
+    tilt_off_deg: float  # this session's own, as the next
     scale_off: float
     scale_sd: float
     travel_mm: float
@@ -79,8 +75,8 @@ class Scene:
     noise: Noise
     shake_hz: float
     stribeck_m_s: float
-    air: float
-    shade: float
+    air: float  # beside the plate, of free flight's; 0: none
+    shade: float  # by how little it blows among others
     readings: int  # how many a recording holds; 0: it is filmed
     reading: Reading
     column_grid_deg: float

@@ -7,54 +7,39 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Motion:
-    """Seeds in flight at many moments.
+    """Seeds in flight at many moments (f, n)."""
 
-    velocity (f, n, 2) [m/s]: x right, z up; aside_square (f, 1): of the speed along the line of
-    sight, an estimate that may be < 0; rolled (f, 1) [rad/m]: spin over that speed; spin (f, 1)
-    [rad/s], anticlockwise; reynolds, lift, room (f, 1): see air.Air; slope: see air.drag_shape.
-    """
-
-    velocity: np.ndarray
-    aside_square: np.ndarray
-    rolled: np.ndarray
-    spin: np.ndarray
-    reynolds: np.ndarray
+    velocity: np.ndarray  # (f, n, 2) [m/s]: x right, z up
+    aside_square: np.ndarray  # (f, 1): of the speed along the line of sight, may be < 0
+    rolled: np.ndarray  # (f, 1) [rad/m]: spin over that speed
+    spin: np.ndarray  # (f, 1) [rad/s], anticlockwise
+    reynolds: np.ndarray  # this and the next (f, 1): see air.Air
     lift: np.ndarray
     room: np.ndarray
     g: float
-    slope: float
+    slope: float  # see air.drag_shape
 
 
 @dataclass(frozen=True)
 class View:
-    """What the camera looks at.
+    """What the camera looks at."""
 
-    middle (2,) and reach [m], from there to the top of the view; angle (n,) of the seed [rad], 0
-    unknown; phase (n, 2): place in pixels times 2π; pixel [m]; fall [m]: of the seeds beside the
-    middle.
-    """
-
-    middle: np.ndarray
-    reach: float
-    angle: np.ndarray
-    phase: np.ndarray
-    pixel: float
-    fall: float = 0.0
+    middle: np.ndarray  # (2,) [m]
+    reach: float  # from there to the top of the view [m]
+    angle: np.ndarray  # (n,) of the seed [rad], 0 unknown
+    phase: np.ndarray  # (n, 2): place in pixels times 2π, 0 without a scale
+    pixel: float  # [m]
+    fall: float = 0.0  # of the seeds beside the middle [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Impacts (n,).
+    """Impacts (n,)."""
 
-    speed: closing speed of the point of contact [m/s]; count: number of the impact, from 1; lever:
-    change of Δv_x/Δv_n by 1 rad of tilt; drift (2, n): speed across over closing speed, before and
-    after.
-    """
-
-    speed: np.ndarray
-    count: np.ndarray
-    lever: np.ndarray
-    drift: np.ndarray
+    speed: np.ndarray  # closing speed of the point of contact [m/s]
+    count: np.ndarray  # number of the impact, from 1
+    lever: np.ndarray  # change of Δv_x/Δv_n by 1 rad of tilt (1: no friction)
+    drift: np.ndarray  # (2, n): speed across over closing speed, before and after
 
 
 def turned(places: np.ndarray, view: View, value: float) -> np.ndarray:

@@ -32,21 +32,17 @@ class Places:
     tau: np.ndarray
     shift: np.ndarray
     speed: np.ndarray
-    runs: tuple[tuple[int, int, int], ...]  # (flight, first row, row after the last) of neighbouring rows of one flight
+    runs: tuple[tuple[int, int, int], ...]  # (flight, first row, row after the last)
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A session, the names of its globals, and what does not change.
-
-    aside_square (F,) [m²/s²]: expected v_y², as of v_x across; rolled (F,) [rad/m]: spin over speed
-    along the line of sight; contacts: the J from the flight before, then from the flight after.
-    """
+    """A session, the names of its globals, and what does not change."""
 
     session: Session
     names: tuple[str, ...]
-    aside_square: np.ndarray
-    rolled: np.ndarray
+    aside_square: np.ndarray  # (F,) [m²/s²]: expected v_y², as of v_x across
+    rolled: np.ndarray  # (F,) [rad/m]: spin over speed along the line of sight, as across
     rows: Places
     contacts: Places  # (2 J): the J contacts seen from the flight before, then from the flight after
     begins: Places  # (F): each flight at its first row
@@ -62,10 +58,13 @@ NEAREST = 0.5  # greatest share of the way to the camera
 
 def build(session: Session) -> Model:
     """A model with all globals that this session can say something about."""
-    names = tuple(n for n, law in LAWS.items() if _seen(law, session))
-    contacts = Places(*_at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2)))
-    rows = Places(*_at(session, session.flight, session.tau + session.middle[session.flight]))
-    begins = Places(*_at(session, np.arange(len(session.middle)), session.middle - session.half))
+    names = tuple(
+        n for n, law in LAWS.items()
+        if (not law.needs or law.needs(session)) and (not n.startswith(LOCK) or session.view.pixel)
+    )  # fmt: skip
+    contacts = _at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2))
+    rows = _at(session, session.flight, session.tau + session.middle[session.flight])
+    begins = _at(session, np.arange(len(session.middle)), session.middle - session.half)
     return Model(session, names, *_aside(session), rows, contacts, begins)
 
 
@@ -80,17 +79,12 @@ def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
     return aside, rolled
 
 
-def _seen(law: Effect, session: Session) -> bool:
-    if law.needs and not law.needs(session):
-        return False
-    return not law.name.startswith(LOCK) or session.view.pixel > 0
-
-
-def _at(session: Session, flight: np.ndarray, time: np.ndarray):
+def _at(session: Session, flight: np.ndarray, time: np.ndarray) -> Places:
     tau, half = time - session.middle[flight], session.half[flight]
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(flight)) + 1, [len(flight)]]).astype(int)
     runs = tuple((int(flight[a]), int(a), int(b)) for a, b in pairwise(cuts) if b > a)
-    return flight, tau, shift_basis(tau, half) * half[:, None] ** 2, speed_basis(tau, half) * half[:, None], runs
+    shift, speed = shift_basis(tau, half) * half[:, None] ** 2, speed_basis(tau, half) * half[:, None]
+    return Places(flight, tau, shift, speed, runs)
 
 
 def rate_of(values: dict[str, float]) -> float:
@@ -153,7 +147,8 @@ def push_slopes(model: Model, starts: np.ndarray, values: dict[str, float], push
     now, nil = force(), np.zeros_like(push)
     aside = (force(aside_square=starts[:, 4] + SMALL_SQUARE) - now) / SMALL_SQUARE
     direct: dict[int | str, np.ndarray] = dict(zip(FELT, (nil, nil, aside), strict=True))
-    direct |= {n: (force(values=values | {n: values[n] + step[n]}) - now) / step[n] for n in values if not _pictures(n)}
+    for n in (n for n in values if LAWS[n].picture is None):
+        direct[n] = (force(values=values | {n: values[n] + step[n]}) - now) / step[n]
     if s.spins:
         direct[SPIN] = force(replace(model, session=replace(s, own_spin=s.own_spin + s.own_spin_sd))) - now
     speeds = np.zeros((len(direct), len(starts), 2))
@@ -162,29 +157,25 @@ def push_slopes(model: Model, starts: np.ndarray, values: dict[str, float], push
     return dict(zip(direct, found, strict=True))
 
 
-def _pictures(name: str) -> bool:
-    return LAWS[name].picture is not None
-
-
 def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
     """force(velocity (F, p, 2)) per stated second², gravity and stated air included."""
     s = model.session
-    air = np.array([[s.air[r].share, s.air[r].reynolds_per_speed, s.air[r].lift, s.air[r].room] for r in s.recording])
-    rate = rate_of(values)
-    light = np.array([s.air[r].buoyancy for r in s.recording])[:, None]  # buoyancy, and added mass of half of it
-    dragged = 1 + values.get("air", 0.0)
-    room = air[:, 3:4] * max(dragged, 0.0)
+    keys = ("share", "reynolds_per_speed", "lift", "room", "buoyancy")
+    air = np.array([[getattr(s.air[r], key) for r in s.recording] for key in keys])[..., None]
+    share, reynolds, lift, room, light = air  # light: buoyancy, and added mass of half of it
+    rate, dragged = rate_of(values), 1 + values.get("air", 0.0)
+    room = room * max(dragged, 0.0)
     acting = [(law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v]
 
     def force(velocity: np.ndarray) -> np.ndarray:
         motion = Motion(
-            velocity * rate, aside_square[:, None] * rate**2, model.rolled[:, None], s.own_spin[:, None] * rate, air[:, 1:2],
-            air[:, 2:3], room, G_M_S2, values.get("air-slope", 0.0),
+            velocity * rate, aside_square[:, None] * rate**2, model.rolled[:, None],
+            s.own_spin[:, None] * rate, reynolds, lift, room, G_M_S2, values.get("air-slope", 0.0),
         )  # fmt: skip
         out = np.zeros_like(velocity)
         out[..., 1] = -G_M_S2 * (1 - light)
-        if air[:, 0].any():
-            out += drag_over_mass(motion, dragged * air[:, 0][:, None, None])
+        if share.any():
+            out += drag_over_mass(motion, dragged * share[..., None])
         for law, value in acting:
             out += law(motion, value)
         return out / (1 + light / 2)[..., None] / rate**2
@@ -223,12 +214,9 @@ def joint_sds(model: Model, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
     """(J,) [m]: how well places across before and after a contact agree."""
     s, count = model.session, len(model.session.joint)
     speed = velocities(model.contacts, starts, push)[:, 0]
-    return joint_sd(s) + 0.3 * s.frame_s * np.abs(speed[count:] - speed[:count])
-
-
-def joint_sd(session: Session) -> float:
-    """[m]; a long seed touches with one end, some ms later with the other."""
-    return ROUND_JOINT_SD_M if session.elongation < ROUND else session.rocking_m
+    # a long seed touches with one end, some ms later with the other
+    least = ROUND_JOINT_SD_M if s.elongation < ROUND else s.rocking_m
+    return least + 0.3 * s.frame_s * np.abs(speed[count:] - speed[:count])
 
 
 def _falls(model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray, rate: float) -> np.ndarray:

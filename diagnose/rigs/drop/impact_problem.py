@@ -39,25 +39,20 @@ NUISANCES = {
 
 @dataclass(frozen=True, eq=False)
 class ImpactModel:
-    """Impacts with their quantities.
-
-    e_rows, kick_rows: which impacts stand in which rows (e first); y (m,): those rows; blocks: rows
-    and inverse Cholesky factor of their covariance, for each recording; smooth (m, s); middle: e
-    about which "e" counts; level_sd: sd of the logarithm of the scatter.
-    """
+    """Impacts with their quantities."""
 
     impacts: Impacts
     bounces: ImpactQuantities
-    e_rows: np.ndarray
+    e_rows: np.ndarray  # which impacts stand in which rows, e first
     kick_rows: np.ndarray
-    y: np.ndarray
-    blocks: tuple[tuple[np.ndarray, np.ndarray], ...]
-    smooth: np.ndarray
-    middle: float
+    y: np.ndarray  # (m,): those rows
+    blocks: tuple[tuple[np.ndarray, np.ndarray], ...]  # rows and inverse Cholesky factor
+    smooth: np.ndarray  # (m, s)
+    middle: float  # e about which "e" counts
     elongation: float
     spun: bool
     friction: Friction
-    level_sd: float
+    level_sd: float  # of the logarithm of the scatter
 
 
 def elongation_of(impacts: Impacts) -> float:

@@ -23,27 +23,21 @@ KICK_PER_ELONGATION, KICK_ROUGH = 0.7, 0.05  # sd of Δv_x/Δv_n where no spin i
 
 @dataclass(frozen=True, eq=False)
 class ImpactQuantities:
-    """Of n impacts, (n,) each unless stated.
+    """Of n impacts, (n,) each unless stated."""
 
-    speed: closing speed of the point of contact [m/s]; offset b [m], NaN if unseen; kick:
-    Δv_x/Δv_n; slip: (v_x + h ω)/Δv_n before; turn: h Δω/Δv_n (0 if unseen); share: v_n/Δv_n before.
-    drift (2, n): v_x/v_n before and after, plus h ω where the offset is allowed for. e_error,
-    kick_error (n, n): covariances; spin_error (n, n): of h ω'/Δv_n; offset_sd [m].
-    """
-
-    speed: np.ndarray
+    speed: np.ndarray  # closing speed of the point of contact [m/s]
     e: np.ndarray
     e_usable: np.ndarray
-    offset: np.ndarray
-    kick: np.ndarray
-    slip: np.ndarray
-    turn: np.ndarray
-    share: np.ndarray
-    drift: np.ndarray
-    e_error: np.ndarray
+    offset: np.ndarray  # b [m], NaN if unseen
+    kick: np.ndarray  # Δv_x/Δv_n
+    slip: np.ndarray  # (v_x + h ω)/Δv_n before
+    turn: np.ndarray  # h Δω/Δv_n, 0 if unseen
+    share: np.ndarray  # v_n/Δv_n before
+    drift: np.ndarray  # (2, n): v_x/v_n before and after, plus h ω if b is allowed for
+    e_error: np.ndarray  # this and kick_error (n, n): covariances
     kick_error: np.ndarray
-    spin_error: np.ndarray
-    offset_sd: np.ndarray
+    spin_error: np.ndarray  # (n, n): of h ω'/Δv_n
+    offset_sd: np.ndarray  # [m]
 
 
 def impact_quantities(impacts: Impacts, elongation: float) -> ImpactQuantities:

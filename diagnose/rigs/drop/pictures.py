@@ -24,7 +24,12 @@ def with_pictures(again: Resimulation, flown, old: np.ndarray, new: np.ndarray, 
     rows = rows[np.argsort(s.middle[s.flight[rows]] + s.tau[rows])]
     seen = {"recording": smoothed(s, rows, new), "old twin": old[rows], "new twin": new[rows]}
     say(f"drop: drawing {s.names[r]}")
-    drawn = replace(again, picture=strobe(flown, r, rows, seen), caption=caption(again, s.names[r]))
+    caption = (
+        f"{s.names[r]} at {MOMENTS} moments: where it was recorded, where the old twin is, and the "
+        f"new twin with {' and '.join(again.effects)}; right: what differs between recording and "
+        "twin, brightened"
+    )
+    drawn = replace(again, picture=strobe(flown, r, rows, seen), caption=caption)
     if not pictures:
         return drawn
     filmed = tuple(_filmed(flown, r, rows, seen, folder, say))
@@ -32,14 +37,6 @@ def with_pictures(again: Resimulation, flown, old: np.ndarray, new: np.ndarray, 
         f"{again.how} The old and the new twin of {s.names[r]} were also rendered, and followed by the code that measures films."
     )
     return replace(drawn, compared=(*again.compared, *filmed), how=how)
-
-
-def caption(again: Resimulation, name: str) -> str:
-    """What the picture of the simulation run again shows."""
-    return (
-        f"{name} at {MOMENTS} moments: where it was recorded, where the old twin is, and the new twin with "
-        f"{' and '.join(again.effects)}; right: what differs between recording and twin, brightened"
-    )
 
 
 def smoothed(s, rows: np.ndarray, new: np.ndarray) -> np.ndarray:

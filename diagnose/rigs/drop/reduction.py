@@ -139,12 +139,6 @@ def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=2)
 
 
-def _own_sds(model: Model, recording: int) -> dict[int, float]:
-    """Globals (numbers) of which each recording has a deviation of its own, and its sd."""
-    locks = {k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)}
-    return ({model.names.index("air"): SEED_DRAG} if model.session.air[recording].share > 0 else {}) | locks
-
-
 def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
     """Reduced of each recording, and a function from a change of θ to that of starts."""
     session = model.session
@@ -156,7 +150,9 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         if not len(flights):
             continue
         spot = {int(f): i for i, f in enumerate(flights)}
-        owns = _own_sds(model, r)
+        # globals of which each recording has a deviation of its own, with its sd
+        owns = {model.names.index("air"): SEED_DRAG} if session.air[r].share > 0 else {}
+        owns |= {k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)}
         spins = each * len(flights) + len(owns)  # the first column of the flights' own spins, in sds
         local = spins + spun * len(flights)
         total = local + count + extra * len(flights) + 1

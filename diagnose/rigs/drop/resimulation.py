@@ -34,7 +34,9 @@ def resimulate(finding: Finding, tracks: list, folder: Path, pictures: bool, say
         pairs = [(f, f.read(without=in_flight), f.read()) for f in flights]
         rows = tuple(row for f, old, new in pairs for row in f.compared(old, new))
         how = "each flight was flown by the DEM from the start that the recording shows, old and new twin alike"
-        again = with_pictures(replace(again, compared=rows, how=how), *_most_mended(pairs), folder, pictures, say)
+        gains = [((f.session.places - a) ** 2 - (f.session.places - b) ** 2).sum() for f, a, b in pairs]
+        best = pairs[int(np.argmax(gains))]
+        again = with_pictures(replace(again, compared=rows, how=how), *best, folder, pictures, say)
     if len(in_flight) < len(names):
         say("drop: striking the old and the new twin's plate")
         again = strikes_again(again, finding, tracks, tuple(f.prepared for f in flights))
@@ -47,10 +49,6 @@ def session_flights(filmed: list, names: tuple[str, ...]) -> list["Flights"]:
     far = prepare_sessions(filmed, np.inf if stated else DISTANCES_M[-1])[0]
     at = [far, *(() if stated else (tuple(at_distance(s, away) for s in far) for away in DISTANCES_M[:-1]))]
     return max(([Flights(s, names) for s in sessions] for sessions in at), key=lambda f: sum(ln_evidence(one.fit) for one in f))
-
-
-def _most_mended(flown: list[tuple["Flights", np.ndarray, np.ndarray]]) -> tuple["Flights", np.ndarray, np.ndarray]:
-    return max(flown, key=lambda f: float(((f[0].session.places - f[1]) ** 2 - (f[0].session.places - f[2]) ** 2).sum()))
 
 
 class Flights:

@@ -18,15 +18,12 @@ LEAST_TRUST = 0.2  # part of the rates' variance that is the spins' at least
 
 @dataclass(frozen=True)
 class SilhouetteRotation:
-    """One flight: angle (n,) [rad], smoothed; rate [rad/s]; span_s.
+    """Rotation in one flight."""
 
-    Variance of the rate: white, by noise of the angle; uneven, from quarter to quarter beyond it.
-    """
-
-    angle: np.ndarray
-    rate: float
-    white: float
-    uneven: float
+    angle: np.ndarray  # (n,) [rad], smoothed
+    rate: float  # [rad/s]
+    white: float  # variance of the rate by noise of the angle
+    uneven: float  # from quarter to quarter, beyond that
     span_s: float
 
 

@@ -26,14 +26,11 @@ VAGUE = 0.1  # prior information on ln of a variance component
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """covariance (m, m) of rows, measuring included, widened as Student's t at 95 %.
+    """Scatter of rows about a law."""
 
-    log_level_sd: uncertainty beyond that; aicc: of the law about which it was read.
-    """
-
-    covariance: np.ndarray
-    log_level_sd: float
-    aicc: float
+    covariance: np.ndarray  # (m, m), measuring included, widened as Student's t at 95 %
+    log_level_sd: float  # uncertainty beyond that
+    aicc: float  # of the law
 
 
 def scatter_of(

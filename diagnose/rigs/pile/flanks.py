@@ -26,45 +26,37 @@ SAME_SIZE = 0.2  # of ln
 
 @dataclass(frozen=True, eq=False)
 class Flank:
-    """side: +1 right, −1 left; u, v (n,): the surface; angle_deg: of its line.
+    """One flank in shares of its own size."""
 
-    height, length: H and the line's way, in the photo's unit; start: where u = 0 lies along x.
-    """
-
-    side: int
-    u: np.ndarray
+    side: int  # +1 right, −1 left
+    u: np.ndarray  # this and v (n,): the surface
     v: np.ndarray
-    angle_deg: float
-    height: float
-    length: float
-    start: float
+    angle_deg: float  # of its line
+    height: float  # H, in the photo's unit
+    length: float  # the line's way
+    start: float  # where u = 0 lies along x
 
 
 @dataclass(frozen=True, eq=False)
 class Photo:
-    """One heap in one photo, or the mean of several.
-
-    reference: what angles count from: "plumb" (stated), "plate" (its line) or "rows" (of the
-    picture). plate_deg: the plate's line against a stated plumb, clockwise, NaN if unknown;
-    creep_deg: see creep.py; rig_mm: size of what was emptied; the rest as stated, NaN where not.
-    """
+    """One heap in one photo, or the mean of several; as stated, NaN where not."""
 
     recording: str
     session: str
     unit: str
     flanks: tuple[Flank, ...]
-    reference: str
-    plate_deg: float
+    reference: str  # of angles: "plumb" (stated), "plate" (line) or "rows" (picture)
+    plate_deg: float  # the plate's line against a stated plumb, clockwise
     plate_sd_deg: float
     plumb_sd_deg: float
     gate_speed_mm_s: float
     photo_s: float
     width_mm: float
     seed_mm: float
-    rig_mm: float
+    rig_mm: float  # size of what was emptied
     notes: tuple[str, ...]
     conditions: dict
-    creep_deg: float = float("nan")
+    creep_deg: float = float("nan")  # see creep.py
 
     @property
     def stated(self) -> tuple:

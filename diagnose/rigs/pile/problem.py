@@ -31,18 +31,15 @@ DIFFERS = 1.1  # times another's: a stated quantity that differs
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """centre_deg: mean angle; names (G,) of the globals; base (R): what the usual heap shows.
-
-    columns (R): (n_r, G) of the globals; own (R): (n_r, L) of the packing's locals.
-    """
+    """All linear: base + own @ locals + columns @ globals."""
 
     photos: tuple[Photo, ...]
     scatter: Scatter
-    centre_deg: float
-    names: tuple[str, ...]
-    base: tuple[np.ndarray, ...]
-    columns: tuple[np.ndarray, ...]
-    own: tuple[np.ndarray, ...]
+    centre_deg: float  # mean angle
+    names: tuple[str, ...]  # (G,) of the globals
+    base: tuple[np.ndarray, ...]  # (R): what the usual heap shows
+    columns: tuple[np.ndarray, ...]  # (R): (n_r, G)
+    own: tuple[np.ndarray, ...]  # (R): (n_r, L) of packings
 
     def predict(self, r: int, own: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """What photo r shows."""

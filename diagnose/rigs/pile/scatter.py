@@ -21,16 +21,13 @@ LEVEL_DOUBT = 0.15  # of ln of the noise's power: packings are not Gaussian, and
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """noise: common to all flanks; sigma (R,); lags (n,) of each (photo, flank).
+    """Roughness of surfaces and scatter of packings."""
 
-    even, odd: sds of PACKING_SD's parts, of both flanks alike and opposed; creep_deg: sd of creep.
-    """
-
-    noise: Noise
-    sigma: tuple[float, ...]
-    lags: dict[tuple[int, int], np.ndarray]
-    even: dict[str, float]
-    odd: dict[str, float]
+    noise: Noise  # common to all flanks
+    sigma: tuple[float, ...]  # (R,)
+    lags: dict[tuple[int, int], np.ndarray]  # (n,) of each (photo, flank)
+    even: dict[str, float]  # sds of PACKING_SD's parts, of both flanks alike
+    odd: dict[str, float]  # and opposed
     creep_deg: float
 
 

@@ -25,23 +25,19 @@ OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag", "depth_m
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """mu: initial rolling friction; incline [rad], length [m] (R,): stated, or from the motion.
-
-    turn (R,) [1/m], phase (R,): argument of the ripple of a seed that is not round; names: of the
-    globals; top: greatest speed [m/s]; seen: cache of predictions.
-    """
+    """The runs of a session, and what does not change in a fit."""
 
     runs: tuple[Run, ...]
     seed: Seed
-    mu: float
-    incline: np.ndarray
-    length: np.ndarray
-    turn: np.ndarray
+    mu: float  # initial rolling friction
+    incline: np.ndarray  # (R,) [rad], stated or from the motion
+    length: np.ndarray  # (R,) [m]
+    turn: np.ndarray  # (R,) [1/m]; with phase: argument of the ripple
     phase: np.ndarray
-    names: tuple[str, ...]
-    top: float
+    names: tuple[str, ...]  # of the globals
+    top: float  # greatest speed [m/s]
     effects: dict[str, Effect] = field(default_factory=dict)
-    seen: dict = field(default_factory=dict)
+    seen: dict = field(default_factory=dict)  # cache of predictions
 
     def usual_loss(self, r: int, rank: float) -> float:
         """Share of the speed that the corner takes of run r; rank: the nuisance `corner`."""
@@ -58,16 +54,13 @@ class Model:
 
 @dataclass(frozen=True)
 class Context:
-    """What an effect's law may use: all globals (`at`); speed [m/s] at the incline's end.
-
-    resisted: share of the drive on the incline that rolling friction takes.
-    """
+    """What an effect's law may use."""
 
     run: Run
     seed: Seed
-    speed: float
-    resisted: float
-    at: dict[str, float]
+    speed: float  # at the end of the incline [m/s]
+    resisted: float  # share of the drive on the incline that rolling friction takes
+    at: dict[str, float]  # all globals
 
 
 def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:

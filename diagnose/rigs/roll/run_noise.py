@@ -7,7 +7,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import block_diag
 
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
+from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
 from diagnose.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # floor for simulated tracks
@@ -32,16 +32,10 @@ def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     """ρ and white share by REML over all runs, σ of each; short runs share one σ."""
     if any(has_few_rows(run) for run in runs):
         return _noise_of_few(runs, turn)
-    stretches = [_stretches(run, turn[r]) for r, run in enumerate(runs)]
-    noise = estimate([s for own in stretches for s in own])
-    power, spare = np.zeros(len(runs)), np.zeros(len(runs))
-    for r, own in enumerate(stretches):
-        for s in own:
-            left, freedom = s.residual(noise)
-            power[r] += left @ left
-            spare[r] += freedom
-    pooled = np.sqrt(power.sum() / max(spare.sum(), 1))
-    sigma = np.where(spare >= 10, np.sqrt(power / np.maximum(spare, 1)), pooled)
+    found = [(r, s) for r, run in enumerate(runs) for s in _stretches(run, turn[r])]
+    stretches = [s for _, s in found]
+    noise = estimate(stretches)
+    sigma = spreads(stretches, [r for r, _ in found], len(runs), noise)
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
 
 

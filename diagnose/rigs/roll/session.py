@@ -26,31 +26,24 @@ DRAG_DOUBT = 4.0  # over the sd in free flight: plate and spin double the drag
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One recording.
-
-    time_s, x (n,) [m]: means of some rows each; spread_s (n,): sd of their times; lag (n,): in
-    averaged frames; way: initial path; sign: +1 towards +x; incline [rad], length [m]: stated, or
-    NaN. turning: (slope [1/m], angle at x = 0 [rad]) of the orientation over travel. drag: of its
-    seed over the session's; away [m]: distance of the camera; stays: on its incline; gates: light
-    gates; sd_m (n,): stated sd of rows, NaN if not.
-    """
+    """One recording."""
 
     recording: str
     session: str
-    time_s: np.ndarray
+    time_s: np.ndarray  # this and x [m] (n,): means of some rows each
     x: np.ndarray
-    spread_s: np.ndarray
-    lag: np.ndarray
-    way: Path
-    sign: float
-    incline: float
-    length: float
-    turning: tuple[float, float] | None
-    drag: float = 1.0
-    away: float = math.inf
-    stays: bool = False
-    gates: bool = False
-    sd_m: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    spread_s: np.ndarray  # (n,): sd of their times
+    lag: np.ndarray  # (n,): in averaged frames
+    way: Path  # initial path
+    sign: float  # +1 towards +x
+    incline: float  # stated [rad], or NaN
+    length: float  # stated [m], or NaN
+    turning: tuple[float, float] | None  # slope [1/m] and start of orientation over x
+    drag: float = 1.0  # of its seed over the session's
+    away: float = math.inf  # distance of the camera [m]
+    stays: bool = False  # on its incline
+    gates: bool = False  # light gates
+    sd_m: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (n,): stated, or NaN
     notes: tuple[str, ...] = field(default=())
 
     def gate(self, k: int) -> str:
@@ -60,20 +53,16 @@ class Run:
 
 @dataclass(frozen=True)
 class Seed:
-    """radius [m] it rolls on; inertia: 1 + I/(m r²), inertia_sd relative.
+    """What is stated of the seed."""
 
-    rise_mm of its centre, NaN if the shape is not stated; drag: over weight at 0.5 m/s in stated
-    air, drag_sd; round: stated to be a ball.
-    """
-
-    radius: float
-    inertia: float
-    inertia_sd: float
-    rise_mm: float
-    drag: float
+    radius: float  # on which it rolls [m]
+    inertia: float  # 1 + I/(m r²)
+    inertia_sd: float  # relative
+    rise_mm: float  # of its centre, NaN if the shape is not stated
+    drag: float  # over weight at 0.5 m/s in stated air
     drag_sd: float
     reynolds_per_speed: float
-    round: bool
+    round: bool  # stated to be a ball
 
 
 def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:

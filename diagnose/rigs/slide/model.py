@@ -26,20 +26,15 @@ CLIMB_S = 0.07  # median time in which a plate climbs a step
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """friction: initial, of the pair; effects: those that this session can show.
-
-    stair_deg: steps in which the plate is raised, 0 for none; turning: 1 for a plate that turns
-    with the block, 0 for a fixed plate under rotating gravity; shaking: amplitude [m/s²] and
-    frequency [Hz] heard; seen: cache of motions.
-    """
+    """A session and its baseline."""
 
     session: Session
-    friction: float
-    effects: dict[str, Effect] = field(default_factory=dict)
-    stair_deg: float = 0.0
-    turning: float = 1.0
-    shaking: tuple[float, float] = (0.0, 1.0)
-    seen: dict = field(default_factory=dict)
+    friction: float  # initial, of the pair
+    effects: dict[str, Effect] = field(default_factory=dict)  # that this session can show
+    stair_deg: float = 0.0  # steps in which the plate is raised, 0 for none
+    turning: float = 1.0  # 0 for a fixed plate under rotating gravity
+    shaking: tuple[float, float] = (0.0, 1.0)  # amplitude [m/s²] and frequency [Hz] heard
+    seen: dict = field(default_factory=dict)  # cache of motions
 
 
 def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:

@@ -25,38 +25,30 @@ ENOUGH = 200  # rows used for the onset
 
 @dataclass(frozen=True)
 class AirDrag:
-    """Air on one seed in free flight: size (v + slow √v)² [m/s²], size [1/m], slow [√(m/s)].
+    """Air on one seed in free flight: size (v + slow √v)² [m/s²]."""
 
-    sd: relative, of drag beside a plate; count: seeds in the block.
-    """
-
-    size: float = 0.0
-    slow: float = 0.0
-    sd: float = 0.0
-    count: int = 1
+    size: float = 0.0  # [1/m]
+    slow: float = 0.0  # [√(m/s)]
+    sd: float = 0.0  # relative, of drag beside a plate
+    count: int = 1  # seeds in the block
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One track, cut to the slide and as long a rest before it.
-
-    time (n,) [s], travel (n,) [mm] downhill from 0; rest: rows before the first guess of the onset;
-    mass_g of the block, NaN unknown; from_hinge [m], 0 unknown; scale_sd: relative; lock (n, 2)
-    [mm].
-    """
+    """One track, cut to the slide and as long a rest before it."""
 
     recording: str
     session: str
-    time: np.ndarray
-    travel: np.ndarray
+    time: np.ndarray  # (n,) [s]
+    travel: np.ndarray  # (n,) [mm] downhill from 0
     frame: np.ndarray
-    rest: int
+    rest: int  # rows before the first guess of the onset
     tilt: Tilt
-    mass_g: float
-    from_hinge: float
+    mass_g: float  # of the block, NaN unknown
+    from_hinge: float  # [m], 0 unknown
     air: AirDrag
-    scale_sd: float
-    lock: np.ndarray
+    scale_sd: float  # relative
+    lock: np.ndarray  # (n, 2) [mm]: see `lock`
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,18 +15,15 @@ STAIR_SHARE, STAIR_CHI2 = 0.6, 60.0  # of steps: greatest share of the variance 
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """coefficients (4,) of θ [rad] in t − origin, lowest first; level_sd [rad], rate_sd [rad/s].
-
-    rate_deg_s: at the onset; sensor: whether an angle was recorded; grid_deg: height of steps.
-    """
+    """The plate's angle over time."""
 
     origin: float
-    coefficients: np.ndarray
-    level_sd: float
-    rate_sd: float
-    rate_deg_s: float
-    sensor: bool
-    grid_deg: float = 0.0
+    coefficients: np.ndarray  # (4,) of θ [rad] in t − origin, lowest first
+    level_sd: float  # [rad]
+    rate_sd: float  # [rad/s]
+    rate_deg_s: float  # at the onset
+    sensor: bool  # whether an angle was recorded
+    grid_deg: float = 0.0  # height of steps in the column, 0 for none
 
 
 def stated_tilt(told: dict, origin: float) -> Tilt:
