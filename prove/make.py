@@ -181,10 +181,7 @@ def _following(rig: str, condition: Condition, value: float, snr: float) -> Conc
 
 
 def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:
-    """Whether the effects, left out, shift the contact parameter; None: not known.
-
-    Errors of the measurement move places as well.
-    """
+    """Whether the effects, left out, shift the contact parameter; None: not known."""
     moved = [one.moved for one in seen]
     if not moved or None in moved:
         return None

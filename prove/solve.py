@@ -26,10 +26,7 @@ class Attempt:
 
 
 def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Attempt:
-    """Run the solver on a bench folder; it writes out/diagnosis.json. What it prints goes into out/printed.txt.
-
-    It works in an empty folder with a bare environment on one core, and gets nothing but the two paths.
-    """
+    """Run the solver with nothing but the two paths, in an empty folder, on one core."""
     out.mkdir(parents=True, exist_ok=True)
     command = [w.format(python=sys.executable, bench=bench.resolve(), out=out.resolve()) for w in shlex.split(solver)]
     begin = time.monotonic()

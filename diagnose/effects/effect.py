@@ -1,7 +1,4 @@
-"""A listed effect: a law with a reported parameter, its prior, sector and wording.
-
-A rig calls the laws of whatever effects it finds in its folder; only its own file knows an effect.
-"""
+"""A listed effect: a law with a reported parameter, its prior, sector and wording."""
 
 import importlib
 import pkgutil

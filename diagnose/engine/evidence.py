@@ -221,10 +221,7 @@ def _widths(parts: list[Component]) -> np.ndarray:
 
 
 def student_ln_likelihood(misfit: float, level_sd: float) -> float:
-    """ln likelihood of a misfit −½ χ² when ln of the noise power has sd `level_sd`.
-
-    Student's t with ν = 2/level_sd²: −½ (ν + 1) ln(1 + χ²/ν).
-    """
+    """−½ (ν + 1) ln(1 + χ²/ν), ν = 2/level_sd², for the misfit −½ χ² (Student's t)."""
     if level_sd <= 0:
         return misfit
     freedom = 2 / level_sd**2

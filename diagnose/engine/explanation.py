@@ -25,10 +25,7 @@ class Alternative:
 
 
 def ln_bayes_bound(p: float) -> float:
-    """ln of the greatest Bayes factor that a p value allows, −ln(−e p ln p) for p < 1/e.
-
-    Source: Sellke, Bayarri, Berger (2001), Am. Stat. 55, 62.
-    """
+    """ln of −1/(e p ln p), the greatest Bayes factor (Sellke et al. 2001, Am. Stat. 55, 62)."""
     p = min(max(p, 1e-300), 1 / np.e)
     return float(-1 - np.log(p) - np.log(-np.log(p)))
 

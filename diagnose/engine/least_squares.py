@@ -163,10 +163,7 @@ def _halved_step(reduce: Callable, here: Linearisation, held: GlobalPrior, most:
 
 
 def _marquardt_descent(fast: FastChi2, here: Linearisation, held: GlobalPrior, damped: int) -> tuple[Linearisation | None, int]:
-    """The step that lowers χ² most, or None; and the number of its damping.
-
-    damped: number of the damping used last, near which the search begins.
-    """
+    """The step that lowers χ² most, or None; number of its damping, sought near `damped`."""
 
     def chi2_of(step: tuple[np.ndarray, np.ndarray]) -> float:
         with np.errstate(all="ignore"):

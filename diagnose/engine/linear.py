@@ -1,7 +1,4 @@
-"""Linear algebra of a linearised problem whose local parameters have been eliminated.
-
-Recording r says  b_r = A_r θ + S_r s + ε,  ε of variance 1: θ the globals, s smooth curves.
-"""
+"""Linear algebra of a linearised problem: b_r = A_r θ + S_r s + ε, locals eliminated."""
 
 from dataclasses import dataclass
 

@@ -139,10 +139,7 @@ def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[n
 
 
 def estimate(stretches: list[Stretch]) -> Noise:
-    """ρ and white share common to all stretches, by REML, each stretch with its own σ.
-
-    From stretches of at least LEAST_ROWS rows; without any the noise counts as white.
-    """
+    """ρ and white share common to all stretches, by REML; white if all are too short."""
     usable = [s for s in stretches if len(s.data) >= max(LEAST_ROWS, 3 * s.design.shape[1])]
     if not usable:
         return Noise(0.0, 0.0, 1.0)
@@ -215,10 +212,7 @@ def _loss(packed, rho: float, white: float) -> tuple[float, float]:
 
 
 def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
-    """sd of ln of the low-frequency power, from the curvature of the likelihood; at most 0.7.
-
-    In (logit ρ, logit white), each stepped by about its own sd.
-    """
+    """sd of ln of the low-frequency power by the likelihood's curvature; at most 0.7."""
     centre = np.clip(at, -FARTHEST, FARTHEST)
 
     def told(*shares: tuple[float, float]) -> np.ndarray:
@@ -249,10 +243,7 @@ def outliers(innovations: np.ndarray) -> np.ndarray:
 
 
 def maximum_draws(covariance: np.ndarray, rng: np.random.Generator, *, level_sd: float = 0.0, draws: int = 20_000) -> np.ndarray:
-    """Draws of max |z| for normal scores z with this covariance (m, m).
-
-    level_sd: sd of ln of the noise power, which scales all scores of a draw together.
-    """
+    """Draws of max |z| for normal z with this covariance; level_sd: of ln of all power."""
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0))
     scores = rng.standard_normal((draws, len(values))) @ root.T

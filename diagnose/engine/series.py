@@ -98,10 +98,7 @@ def reduce(
     smooth: bool = False,
     wanted: np.ndarray | None = None,
 ):
-    """See Problem.reduce; extra: one array (n_r, K) a recording.
-
-    wanted (G,): globals whose columns are computed, those of the others are zero.
-    """
+    """See Problem.reduce; extra: an array (n_r, K) a recording; wanted (G,): columns to compute."""
     asked = sizes if wanted is None else {n: size for (n, size), w in zip(sizes.items(), wanted, strict=True) if w}
     at = dict(zip(sizes, values, strict=True))
     more = [None] * len(series) if extra is None else extra
@@ -119,10 +116,7 @@ def reduce(
 
 
 def _reduced(one: Series, own: Locals, predict, asked, r: int, start: np.ndarray, at: dict[str, float], extra, share: float):
-    """One recording linearised, and a function from a change of globals to that of its locals.
-
-    asked: typical sizes of the globals whose columns are computed.
-    """
+    """One recording linearised in the globals in `asked`; function from them to its locals."""
     seen = predict(r, start, at)
     columns = [(predict(r, start + step, at) - seen) / own.step[k] for k, step in enumerate(np.diag(own.step))]
     for name in at:

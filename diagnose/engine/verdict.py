@@ -166,10 +166,7 @@ def parameter_shift(posterior: Posterior, value: Callable[[Explanation], tuple[f
 
 
 def sector_shares(posterior: Posterior) -> dict[str, float]:
-    """Share of each sector in what is missing.
-
-    Components of one explanation share its weight by the ln evidence that each adds to the others.
-    """
+    """Share of each sector in what is missing, by the ln evidence that each part adds."""
     out: dict[str, float] = {}
     found = [e for e in posterior.explanations if e.names]
     weight = sum(e.probability for e in found)

@@ -30,10 +30,7 @@ class Condition:
 
 
 def draw_conditions(design: np.ndarray, matters: bool, clean: bool, rng: np.random.Generator) -> tuple[Condition, ...]:
-    """What a bench states; design (n, k): what else changes between recordings.
-
-    What matters stands first; where something is to be learnt, nothing stated goes with the design.
-    """
+    """What a bench states beside its design (n, k); what matters stands first."""
     names = [str(name) for name in rng.permutation([*NUMBERS, *WORDS])][: 1 + (rng.random() < SECOND)]
     if not matters and rng.random() > SHARE:
         return ()

@@ -109,10 +109,7 @@ def _moved(drops: list[SimulatedDrop], recordings: list[RecordingChange], fit: F
 
 
 def _recording_change(drop: SimulatedDrop, change, shared, kick_sd: float, timed: bool = False) -> RecordingChange:
-    """Every flight has its own height and speed, every bounce its own sideways kick.
-
-    timed: the effect moves the moments of impact too, which nobody states.
-    """
+    """Own height and speed of flights, own kicks of bounces; timed: impacts move too."""
     flight = _flights(drop)
     inside = flight >= 0
     t, count = drop.true_s, flight.max() + 1
@@ -210,10 +207,7 @@ def _by_impact(scene: Scene, drops: list[SimulatedDrop], sizes: dict[str, float]
 
 
 def _offsets(scene: Scene, log: np.ndarray) -> np.ndarray:
-    """Distance of contacts beside the centre (n,), over the radius, by turn and kick.
-
-    The scatter of e tells nothing: every lot's e scatters by some amount that nobody states.
-    """
+    """Distance of contacts beside the centre (n,), over the radius, by turn and kick."""
     radius = np.prod(scene.stated_axes_mm) ** (1 / 3) * 5e-4
     turn, kick = log[:, TURN_OUT] - log[:, TURN_IN], log[:, VX_OUT] - log[:, VX_IN]
     return (0.4 * radius * turn - kick) / (log[:, VZ_OUT] - log[:, VZ_IN])

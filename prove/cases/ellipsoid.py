@@ -66,10 +66,7 @@ def effective_mass(r, point, normal, mass, inertia):
 
 @njit(cache=True)
 def rates(state, axes, inertia, plate, law, contact):
-    """d/dt of state = place (3), velocity (3), quaternion (4), spin about the body's axes (3).
-
-    plate: normal (3), friction, stiffness [N/m], film energy [J], mass [kg]. contact: phase, dashpot [N s/m].
-    """
+    """d/dt of state = place (3), velocity (3), quaternion (4), spin about the body's axes (3)."""
     out = np.empty(13)
     v, q, w = state[3:6], state[6:10], state[10:13]
     r = rotation(q)
@@ -124,10 +121,7 @@ def advance(state, h, axes, inertia, plate, law, contact):
 
 @njit(cache=True)
 def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
-    """States at `times` (n, 13), the log of impacts (m, 11), and how many times were reached.
-
-    Ends at the impact after `most`, or at one slower than `slowest` [m/s].
-    """
+    """States at `times` (n, 13), log of impacts (m, 11), number of times reached."""
     rows = np.empty((times.size, 13))
     log = np.zeros((most + 1, 11))
     contact, count, now = np.zeros(2), 0, times[0]

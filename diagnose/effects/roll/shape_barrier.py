@@ -1,7 +1,4 @@
-"""Shape barrier: the centre rises and falls twice a turn and stops in a trough.
-
-h = ½ (c cos φ + s sin φ),  φ = 2 (rotation);  rise √(c² + s²);  c and s are each recording's own
-"""
+"""The centre rises and falls twice a turn: h = ½ (c cos φ + s sin φ), rise √(c² + s²)."""
 
 import numpy as np
 

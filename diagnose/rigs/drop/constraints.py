@@ -23,10 +23,7 @@ def touching(model: Model, push: np.ndarray) -> np.ndarray:
 
 
 def side_rows(model: Model, starts: np.ndarray, at: dict, sds: np.ndarray, side_columns: np.ndarray, side, spun: np.ndarray):
-    """Rows of contacts and falls.
-
-    (recording, {flight: entries of x, z, v_x, v_z, spin}, globals (G,), right side) each.
-    """
+    """(recording, {flight: entries of x, z, v_x, v_z, spin}, globals, right) of contacts, falls."""
     s = model.session
     count, rows = len(s.joint), []
     for j, (before, after) in enumerate(s.joint):
@@ -49,10 +46,7 @@ def side_rows(model: Model, starts: np.ndarray, at: dict, sds: np.ndarray, side_
 
 
 def unseen_rows(model: Model, starts: np.ndarray, r: int):
-    """Rows for motion along the line of sight: v_y² of usual size, y continuous at contacts.
-
-    ((flight, number of its start), …), entries, right side each.
-    """
+    """Rows for motion along the line of sight: v_y² of usual size, y continuous at contacts."""
     s, flights = model.session, np.flatnonzero(model.session.recording == r)
     for f in flights:
         sd = ASIDE_SD * model.aside_square[f]

@@ -38,10 +38,7 @@ AXES = ("place across", "height")
 
 
 def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
-    """Finding of all drops of a bench (twin.tracks.SeenTrack); ValueError without any.
-
-    Tracks without rows have the times of their impacts only.
-    """
+    """Finding of drops (twin.tracks.SeenTrack): with rows, or with times of impacts only."""
     usable = [t for t in tracks if not t.trouble]
     filmed, listened = [t for t in usable if len(t.frame)], [t for t in usable if not len(t.frame) and len(t.contacts_s)]
     if not filmed and not listened:

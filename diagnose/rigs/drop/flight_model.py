@@ -134,10 +134,7 @@ def pushed(model: Model, starts: np.ndarray, values: dict[str, float]) -> np.nda
 
 
 def push_slopes(model: Model, starts: np.ndarray, values: dict[str, float], push: np.ndarray, step: dict[str, float]) -> dict:
-    """Derivatives of `push` by the FELT numbers of a start and each global of the flight.
-
-    Where spin pushes, also by SPIN, one sd of all flights' own; step: of each global.
-    """
+    """Derivatives of `push` by FELT, by globals, and by SPIN, one sd of all own spins."""
     s = model.session
     velocity = speeds_at_nodes(starts[:, 2:4], s.half, push)
 

@@ -63,10 +63,7 @@ def sticking(
 
 
 def stuck(seen: ImpactQuantities, impacts: Impacts) -> ImpactQuantities:
-    """Slip v_x/Δv_n and turn h ω'/Δv_n of contacts that stick: v_x' + h ω' = α v_z'.
-
-    Otherwise the noise of the spin before stands in both, and weakens both.
-    """
+    """Slip v_x/Δv_n and turn h ω'/Δv_n of contacts that stick: v_x' + h ω' = α v_z'."""
     slip = impacts.before[:, 0] / (impacts.after[:, 1] - impacts.before[:, 1])
     return replace(seen, slip=slip, turn=seen.turn + seen.slip - slip, kick_error=seen.kick_error + seen.spin_error)
 

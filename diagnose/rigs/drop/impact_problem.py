@@ -61,10 +61,7 @@ def elongation_of(impacts: Impacts) -> float:
 
 
 def model_of(impacts: Impacts, elongation: float | None = None, follows: np.ndarray | None = None) -> ImpactModel | None:
-    """None where too few impacts were seen to estimate a scatter.
-
-    follows (R, C): what e may follow from recording to recording, which is no scatter.
-    """
+    """None where impacts are too few; follows (R, C): of recordings, which is no scatter."""
     long = elongation_of(impacts) if elongation is None else elongation
     seen = impact_quantities(impacts, long)
     spun = bool(impacts.spin_seen.mean() > 0.5) if len(impacts) else False
@@ -147,10 +144,7 @@ def _same_seed(impacts: Impacts) -> np.ndarray:
 
 
 def _e_designs(seen: ImpactQuantities, number: np.ndarray) -> list[np.ndarray]:
-    """Laws about which e scatters, from a constant to one in speed and count.
-
-    Speed is in steps: within a step it is what scatter of the bounce before has made it.
-    """
+    """Laws about which e scatters, from a constant to one in speed (in steps) and count."""
     ln = np.log(seen.speed)
     step = STEP_LN_SPEED * np.round(ln / STEP_LN_SPEED)
     one, later, slow, count = np.ones(len(step)), (number > 1) * 1.0, np.exp(-2 * step), np.minimum(number, 5)

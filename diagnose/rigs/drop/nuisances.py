@@ -27,10 +27,7 @@ OFF_CENTRE = 0.3  # of the view's reach
 
 
 def _off_centre(axis: int):
-    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: `distorted` elsewhere.
-
-    Source: Brown, Photogrammetric Engineering 32 (1966) 444.
-    """
+    """r + `value` (2 (r·n) r + r² n)/reach: Brown, Photogrammetric Eng. 32 (1966) 444."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
         off = places - view.middle

@@ -57,10 +57,7 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
 
 
 def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
-    """Triangle of each flight's whitened rows, and rows of side conditions.
-
-    Columns: locals | G globals, K pushes | spin, where seen | 10 smooth | residual.
-    """
+    """Flights' triangles (locals | globals, pushes | spin | smooth | residual), and side rows."""
     s, at = model.session, dict(zip(model.names, values, strict=True))
     step = {n: STEP * LAWS[n].prior_sd for n in at}
     push = pushed(model, starts, at)

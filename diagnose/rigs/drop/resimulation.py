@@ -61,10 +61,7 @@ class Flights:
         self.fit = fit(prepared.problem, free=free, start=fit(prepared.problem))
 
     def read(self, without: tuple[str, ...] = ()) -> np.ndarray:
-        """What the camera would read (n, 2) [m] of the DEM's flights, less some effects.
-
-        Each recording has the globals that the others gave; the flights' starts are refitted.
-        """
+        """What the camera would read (n, 2) [m] of the DEM's flights, by the others' globals."""
         s, out = self.session, np.zeros_like(self.session.places)
         nil = np.isin(self.fit.names, [n for effect in without for n in self.fit.problem.columns_of(effect)])
         for r in range(len(s.names)):
@@ -130,10 +127,7 @@ def started(of: Fit, values: np.ndarray) -> np.ndarray:
 
 
 def laws_of(description: dict, air: Air, more: dict[str, float], speed: float) -> dict[str, dict]:
-    """The DEM's laws for a flight: drag of stated and missing air, wind, Magnus force.
-
-    more: see rerun.simulation_settings. The DEM's C_d(Re) and ours agree at `speed` [m/s].
-    """
+    """The DEM's laws for a flight; its C_d(Re) and ours agree at `speed` [m/s]."""
 
     def over(share: float, at_m_s: float) -> float:
         at, here = (float(drag_shape(v, air.reynolds_per_speed)) * v for v in (at_m_s, speed))

@@ -61,10 +61,7 @@ class Session:
 
 
 def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Session:
-    """A session from tracks (twin.tracks.SeenTrack); ValueError where no flight is left.
-
-    unstated_m: distance of a camera whose own is not stated; block_s: over which rows are averaged.
-    """
+    """A session from tracks; unstated_m: distance of a camera whose own is not stated."""
     tracks = [t for t in tracks if not t.trouble]
     parts, notes, joints, fallen = [], [], [], []
     count = 0

@@ -59,10 +59,7 @@ def spin_calibration(found: list[SilhouetteRotation]) -> tuple[np.ndarray, np.nd
 
 
 def smoothed(angle: np.ndarray) -> np.ndarray:
-    """Straight lines over as many neighbours as agree with all shorter windows.
-
-    Source: Goldenshluger, Nemirovski (1997), Math. Methods Statist. 6, 135.
-    """
+    """Straight lines over as many rows as agree (Goldenshluger & Nemirovski 1997)."""
     sd = noise_of(angle)
     best, low, high = angle.copy(), angle - CONSISTENT * sd, angle + CONSISTENT * sd
     open_ = np.full(len(angle), sd > 0)

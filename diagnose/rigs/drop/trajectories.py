@@ -19,10 +19,7 @@ _SPEEDS_AT_NODES = chebyshev.chebvander(NODES, POINTS) @ _ONCE.T
 
 
 def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
-    """a (F, POINTS, 2) at the nodes of F flights with `speeds` (F, 2) in their middle.
-
-    half (F,) [s]; force(velocity (F, POINTS, 2)) → acceleration. Converged to 1e-10 m/s.
-    """
+    """a (F, POINTS, 2) by force(velocity) at nodes of flights with `speeds` in the middle."""
     velocity = np.repeat(speeds[:, None, :], POINTS, axis=1)
     for _ in range(MAX_ITERATIONS):
         now = force(velocity)
@@ -35,10 +32,7 @@ def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
 
 
 def changes(velocity: np.ndarray, half: np.ndarray, force, speeds: np.ndarray, direct: np.ndarray) -> np.ndarray:
-    """Derivative of `accelerations` (K, F, POINTS, 2).
-
-    speeds (K, F, 2): change of the speeds in the middle; direct: of the force at `velocity`.
-    """
+    """Derivative of `accelerations` by speeds (K, F, 2) and by the force itself (`direct`)."""
     now = force(velocity)
     slopes = [(force(velocity + small) - now) / SMALL_M_S for small in SMALL_M_S * np.eye(2)]
     out = direct

@@ -108,10 +108,7 @@ def _weights(square: np.ndarray) -> np.ndarray:
 
 
 def _loss_of_weighting(square: np.ndarray) -> float:
-    """Variance inflation of an estimate with Student weights.
-
-    mean w · mean ψ² / (mean ψ')², ψ = w x (Huber 1964, Ann. Math. Stat. 35, 73).
-    """
+    """Variance inflation by weights, mean w mean ψ²/(mean ψ')², ψ = w x (Huber 1964)."""
     weight = _weights(square)
     slope = float(((TAILS + 1) * (TAILS - square) / (TAILS + square) ** 2).mean())
     loss = float(weight.mean() * (weight**2 * square).mean()) / max(slope, 0.3) ** 2

@@ -10,10 +10,7 @@ GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
 def creep_deg(piles: list, photos: list) -> float:
-    """By how much the flanks [deg] flatten from first to last photo, by a line through all.
-
-    NaN for one photo, another view, or where one flank's angle could be the camera's.
-    """
+    """By how much flanks [deg] flatten from first to last photo; NaN where not comparable."""
     angles = [_angle_deg(photo) for photo in photos]
     if len(piles) < 2 or not np.isfinite(angles).all() or min(_alike(a, b) for a, b in pairwise(piles)) < SAME_VIEW:
         return float("nan")

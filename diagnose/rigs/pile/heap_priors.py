@@ -1,7 +1,4 @@
-"""Priors of the usual heap: mean shape, variation between materials, scatter of packings.
-
-From simulated heaps (benchmarks/pile_emulator.py) of several frictions, widened for real ones.
-"""
+"""Priors of the usual heap, from simulated ones (benchmarks/pile_emulator.py), widened."""
 
 import numpy as np
 

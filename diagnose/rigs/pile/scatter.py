@@ -125,10 +125,7 @@ def _packing(photos: tuple[Photo, ...], lags, noise: Noise, sigma) -> tuple[dict
 
 
 def pooled_sd(values: np.ndarray, errors: np.ndarray, group: list, prior_sd: float) -> float:
-    """sd of `values` (n,) about group means beyond `errors` (n,), with a prior.
-
-    Values are weighted by the square of the scatter's share in their variance.
-    """
+    """sd of `values` about group means beyond `errors`, weighted by its share, with a prior."""
     least = 0.1 * PRIOR_REPEATS * prior_sd**2
     sums, freedom = PRIOR_REPEATS * prior_sd**2, PRIOR_REPEATS
     for key in dict.fromkeys(group):

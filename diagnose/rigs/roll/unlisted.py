@@ -1,6 +1,6 @@
 """Unlisted physics of rolls: resistance in windows of an axis, and laws for it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -83,7 +83,7 @@ def windows_of(fit: Fit) -> Windows:
 
 def _at_axis(fit: Fit, at: FittedRuns, r: int, axis: str, table: Table) -> np.ndarray:
     if axis == "v_m_s":
-        return response(fit, at, r, more=replace(table, values=-table.values))
+        return response(fit, at, r, more=table._replace(values=-table.values))
     return response(fit, at, r, **{"time" if axis == "t_s" else "place": table})
 
 
@@ -147,7 +147,7 @@ def _column(base: Fit, at: FittedRuns, r: int, term: Term, reach: float) -> np.n
     way = at.ways[r]
     length = law_begins_at(way, base.problem.model.runs[r]) - way.x0
     if term.family == "corner":
-        return response(base, at, r, way=replace(way, keep=way.keep * (1 - PUSH)))
+        return response(base, at, r, way=way._replace(keep=way.keep * (1 - PUSH)))
     if term.family == "part":
         return response(base, at, r, place=bump(length + term.part[0] / 1e3, length + term.part[1] / 1e3, 1.3 * (length + reach)))
     top = max(float(s.max()) for s in at.speed)

@@ -99,10 +99,7 @@ def _step(t: float, s: float, x: float, v: float, onset: float, tilt: np.ndarray
 
 @njit(cache=True)
 def _crept(laws: Laws, growth: float, until: float) -> tuple[float, float]:
-    """Way [m], mean speed [m/s] of a shaken block's slips, `until` [s] ≤ 0 before it slides.
-
-    growth [m/s³] of the pull: v = a/ω (1 − s)^2.5, s = −growth until/a from 1 to 0.
-    """
+    """Way [m], speed [m/s] of a shaken block's slips: v = a/ω (1 − s)^2.5, s = −growth until/a."""
     left = 1.0 + growth * until / laws.shake if laws.shake > 0.0 and growth > 0.0 else 0.0
     if left <= 0.0:
         return 0.0, 0.0

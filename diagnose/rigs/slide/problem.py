@@ -210,10 +210,7 @@ def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]
 
 
 def initial_onsets_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tuple[np.ndarray, float]:
-    """Starts where each run may gain an acceleration at onset; median friction lost.
-
-    Without one, a block that lets go with a jump seems to let go earlier: a separate minimum of χ².
-    """
+    """Starts in a separate minimum of χ²: friction lost at onset; its median."""
     starts, lost = starts.copy(), []
     for k in range(len(prepared.session.runs)):
         starts[k, 0], starts[k, 1], _, jump, _ = _onset(model, prepared, k, jump=True)
