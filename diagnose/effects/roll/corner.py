@@ -22,13 +22,9 @@ GRIP = 0.15  # friction that ends the slip on the level
 GRIP_SPREAD = 1.5  # of ln: friction of 0.03 to 0.7
 
 
-def most(incline: float, inertia: float, rolling: float) -> float:
-    """Greatest usual loss of speed at a corner of `incline` [rad]; inertia: 1 + I/(m r²)."""
-    return (1 - math.cos(incline)) / inertia + rolling * math.sin(incline) / inertia
-
-
-def usual(most: float, rank: float) -> float:
-    """Loss of speed, uniform from 0 to `most`; rank: standard normal."""
+def usual_loss(incline: float, inertia: float, rolling: float, rank: float) -> float:
+    """Loss at a corner [rad], uniform from 0 to a sharp one's; rank: standard normal."""
+    most = (1 - math.cos(incline)) / inertia + rolling * math.sin(incline) / inertia
     return most * float(ndtr(rank))
 
 

@@ -77,7 +77,10 @@ def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
             photos.append(photo)
             kept.append(seen)
         else:
-            refused.append(f"{seen.recording}: {seen.trouble or _why_none(seen)}")
+            doubts = "; ".join(n for n in seen.notes if "cut by" in n or "slope" in n)
+            none = f"no flank of at least {LEAST_ROWS} steps between crest and toe"
+            none += f": {doubts}" if doubts else ""
+            refused.append(f"{seen.recording}: {seen.trouble or none}")
     if not photos:
         raise ValueError("no photo shows a flank from crest to toe" + "".join(f"\n  {r}" for r in refused))
     return tuple(_by_heap(photos, kept)), tuple(refused)
@@ -85,13 +88,12 @@ def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
 
 def _by_heap(photos: list[Photo], piles: list) -> list[Photo]:
     """Photos of one heap in one state, averaged: the same grains, packed once."""
-    groups: dict[tuple, list[int]] = {}
-    for k, (photo, seen) in enumerate(zip(photos, piles, strict=True)):
-        groups.setdefault((seen.heap or seen.recording, photo.photo_s if np.isfinite(photo.photo_s) else None), []).append(k)
-    return [
-        replace(_mean([photos[k] for k in group]), creep_deg=creep_deg([piles[k] for k in group], [photos[k] for k in group]))
-        for group in groups.values()
-    ]
+    groups: dict[tuple, list[tuple]] = {}
+    for photo, seen in zip(photos, piles, strict=True):
+        since = photo.photo_s if np.isfinite(photo.photo_s) else None
+        groups.setdefault((seen.heap or seen.recording, since), []).append((seen, photo))
+    pairs = [tuple(map(list, zip(*group))) for group in groups.values()]
+    return [replace(_mean(mine), creep_deg=creep_deg(seen, mine)) for seen, mine in pairs]
 
 
 def _mean(photos: list[Photo]) -> Photo:
@@ -113,11 +115,6 @@ def _mean_flank(flanks: list[Flank]) -> Flank:
     v = np.mean([np.interp(at, f.u, f.v) for f in flanks], axis=0)
     means = (float(np.mean([getattr(f, k) for f in flanks])) for k in ("angle_deg", "height", "length", "start"))
     return Flank(flanks[0].side, at, v, *means)
-
-
-def _why_none(seen) -> str:
-    doubts = "; ".join(n for n in seen.notes if "cut by" in n or "slope" in n)
-    return f"no flank of at least {LEAST_ROWS} steps between crest and toe{': ' + doubts if doubts else ''}"
 
 
 def photo_of(seen) -> Photo:

@@ -25,12 +25,13 @@ LEAST_READINGS = 3  # in either direction
 def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     """Finding of recordings (twin.roll_tracks.SeenRoll); ValueError where none can be used."""
     usable = [r for r in recordings if not r.trouble]
-    if not usable:
-        raise ValueError("none of the recordings can be used")
     if not any(len(r.x_mm) for r in usable):
         return diagnose_readings(usable)
     runs, seed, notes = assemble(usable)
-    scales = _scales(usable)
+    scales: dict[str, float] = {}  # relative sd, by session
+    for r in (r for r in usable if len(r.x_mm)):
+        sd = float(r.description["camera"]["scale_sd"])
+        scales[r.session] = max(scales.get(r.session, 0.0), sd)
     turn, phase = arguments(runs, seed)
     problem = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
     base = fit(problem)
@@ -53,15 +54,6 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
         {friction.name: rolling_friction}, law_of, advice, (*notes, *said, *corner_notes(base)),
     )  # fmt: skip
     return finding_of(asked, rng)
-
-
-def _scales(recordings) -> dict[str, float]:
-    """Relative sd of the scale of each session."""
-    out: dict[str, float] = {}
-    for r in recordings:
-        if len(r.x_mm):
-            out[r.session] = max(out.get(r.session, 0.0), float(r.description["camera"]["scale_sd"]))
-    return out
 
 
 def corner_notes(base: Fit) -> tuple[str, ...]:

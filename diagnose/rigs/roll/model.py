@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from diagnose.effects.effect import Effect
-from diagnose.effects.roll.corner import most, usual
+from diagnose.effects.roll.corner import usual_loss
 from diagnose.effects.roll.resistance import drag_over_weight
 from diagnose.effects.roll.shape_barrier import ripple
 from diagnose.effects.roll.slope import drive
@@ -41,7 +41,7 @@ class Model:
 
     def usual_loss(self, r: int, rank: float) -> float:
         """Share of the speed that the corner takes of run r; rank: the nuisance `corner`."""
-        return usual(most(self.incline[r], self.seed.inertia, self.mu), rank)
+        return usual_loss(self.incline[r], self.seed.inertia, self.mu, rank)
 
     def relevant(self, r: int) -> tuple[str, ...]:
         """Globals on which run r depends: no other session's scale, no other run's parameter."""

@@ -60,7 +60,10 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     left: dict[tuple | str, list[tuple[np.ndarray, int]]] = {}
     for run in (run for run in runs if has_few_rows(run)):
         unknowns = 3 if run.stays else 5
-        design = _few_columns(run)[:, :unknowns] / row_weight(run)[:, None]
+        t, way = run.time_s, run.way
+        columns = [np.ones(len(t)), t - t.mean(), (t - t.mean()) ** 2]
+        columns += [np.maximum(t - way.corner, 0) ** 2, np.maximum(t - way.stop, 0) ** 2]
+        design = np.column_stack(columns[:unknowns]) / row_weight(run)[:, None]
         data = run.x / row_weight(run)
         rest = data - design @ np.linalg.lstsq(design, data, rcond=1e-12)[0]
         key = (run.sign, run.session, tuple(run.x)) if run.gates else run.recording
@@ -82,12 +85,6 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / max(spare, 1.0))
     noise = Noise(0.0, 0.0, level) if others is None else others.noise
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
-
-
-def _few_columns(run: Run) -> np.ndarray:
-    t, way = run.time_s, run.way
-    columns = [np.ones(len(t)), t - t.mean(), (t - t.mean()) ** 2]
-    return np.column_stack([*columns, np.maximum(t - way.corner, 0) ** 2, np.maximum(t - way.stop, 0) ** 2])
 
 
 def _stretches(run: Run, turn: float) -> list[Stretch]:

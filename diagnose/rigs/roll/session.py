@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from diagnose.air import G_M_S2, Air, air_of, drag_shape, stated_sizes_mm
 from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S
@@ -67,7 +68,8 @@ class Seed:
 
 def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
     """Usable runs, the seed, notes. ValueError where no run can be used."""
-    told = first_seed_description([r.description for r in rolls if len(r.x_mm)])
+    about = [r.description for r in rolls if len(r.x_mm)]
+    told = next((d for d in about if d.get("seed")), about[0] if about else {})
     seed = seed_of(told)
     runs, notes = [], []
     past = [tuple(r.x_mm) for r in rolls if 0 < len(r.x_mm) < FEW_ROWS]
@@ -137,8 +139,7 @@ def run_of(roll, seed: Seed) -> Run:
 def _no_spikes(x: np.ndarray) -> np.ndarray:
     """Rows (indices) near the median of their neighbours."""
     half = NEIGHBOURS // 2
-    padded = np.pad(x, half, mode="edge")
-    off = np.abs(x - np.median(np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS), axis=1))
+    off = np.abs(x - median_filter(x, NEIGHBOURS, mode="nearest"))
     step = np.median(np.abs(np.diff(x)))
     usual = 1.4826 * np.median(off) + 1e-9
     return np.flatnonzero(off <= SPIKE_SD * usual + half * 3 * step)
@@ -164,11 +165,6 @@ def _turning(time, x, angle_deg, way: Path) -> tuple[float, float] | None:
     slope, level = np.polyfit(x[rows], np.radians(angle_deg[rows]), 1)
     left = np.radians(angle_deg[rows]) - level - slope * x[rows]
     return (float(slope), float(level)) if 100 < abs(slope) < 5000 and left.std() < 0.5 else None
-
-
-def first_seed_description(descriptions: list[dict]) -> dict:
-    """The first description that has a seed, for all of the session."""
-    return next((d for d in descriptions if d.get("seed")), descriptions[0] if descriptions else {})
 
 
 def relative_drag(description: dict, told: dict) -> float:

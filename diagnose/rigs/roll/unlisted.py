@@ -68,23 +68,20 @@ def windows_of(fit: Fit) -> Windows:
     top = max(float(s.max()) for s in at.speed)
     corner, passing = max(way.corner - way.x0 for way in at.ways), any(not run.stays for run in model.runs)
     where, columns = [], []
-    for axis, reach, unit in (("t_s", reach_t, 1.0), ("x_mm", reach_x, 1e3), ("v_m_s", top, 1.0)):
+    axes = (("t_s", "time", reach_t, 1.0), ("x_mm", "place", reach_x, 1e3), ("v_m_s", "more", top, 1.0))
+    for axis, kind, reach, unit in axes:
         for low, high in pairwise(np.linspace(0.0, reach, BINS + 1)):
             table = bump(low, high, 1.3 * reach)
+            if kind == "more":  # a resistance, not a push
+                table = table._replace(values=-table.values)
             sector = "onset" if passing and axis == "x_mm" and high <= corner + 0.5 * (high - low) else "run-out"
             where.append(Bin(axis, float(low * unit), float(high * unit), "resistance", sector))
-            columns.append([_at_axis(fit, at, r, axis, table) for r in range(len(model.runs))])
+            columns.append([response(fit, at, r, **{kind: table}) for r in range(len(model.runs))])
     if np.all(model.turn > 0) and all(run.turning for run in model.runs):
         for low, high in pairwise(np.linspace(0.0, 2 * np.pi, BINS + 1)):
             where.append(Bin("phase", float(low), float(high), "resistance", "run-out"))
             columns.append([response(fit, at, r, place=_phase(model, at, r, low, high)) for r in range(len(model.runs))])
     return Windows([np.column_stack(c) for c in zip(*columns, strict=True)], tuple(where))
-
-
-def _at_axis(fit: Fit, at: FittedRuns, r: int, axis: str, table: Table) -> np.ndarray:
-    if axis == "v_m_s":
-        return response(fit, at, r, more=table._replace(values=-table.values))
-    return response(fit, at, r, **{"time" if axis == "t_s" else "place": table})
 
 
 def _phase(model, at: FittedRuns, r: int, low: float, high: float) -> Table:

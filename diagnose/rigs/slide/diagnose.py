@@ -32,7 +32,11 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     session = prepared.session
     sessions = [*(r.session for r in session.runs), *(r.session for r in session.reads)]
     follows, said = conditions_of(list(session.stated), sessions)
-    follows = (*follows, *_rates(session))
+    rates = np.array([*(r.tilt.rate_deg_s for r in session.runs), *(r.rate_deg_s for r in session.reads)])
+    if np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1:  # friction may follow time at rest
+        z = np.log(rates) - np.log(rates).mean()
+        spread = float(z.std())
+        follows = (*follows, Condition("ln_tilt_rate", z[:, None] / spread, spread, unlisted=True))
     heard = vibration(prepared)
     notes = (*session.notes, *said)
     notes += (f"the travel ripples at {heard.hertz:.3g} Hz in all runs",) if heard else ()
@@ -89,16 +93,6 @@ def _at(problem, name: str, value: float) -> np.ndarray:
     """Globals (G,) at 0 but for one effect, its shape parameters at their low ends."""
     values = {n: problem.effects[n].low for n in problem.columns_of(name)} | {name: value}
     return np.array([values.get(n, 0.0) for n in problem.names])
-
-
-def _rates(session: Session) -> tuple[Condition, ...]:
-    """The tilt rate as a condition, since friction may depend on time at rest."""
-    rates = np.array([*(r.tilt.rate_deg_s for r in session.runs), *(r.rate_deg_s for r in session.reads)])
-    if not np.isfinite(rates).all() or np.ptp(np.log(rates)) < 0.1:
-        return ()
-    z = np.log(rates) - np.log(rates).mean()
-    spread = float(z.std())
-    return (Condition("ln_tilt_rate", z[:, None] / spread, spread, unlisted=True),)
 
 
 def static_friction(e: Explanation) -> tuple[float, float]:

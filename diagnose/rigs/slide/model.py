@@ -39,8 +39,11 @@ class Model:
 
 def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:
     """All that acts on a run, except its friction."""
+    amid = 0.25 * math.log(run.air.count)  # each of n seeds feels n^−¼ of a lone one's drag, n^−½ to 1
+    off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
     laws = Laws(
-        turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=air_size(run, values), slow_air=run.air.slow,
+        turning=model.turning, from_hinge=run.from_hinge or HINGE_M,
+        air=run.air.size * math.exp(-amid) * (1 + off), slow_air=run.air.slow,
         stair=math.radians(model.stair_deg), lag=min(max(LAG + LAG_SD * own[4], 0.01), 0.99), wave_chance=own[4],
         shake=model.shaking[0], omega=2 * math.pi * model.shaking[1],
         climb=CLIMB_S * math.exp(min(max(values.get("climb", 0.0), -4.0), 2.0)),
@@ -49,13 +52,6 @@ def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -
         if effect.act and (effect.group or values.get(name)):
             laws = effect.act(laws, run, values.get(name, 0.0))
     return laws
-
-
-def air_size(run: Run, values: dict[str, float]) -> float:
-    """Drag coefficient [1/m] of a block of n seeds, each n^−¼ of a lone one, n^−½ to 1."""
-    amid = 0.25 * math.log(run.air.count)
-    off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
-    return run.air.size * math.exp(-amid) * (1 + off)
 
 
 def tilt_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> np.ndarray:
