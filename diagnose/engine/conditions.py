@@ -28,7 +28,6 @@ class Contact:
     prior_sd: float  # of its change by one sd of a condition, in the global's unit
     scale: float  # from the global's unit to the reported one
     sector: str
-    words: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,11 +156,10 @@ def _effects(contact: Contact, c: Condition) -> list[Effect]:
         "unlisted": c.unlisted, "source": "by rule: whatever the recordings state may matter",
     }  # fmt: skip
     if not c.levels:
-        return [Effect(name, unit=unit, meaning=f"slope of {contact.words} on {c.name}", reported=shown, **about)]
-    words = f"{contact.words} beside the mean of all levels, {c.name} = "
+        return [Effect(name, unit=unit, meaning=f"slope on {c.name}", reported=shown, **about)]
     return [
         Effect(
-            name if k == 0 else f"{name}.{level}", unit="1", meaning=f"{words}{level}", group="" if k == 0 else name,
+            name if k == 0 else f"{name}.{level}", unit="1", meaning=f"at {level}, beside the mean", group="" if k == 0 else name,
             reported=lambda value: value * contact.scale, level=level, **about,
         )
         for k, level in enumerate(c.levels)

@@ -31,7 +31,7 @@ from diagnose.rigs.drop.nuisances import DISTANCES_M
 from diagnose.rigs.drop.track_noise import UNSEEN_M
 from diagnose.rigs.drop.unlisted import law_in_words, windows_of
 
-RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact", "restitution")
+RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
 LEAST_WEIGHT = 1e-3  # weight of a distance beside the likeliest, below which it is dropped
 FEW = "too few impacts were seen to tell an effect from their scatter"
 AXES = ("place across", "height")
@@ -54,7 +54,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     few = alternatives[0].problem.model.impacts is None
     contact = {} if few else {RESTITUTION.name: restitution}
     asked = DiagnosisTask(
-        "drop", tuple(alternatives), windows_of, _curves, contact, law_in_words, partial(separating_recordings, EFFECTS),
+        "drop", tuple(alternatives), windows_of, curves_of, contact, law_in_words, partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
     )  # fmt: skip
     return finding_of(asked, rng)
@@ -126,13 +126,14 @@ def restitution(e: Explanation) -> tuple[float, float]:
     return here, float(np.sqrt(slope @ e.fit.covariance[np.ix_(joint.own_spot, joint.own_spot)] @ slope))
 
 
-def _curves(base: Fit, model: Fit) -> tuple[Curve, ...]:
+def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
+    """Places over time, and restitution and kicks over impact speed, of each recording."""
     pairs = zip(session_fits(base), session_fits(model), strict=True)
-    flights = tuple(curve for one, two in pairs for curve in curves_of(one, two))
-    return (*flights, *impact_curves(base, model)) if base.problem.model.impacts is not None else flights
+    curves = [curve for pair in pairs for curve in _flight_curves(*pair)]
+    return (*curves, *(_impact_curves(base, model) if base.problem.model.impacts is not None else ()))
 
 
-def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
+def _flight_curves(before: Fit, after: Fit) -> list[Curve]:
     """Two curves a recording, across and up [mm], over the time [s] since its first row."""
     s = before.problem.model.session
     left = [1e3 * (s.places - predict(of.problem.model, of.starts, of.by_name)[0]) for of in (before, after)]
@@ -146,11 +147,10 @@ def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
         for axis, quantity in enumerate(AXES):
             part = [values[rows, axis] for values in (1e3 * s.places, *left)]
             out.append(Curve(name, quantity, "mm", "t_s", time[rows] - time[rows].min(), *part))
-    return tuple(out)
+    return out
 
 
-def impact_curves(before: Fit, after: Fit) -> tuple[Curve, ...]:
-    """Restitution and sideways kick over impact speed, for each recording."""
+def _impact_curves(before: Fit, after: Fit) -> list[Curve]:
     models = [of.problem.model.impacts_at(of.starts, of.values) for of in (before, after)]
     model, left = models[0], []
     for of, struck in zip((before, after), models, strict=True):
@@ -164,4 +164,4 @@ def impact_curves(before: Fit, after: Fit) -> tuple[Curve, ...]:
                 own = own[np.argsort(model.bounces.speed[rows[own]])]
                 parts = [values[first + own] for values in (model.y, *left)]
                 out.append(Curve(recording, quantity, "1", "v_m_s", model.bounces.speed[rows[own]], *parts))
-    return tuple(out)
+    return out

@@ -41,11 +41,6 @@ def friction_of(elongation: float, spun: bool) -> Friction:
     return Friction(0.0, 0.02, 0.4, 0.02) if elongation < NEARLY_ROUND else Friction(-0.5, 0.5, 0.0, 1.0)
 
 
-def stuck_friction(elongation: float) -> Friction:
-    """As `stuck` has it: −1 up to the radius's variation and the spin's noise."""
-    return Friction(STUCK, 0.0, -1 + 0.3 * elongation, 0.03 + 0.7 * elongation)
-
-
 def sticking(
     seen: ImpactQuantities, rows: np.ndarray, push: Friction, impacts: Impacts, long: float
 ) -> tuple[ImpactQuantities, np.ndarray, Friction]:
@@ -59,7 +54,8 @@ def sticking(
     holds = off < STUCK_SD * spread
     if holds.mean() < 0.6 or spread > usual:
         return seen, rows, push
-    return stuck(seen, impacts), rows[holds], stuck_friction(long)
+    # −1 up to the radius's variation and the spin's noise
+    return stuck(seen, impacts), rows[holds], Friction(STUCK, 0.0, -1 + 0.3 * long, 0.03 + 0.7 * long)
 
 
 def stuck(seen: ImpactQuantities, impacts: Impacts) -> ImpactQuantities:

@@ -73,17 +73,17 @@ def model_of(impacts: Impacts, elongation: float | None = None, follows: np.ndar
     if not found:
         return None
     e_rows, kick_rows = (rows if s is not None else rows[:0] for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)))
-    model = ImpactModel(
+    return ImpactModel(
         impacts, seen, e_rows, kick_rows, np.concatenate([seen.e[e_rows], seen.kick[kick_rows]]),
         _blocks(impacts, found), _smooth(seen, impacts, e_rows, kick_rows),
         float(np.median(seen.e[e_rows])) if len(e_rows) else 0.5, long, spun, push, max(s.log_level_sd for _, s in found),
     )  # fmt: skip
-    return model
 
 
 def globals_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, float]]:
     """Effects that these impacts can show, names of all globals, and the baseline's sds."""
-    effects = {n: e for n, e in IN_IMPACTS.items() if _rows_of(n, model)}
+    rows = {True: len(model.kick_rows), False: len(model.e_rows)}
+    effects = {n: e for n, e in IN_IMPACTS.items() if rows[e.kick is not None]}
     return effects, (*effects, *NUISANCES), known_sd(model)
 
 
@@ -93,10 +93,6 @@ def updated(model: ImpactModel, impacts: Impacts) -> ImpactModel:
     seen = stuck(seen, impacts) if model.friction.sticks else seen
     y = np.concatenate([seen.e[model.e_rows], seen.kick[model.kick_rows]])
     return replace(model, impacts=impacts, bounces=seen, y=np.where(np.isfinite(y), y, model.y))
-
-
-def _rows_of(effect: str, model: ImpactModel) -> bool:
-    return bool(len(model.kick_rows if IN_IMPACTS[effect].kick else model.e_rows))
 
 
 def _scatter(rows, y, design, error, components, floor, **about) -> Scatter | None:
@@ -110,7 +106,7 @@ def _scatter_of_e(
 ) -> Scatter | None:
     """About the law of least AICc, with the seed's attitude if that is better still."""
     floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
-    parts = [np.diag((impacts.number > 1) / seen.speed**2), _same_seed(impacts)]
+    parts = [np.diag((impacts.number > 1) / seen.speed**2), _one_seed(impacts)]
 
     def about(law: np.ndarray) -> Scatter | None:
         return _scatter(rows, seen.e, law, seen.e_error, parts, floor, asked=1, most=most)
@@ -135,11 +131,12 @@ def _scatter_of_kicks(rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts
     design = _kick_design(seen, later, push)
     while design.shape[1] > 1 and len(rows) < 4 * design.shape[1]:
         design = design[:, :-1]
-    return _scatter(rows, beside, design, seen.kick_error, [np.diag(later * 1.0), _same_seed(impacts)], KICK_FLOOR, usual=usual)
+    parts = [np.diag(later * 1.0), _one_seed(impacts)]
+    return _scatter(rows, beside, design, seen.kick_error, parts, KICK_FLOOR, usual=usual)
 
 
-def _same_seed(impacts: Impacts) -> np.ndarray:
-    """(n, n): 1 where two impacts are of one recording, that is of one seed."""
+def _one_seed(impacts: Impacts) -> np.ndarray:
+    """(n, n): 1 where two impacts are of one recording."""
     return (impacts.recording[:, None] == impacts.recording).astype(float)
 
 

@@ -59,7 +59,9 @@ def scatter_of(
     few = max(_freedom(measured, parts, design, asked) * (1 - SCALE_LOSS * (loss - 1) / (MOST_LOSS - 1)), 1.0)
     wider = loss * (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
     level_sd = 0.5 * float(np.sqrt(polygamma(1, few / 2)))
-    return Scatter(wider * (measured + sum(parts)), level_sd, _aicc(likelihood, len(y), design.shape[1] + 1))
+    numbers = design.shape[1] + 1  # Akaike's criterion: Hurvich & Tsai (1989), Biometrika 76, 297
+    aicc = -2 * likelihood + 2 * numbers * len(y) / max(len(y) - numbers - 1, 0.5)
+    return Scatter(wider * (measured + sum(parts)), level_sd, aicc)
 
 
 def _independent(design: np.ndarray) -> np.ndarray:
@@ -69,11 +71,6 @@ def _independent(design: np.ndarray) -> np.ndarray:
         if len(design) and np.linalg.matrix_rank(design[:, [*kept, k]]) > len(kept):
             kept.append(k)
     return design[:, kept]
-
-
-def _aicc(likelihood: float, rows: int, numbers: int) -> float:
-    """Akaike's criterion for few rows. Source: Hurvich & Tsai (1989), Biometrika 76, 297."""
-    return -2 * likelihood + 2 * numbers * rows / max(rows - numbers - 1, 0.5)
 
 
 def _settled(y, design, measured, components, bounds: tuple[float, float], usual: tuple[float, ...], weight: np.ndarray):

@@ -20,9 +20,10 @@ def creep_deg(piles: list, photos: list) -> float:
 
 def _angle_deg(photo) -> float:
     """Mean angle of the flanks against the plate, NaN where the camera's tilt is unknown."""
-    lean = photo.plate_deg if np.isfinite(photo.plate_deg) else 0.0
-    if len(photo.flanks) < 2 and photo.reference != "plate" and not np.isfinite(photo.plate_deg):
+    known = np.isfinite(photo.plate_deg)
+    if len(photo.flanks) < 2 and photo.reference != "plate" and not known:
         return float("nan")
+    lean = photo.plate_deg if known else 0.0
     return float(np.mean([f.angle_deg - f.side * lean for f in photo.flanks]))
 
 

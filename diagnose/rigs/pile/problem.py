@@ -59,12 +59,13 @@ def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> P
     effects: dict[str, Effect] = {n: EFFECTS[n] for n in acted}
     made = series_problem("pile", series, own, model.predict, effects, known, known | stated, model, max_iterations=2)
     repeats = len(photos) - len({p.stated for p in photos})
-    return replace(made, unknown_scatter=None if repeats >= REPEATS else _unknown_scatter)
 
+    def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
+        """Rows' change by one sd of a packing's angle."""
+        steeper = stacked(reduced)[0][:, problem.names.index("repose")]
+        return UnknownScatter(steeper * scatter.even["angle"])
 
-def _unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
-    """Rows' change by one sd of a packing's angle."""
-    return UnknownScatter(stacked(reduced)[0][:, problem.names.index("repose")] * problem.model.scatter.even["angle"])
+    return replace(made, unknown_scatter=None if repeats >= REPEATS else unknown_scatter)
 
 
 def differing(photos: tuple[Photo, ...]) -> dict[str, np.ndarray]:
@@ -88,11 +89,10 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
     bumps = [rows(p, lambda u, p=p: heap_priors.bumps(u, seeds_high(p))) for p in photos]
     out |= {f"bump-{k}": (1.0, [b[:, k] for b in bumps]) for k in range(heap_priors.COLUMNS)}
     for quantity, stated in differing(photos).items():
-        crest, toe, angle = NATURAL[quantity]
         log = np.log(stated) - np.log(stated).mean()
-        out[f"{quantity}:crest"] = crest, [x * rows(p, PARTS["crest"]) for x, p in zip(log, photos, strict=True)]
-        out[f"{quantity}:toe"] = toe, [x * rows(p, PARTS["toe"]) for x, p in zip(log, photos, strict=True)]
-        out[f"{quantity}:angle"] = angle, [x * rows(p, angle=lambda side: 1.0) for x, p in zip(log, photos, strict=True)]
+        parts = {"crest": (PARTS["crest"], None), "toe": (PARTS["toe"], None), "angle": (None, lambda side: 1.0)}
+        for (part, laws), sd in zip(parts.items(), NATURAL[quantity], strict=True):
+            out[f"{quantity}:{part}"] = sd, [x * rows(p, *laws) for x, p in zip(log, photos)]
     return out
 
 

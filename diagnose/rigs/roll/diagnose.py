@@ -43,7 +43,7 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     told = {r.recording: r for r in usable}
     about = [told[run.recording] for run in runs]
     follows, said = conditions_of([r.description for r in about], [r.session for r in about])
-    friction = Contact("rolling_friction", "mu", 0.3, base.problem.model.mu, "run-out", "rolling friction")
+    friction = Contact("rolling_friction", "mu", 0.3, base.problem.model.mu, "run-out")
     one_way = len({run.sign for run in runs}) < 2
 
     def advice(names: tuple[str, ...]) -> str | None:

@@ -23,7 +23,7 @@ from diagnose.rigs.slide.vibration import Vibration, vibration
 ROTATING_PLATE_ODDS, FIXED_PLATE_ODDS = 0.7, 0.3
 UNUSUAL_GRID_ODDS = 0.01  # that somebody reads angles to a grid of unusual resolution
 FIXED_PLATE_NOTE = "the block moves as on a fixed plate under a rotating gravity vector, as some simulations do"
-FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset", "static friction")
+FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset")
 
 
 def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
