@@ -24,6 +24,10 @@ from diagnose.engine.verdict import (
 )
 
 MOST_EXPLANATIONS = 20
+PLAIN_FIELDS = (  # of a finding, as they are in diagnosis.json
+    "alarm", "p_global", "verdict", "names", "p_verdict", "matters", "ln_bayes_baseline",
+    "ln_bayes_runner_up", "law", "next_record", "recordings", "notes",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -94,19 +98,10 @@ class Finding:
 
     def to_json(self) -> dict:
         """The rig's entry of diagnosis.json; null for what there is not."""
-        window = self.window and {key: getattr(self.window, key) for key in ("axis", "low", "high")}
         held = self.held_out
-        return _plain({
-            "alarm": self.alarm,
-            "p_global": self.p_global,
+        return _plain({key: getattr(self, key) for key in PLAIN_FIELDS} | {
             "sectors": [vars(s) for s in self.sectors],
-            "window": window,
-            "verdict": self.verdict,
-            "names": self.names,
-            "p_verdict": self.p_verdict,
-            "matters": self.matters,
-            "ln_bayes_baseline": self.ln_bayes_baseline,
-            "ln_bayes_runner_up": self.ln_bayes_runner_up,
+            "window": self.window and {k: v for k, v in vars(self.window).items() if k != "p"},
             "parameters": {name: vars(p) for name, p in self.parameters.items()},
             "explanations": [{"effects": names, "probability": p} for names, p in self.explanations],
             "effects": {
@@ -121,11 +116,7 @@ class Finding:
                 }
                 for name, m in self.contact.items()
             },
-            "law": self.law,
             "held_out": vars(held) if held else {"rmse_ratio": None, "removed_fraction": None},
-            "next_record": self.next_record,
-            "recordings": self.recordings,
-            "notes": self.notes,
         })  # fmt: skip
 
 

@@ -118,6 +118,13 @@ def secant(
     return float(high if abs(at_high) < abs(at_low) else low)
 
 
+def differences(drawn: list[np.ndarray], least: int) -> list[np.ndarray]:
+    """Pictures less the first one, as bright as the greatest of all, or of `least`, allows."""
+    gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
+    bright = 255 / max(least, *(int(gap.max()) for gap in gaps))
+    return [np.minimum(bright * gap, 255).astype(np.uint8) for gap in gaps]
+
+
 def change_in_words(rig: str, finding: Finding) -> str:
     """What was changed, with the values that all recordings gave."""
     said = []

@@ -51,7 +51,9 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     alarm, matters = bool(answer.get("alarm", verdict != "none")), answer.get("matters")
     matters_right = matters == key.matters if alarm and isinstance(matters, bool) and key.matters is not None else None
     covers, stated = interval_coverage(key, answer) if right else ((), ())
-    as_said = {"none": not truth, "unknown": unlisted(key), "class": bool(truth) and _within(truth, names)}.get(verdict, right)
+    within = all(n in names or (n in RESTITUTION and CLASS_NAME in names) for n in truth)
+    said = {"none": not truth, "unknown": unlisted(key), "class": bool(truth) and within}
+    as_said = said.get(verdict, right)
     return Judged(
         key, False, alarm, verdict, names, right, definite and not right, held, verdict == "unknown", sector,
         sector in key.sectors, covers, stated, _number((answer.get("held_out") or {}).get("removed_fraction")), seconds, as_said,
@@ -70,10 +72,6 @@ def same_effects(names: set[str], truth: set[str]) -> bool:
 def unlisted(key: Key) -> bool:
     """Whether the key holds an effect that the diagnosis does not list."""
     return any(e.name not in EFFECTS[key.rig] and "-follows-" not in e.name for e in key.effects)
-
-
-def _within(truth: set[str], names: tuple[str, ...]) -> bool:
-    return all(name in names or (name in RESTITUTION and CLASS_NAME in names) for name in truth)
 
 
 def probability_of_truth(key: Key, explanations: list[dict] | None) -> float | None:

@@ -179,7 +179,8 @@ def _recording_change(scene: Scene, run: Run, sizes: dict[str, float], name: str
     )
     steeper = more(replace(run, angle_off_deg=run.angle_off_deg + 0.1)) / 0.1
     larger = more(replace(run, half_mm=run.half_mm + 0.1)) / 0.1
-    changes = photos - plain + _turned(x, sizes, name) + (run.angle_off_deg - drawn.angle_off_deg) * steeper
+    turned = -np.radians(sizes[name]) * x if name == "camera-roll" else np.zeros_like(x)
+    changes = photos - plain + turned + (run.angle_off_deg - drawn.angle_off_deg) * steeper
     crest, toe = (column / max(float(np.abs(column).max()), 1e-12) for column in (rounder, longer))
     bow, faster = np.sin(np.pi * np.clip(middle / height, 0, 1)), np.log(run.gate_mm_s / GATE_MM_S)
     gate, size = KNOWN_GATE * height * faster, np.log(drawn.half_mm / HALF_MM)
@@ -214,12 +215,6 @@ def _nearest(x: np.ndarray, seen: np.ndarray, scene: Scene, run: Run, without: d
         return np.mean([profile(x, scene, made(values), without, k) for k in range(PHOTOS)], axis=0) - seen
 
     return made(least_squares(off, [run.angle_off_deg, run.half_mm], x_scale=[1.0, run.half_mm / 20]).x)
-
-
-def _turned(x: np.ndarray, sizes: dict[str, float], name: str) -> np.ndarray:
-    if name == "camera-roll":
-        return -np.radians(sizes[name]) * x
-    return np.zeros_like(x)
 
 
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:

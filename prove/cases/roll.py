@@ -19,8 +19,8 @@ from prove.cases.camera import Camera, magnification
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, RecordingChange, Visibility, fitted
 from prove.cases.stated import (
+    AIR_DENSITY,
     AIRY_SHARE,
-    air_keys,
     camera_keys,
     drag_scale,
     draw_distance_mm,
@@ -221,7 +221,7 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     d = scene.diameter_mm
     size = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
-    toml = {"provenance": "measured", "seed": size, "air": air_keys(scene.air > 0)}
+    toml = {"provenance": "measured", "seed": size, "air": {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

@@ -19,9 +19,9 @@ from prove.cases.bench import Bench, Recording, Request
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, RecordingChange, Visibility, fitted, scatter_snr
 from prove.cases.stated import (
+    AIR_DENSITY,
     AIRY_SHARE,
     Reading,
-    air_keys,
     camera_keys,
     drag_scale,
     draw_distance_mm,
@@ -233,7 +233,7 @@ def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {"mass_g": float(f"{scene.mass * 1e3:.4g}")}
-    toml = {"provenance": "measured", "seed": seed, "air": air_keys(scene.air > 0)}
+    toml = {"provenance": "measured", "seed": seed, "air": {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from prove.cases.bench import Bench, Recording, Request, log_uniform
+from prove.cases.bench import Bench, Request, log_uniform
 
 SHARES = {  # of benches that leave a key out; "seed.sizes": all three, "track.…": a column
     "camera.distance_mm": 0.5, "camera.mm_per_px_sd": 0.25, "camera.plumb_deg": 0.15, "camera.plumb_sd_deg": 0.25,
@@ -104,19 +104,18 @@ def without_absent_keys(bench: Bench, absent: frozenset[str]) -> Bench:
     """The bench without what it does not state; what tells recordings apart is stated."""
     values_of = {key: {_value(made.toml, key) for made in bench.recordings} for key in DISTINGUISHING}
     absent = absent - {key for key, values in values_of.items() if len(values) > 1}
-    return Bench(_without(bench.toml, absent), tuple(_recording_without(made, absent) for made in bench.recordings))
+    columns, recordings = {key.removeprefix("track.") for key in absent if "track." in key}, []
+    for made in bench.recordings:
+        track = made.track
+        if track is not None:
+            track = track.drop(columns=[c for c in track.columns if c in columns])
+        recordings.append(replace(made, toml=_without(made.toml, absent), track=track))
+    return Bench(_without(bench.toml, absent), tuple(recordings))
 
 
 def _value(toml: dict, key: str) -> str:
     section, _, name = key.partition(".")
     return str(toml[section].get(name) if name and section in toml else toml.get(key))
-
-
-def _recording_without(made: Recording, absent: frozenset[str]) -> Recording:
-    track = made.track
-    if track is not None:
-        track = track.drop(columns=[c for c in track.columns if f"track.{c}" in absent])
-    return replace(made, toml=_without(made.toml, absent), track=track)
 
 
 def _without(toml: dict, absent: frozenset[str]) -> dict:
@@ -134,8 +133,3 @@ def drag_scale(axes_mm: tuple[float, float, float], density: float) -> tuple[flo
     """(ρ A/2m [1/m], Re at 1 m/s) of the sphere of a seed's volume, axes (3,) full."""
     d = float(np.prod(axes_mm)) ** (1 / 3) * 1e-3
     return 0.75 * AIR_DENSITY / density / d, AIR_DENSITY * d / AIR_VISCOSITY
-
-
-def air_keys(airy: bool) -> dict[str, float]:
-    """What a recording says of it."""
-    return {"density_kg_m3": AIR_DENSITY if airy else 0.0}

@@ -74,7 +74,7 @@ def test_the_lens_centre_is_less_certain_where_seeds_fly_to_one_side():
     session = assemble(tracks(LIGHT, 3, np.random.default_rng(1)))
     for aside in (0.0, 2.0):
         there = replace(session, view=replace(session.view, fall=-aside * session.view.reach))
-        assert known_sd(there)["lens.x"] == pytest.approx(PRIORS["lens"][0] * np.hypot(OFF_CENTRE, aside / np.sqrt(3)))
+        assert known_sd(there)["lens.x"] == pytest.approx(PRIORS["lens"] * np.hypot(OFF_CENTRE, aside / np.sqrt(3)))
 
 
 def test_errors_within_stated_uncertainty_raise_no_alarm():

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnose.air import stated_sizes_mm
-from diagnose.rerun import Comparison, Resimulation
+from diagnose.rerun import Comparison, Resimulation, differences
 from twin.drop_pictures import Seed, beside, camera_for, followed, moments
 
 MOMENTS = 11  # in one picture
@@ -69,12 +69,7 @@ def strobe(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray]) -> byte
     picked = np.unique([falling[np.argmin(np.abs(s.places[rows[falling], 1] - step))] for step in steps])
     camera = camera_for(s.places[rows[picked]], _seed(flown, r, rows, seen["recording"]).plate_z)
     drawn = [moments(_seed(flown, r, rows[picked], places[picked]), camera) for places in seen.values()]
-    gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
-    bright = 255 / max(40, *(int(g.max()) for g in gaps))
-    return beside(
-        [*drawn, *(np.minimum(bright * g, 255).astype(np.uint8) for g in gaps)],
-        [*seen, "recording - old", "recording - new"],
-    )
+    return beside([*drawn, *differences(drawn, 40)], [*seen, "recording - old", "recording - new"])
 
 
 def _filmed(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray], folder: Path, say):

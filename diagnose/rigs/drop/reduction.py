@@ -209,7 +209,7 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
 
 def known_sd(session: Session) -> dict[str, float]:
     """Prior sd of every nuisance: as stated, else from PRIORS."""
-    known = {n: law.prior_sd if n.startswith(LOCK) else PRIORS[n][0] for n, law in NUISANCES.items()}
+    known = {n: law.prior_sd if n.startswith(LOCK) else PRIORS[n] for n, law in NUISANCES.items()}
     known["scale"] = float(np.hypot(session.scale_sd, known["scale"]))
     known["plumb"] = session.plumb_sd_deg
     known["air"] = float(np.median([a.sd / a.share if a.share else 0.0 for a in session.air]))
@@ -217,7 +217,7 @@ def known_sd(session: Session) -> dict[str, float]:
     known |= {"wobble": turning, "wobble.other": turning}
     # the optical axis lies between the fall and the middle of the view, uniformly
     aside = abs(session.view.fall) / session.view.reach / np.sqrt(3)
-    return known | {"lens.x": PRIORS["lens"][0] * float(np.hypot(OFF_CENTRE, aside))}
+    return known | {"lens.x": PRIORS["lens"] * float(np.hypot(OFF_CENTRE, aside))}
 
 
 def _parabolas(model: Model) -> np.ndarray:

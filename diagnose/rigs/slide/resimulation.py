@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnose.finding import Finding
-from diagnose.path_comparison import MOST, TwinPair, compared, with_frame_rate
+from diagnose.path_comparison import MOST, TwinPair, compared, way_from_rest, with_frame_rate
 from diagnose.rerun import Comparison, Resimulation, change_in_words, condition_shifts, simulation_settings, values_by_recording
 from diagnose.rigs.slide.diagnose import FRICTION
 from diagnose.words import followed_condition
@@ -61,8 +61,7 @@ def _let_go(again: Resimulation, twins: list[TwinPair], beside: dict[str, float]
 
 def travelled(r) -> Path1D:
     """Travel [mm] from rest."""
-    start = float(np.median(r.x_mm[: max(3, len(r.x_mm) // 50)]))
-    way = r.x_mm - start
+    way = way_from_rest(r, 50)
     return Path1D(r.time_s, way if way[-1] >= 0 else -way)
 
 
