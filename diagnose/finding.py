@@ -145,9 +145,9 @@ class DiagnosisTask:
     notes: tuple[str, ...] = ()
 
 
-def finding_of(asked: DiagnosisTask, rng: np.random.Generator) -> Finding:
+def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     """The finding of one rig."""
-    posterior = explain(asked.alternatives, asked.windows)
+    posterior = explain(task.alternatives, task.windows)
     base, p = posterior.base, p_global(posterior, rng)
     verdict = verdict_of(posterior, p)
     chosen = _chosen(posterior, verdict)
@@ -156,23 +156,29 @@ def finding_of(asked: DiagnosisTask, rng: np.random.Generator) -> Finding:
     )
     listed = {n for e in posterior.explanations for n in e.listed}
     likely = [n for n, q in posterior.presence().items() if n in listed and q > 0.01]
-    told = {n: effect_estimate(posterior, n) for n in likely}
-    contact = {n: parameter_shift(posterior, value) for n, value in asked.contact.items()}
+    estimates = {n: effect_estimate(posterior, n) for n in likely}
+    contact = {n: parameter_shift(posterior, value) for n, value in task.contact.items()}
     found = verdict.verdict != "none"
     nothing, ranked = posterior.probability(()), posterior.by_set()
     best = next((q for names, q in ranked if names), 0.0)
     runner_up = next((q for names, q in ranked if names and set(names) != set(chosen.names)), 0.0)
-    parameters = {n: Parameter(told[n].unit, *vars(told[n].size).values()) for n in verdict.names if n in told and told[n].unit}
+    named = verdict.names if verdict.verdict == "name" else ()
+    sizes = {n: estimates[n] for n in named if n in estimates and estimates[n].unit}
+    ours = posterior.probability(chosen.names)
     return Finding(
-        asked.rig, base.fit.problem.recordings, found, p, _sectors(posterior, found, rng), window, best_axis, verdict.verdict,
-        verdict.names, _ln_odds(best, nothing) if found else math.nan, _ln_odds(posterior.probability(chosen.names), runner_up)
-        if found else math.nan, parameters if verdict.verdict == "name" else {},
-        asked.law(chosen.fit) if verdict.verdict == "unknown" else None,
-        held_out(chosen, base) if found else None,
-        asked.advice(verdict.names) if verdict.verdict != "name" else None, verdict.probability,
-        found and _matters(contact, verdict.names), tuple(ranked[:MOST_EXPLANATIONS]), told, contact,
-        asked.curves(base.fit, chosen.fit), (*asked.notes, *_notes(posterior, verdict, p, nothing)),
-        left_out_values(chosen) if found else {},
+        task.rig, base.fit.problem.recordings, found, p, _sectors(posterior, found, rng), window,
+        best_axis, verdict.verdict, verdict.names,
+        ln_bayes_baseline=_ln_odds(best, nothing) if found else math.nan,
+        ln_bayes_runner_up=_ln_odds(ours, runner_up) if found else math.nan,
+        parameters={n: Parameter(e.unit, *vars(e.size).values()) for n, e in sizes.items()},
+        law=task.law(chosen.fit) if verdict.verdict == "unknown" else None,
+        held_out=held_out(chosen, base) if found else None,
+        next_record=task.advice(verdict.names) if verdict.verdict != "name" else None,
+        p_verdict=verdict.probability, matters=found and _matters(contact, verdict.names),
+        explanations=tuple(ranked[:MOST_EXPLANATIONS]), effects=estimates, contact=contact,
+        curves=task.curves(base.fit, chosen.fit),
+        notes=(*task.notes, *_notes(posterior, verdict, p, nothing)),
+        left_out=left_out_values(chosen) if found else {},
     )  # fmt: skip
 
 

@@ -57,8 +57,9 @@ def baseline_p(base: Explanation, rng: np.random.Generator, sector: str | None =
     asked = {n: c for n, c in table.components.items() if sector in (None, c.sector)}
     listed = [n for n, c in asked.items() if c.kind is not Kind.UNLISTED]
     groups = [n for n, c in asked.items() if c.kind is Kind.UNLISTED]
-    told = [p for p in (_p_listed(table, listed, rng), _p_unlisted(table, groups, rng)) if p is not None]
-    return float(min(1.0, len(told) * min(told))) if told else 1.0
+    both = _p_listed(table, listed, rng), _p_unlisted(table, groups, rng)
+    ps = [p for p in both if p is not None]
+    return float(min(1.0, len(ps) * min(ps))) if ps else 1.0
 
 
 def _scatter_weights(table: EvidenceTable) -> list[tuple[float, int]]:

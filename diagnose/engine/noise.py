@@ -215,18 +215,18 @@ def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
     """sd of ln of the low-frequency power by the likelihood's curvature; at most 0.7."""
     centre = np.clip(at, -FARTHEST, FARTHEST)
 
-    def told(*shares: tuple[float, float]) -> np.ndarray:
+    def measured(*shares: tuple[float, float]) -> np.ndarray:
         """(n, 2): −ln likelihood and ln power, so many steps from the centre."""
         found = [(_loss(packed, *_from_logits(centre + share * step, highest)), centre + share * step) for share in np.array(shares)]
         return np.array([(f[0] / 2, f[1] + np.log(Noise(*_from_logits(u, highest), 0.0).low_frequency)) for f, u in found])
 
     step = np.full(2, WIDEST_STEP)
-    here = told((0, 0))[0, 0]
+    here = measured((0, 0))[0, 0]
     for _ in range(2):
-        about = told(*AXES)
+        about = measured(*AXES)
         rise = (about[0][0] + about[1][0] - 2 * here) / 2, (about[2][0] + about[3][0] - 2 * here) / 2
         step = np.minimum(step / np.sqrt(np.maximum(rise, 0.25)), WIDEST_STEP)
-    loss, level = told(*AXES, (1, 1), (-1, -1)).T
+    loss, level = measured(*AXES, (1, 1), (-1, -1)).T
     cross = (loss[4] + loss[5] + 2 * here - loss[:4].sum()) / 2
     curve = np.array([[loss[0] + loss[1] - 2 * here, cross], [cross, loss[2] + loss[3] - 2 * here]])
     slope = np.array([level[0] - level[1], level[2] - level[3]]) / 2

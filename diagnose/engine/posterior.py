@@ -101,7 +101,7 @@ class _Search:
         That is the set itself, else its fitted subset with the most components, the likeliest of
         these. Misfit counts as in Student's t: see evidence.py.
         """
-        told = {}
+        weighed = {}
         for k, here in enumerate(self.tables):
             own_value = {own: self.value(k, own, own)[0] + self.priors[k][own] for own in here}
             parents: dict[tuple[str, ...], tuple[str, ...]] = {}
@@ -111,10 +111,10 @@ class _Search:
                     able = [listed] if listed in here else [own for own in here if set(own) <= set(listed)]
                     parents[listed] = max(able, key=lambda own: (len(own), own_value[own]))
                 if len(listed) <= len(parents[listed]) + 1:  # larger sets wait for a fitted subset
-                    told[k, names] = (*self.value(k, parents[listed], names), parents[listed])
-        best = max(fit for _, fit, _ in told.values())
+                    weighed[k, names] = (*self.value(k, parents[listed], names), parents[listed])
+        best = max(fit for _, fit, _ in weighed.values())
         out = {}
-        for (k, names), (value, misfit, own) in told.items():
+        for (k, names), (value, misfit, own) in weighed.items():
             level_sd = self.noise[k][1]
             softer = student_ln_likelihood(misfit - best, level_sd) - (misfit - best)
             out[k, names] = value + softer + self.priors[k][names] + self.alternatives[k].ln_likelihood, own
@@ -161,13 +161,14 @@ class _Search:
         """Unfitted single components that may be missing; nonlinear ones whatever their slope."""
         own = [self.value(k, (), ())[0] + np.log(a.odds) + a.ln_likelihood for k, a in enumerate(self.alternatives)]
         alive = [k for k, value in enumerate(own) if value > max(own) + np.log(BASELINE_WEIGHT)]
-        told = {
-            (k, names): self.value(k, (), names)[0] + self.priors[k][names] + self.alternatives[k].ln_likelihood
-            for k in alive for names in self.priors[k] if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
+        weights = {
+            (k, names): self.value(k, (), names)[0] + prior + self.alternatives[k].ln_likelihood
+            for k in alive for names, prior in self.priors[k].items()
+            if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
         }  # fmt: skip
-        total = logsumexp(list(told.values())) if told else 0.0
+        total = logsumexp(list(weights.values())) if weights else 0.0
         return {
-            (k, names): value for (k, names), value in told.items() if names not in self.tables[k]
+            (k, names): value for (k, names), value in weights.items() if names not in self.tables[k]
             and (self.alternatives[k].problem.effects[names[0]].nonlinear or value >= total + np.log(SINGLE_WEIGHT))
         }  # fmt: skip
 

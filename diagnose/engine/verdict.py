@@ -156,13 +156,14 @@ def _linear_combination(e: Explanation, name: str, of: np.ndarray) -> tuple[floa
 def parameter_shift(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> ParameterShift:
     """A contact parameter; value(explanation) → its mean and sd there."""
 
-    def told(e: Explanation, weight: float) -> tuple[float, float, float]:
+    def weighted(e: Explanation, weight: float) -> tuple[float, float, float]:
         mean, sd = value(e)
         return weight, mean, sd * float(np.sqrt(e.power))
 
-    base = posterior.base
-    every = [told(e, e.probability) for e in posterior.explanations if e.probability > 1e-3] or [told(base, 1.0)]
-    return ParameterShift(mixture_interval([told(base, 1.0)]), mixture_interval(every))
+    nothing = [weighted(posterior.base, 1.0)]
+    likely = [e for e in posterior.explanations if e.probability > 1e-3]
+    every = [weighted(e, e.probability) for e in likely] or nothing
+    return ParameterShift(mixture_interval(nothing), mixture_interval(every))
 
 
 def sector_shares(posterior: Posterior) -> dict[str, float]:
