@@ -3,7 +3,7 @@
 With the nuisances marginalised, components of prior sd T have the information J = TᵀCᵀΣ⁻¹CT and the
 score h, so that
 
-ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the physical range),
+    ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the physical range),
 
 averaged over the widths of the priors and over sizes of the scatter between recordings.
 Source: Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.

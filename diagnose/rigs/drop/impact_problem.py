@@ -12,8 +12,16 @@ import numpy as np
 from diagnose.effects.drop import EFFECTS
 from diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
 from diagnose.engine.linear import Reduced
-from diagnose.rigs.drop.friction import KICK_FLOOR, NEARLY_ROUND, Friction, friction_of, sticking, stuck
-from diagnose.rigs.drop.impact_quantities import ImpactQuantities, impact_quantities
+from diagnose.rigs.drop.impact_quantities import (
+    KICK_FLOOR,
+    NEARLY_ROUND,
+    Friction,
+    ImpactQuantities,
+    friction_of,
+    impact_quantities,
+    sticking,
+    stuck,
+)
 from diagnose.rigs.drop.impacts import Impacts
 from diagnose.rigs.drop.variance_components import Scatter, scatter_of
 

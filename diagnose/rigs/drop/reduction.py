@@ -15,7 +15,6 @@ from diagnose.air import G_M_S2, SEED_DRAG
 from diagnose.engine.linear import Reduced
 from diagnose.engine.noise import frame_lag, whiten
 from diagnose.engine.problem import Problem
-from diagnose.rigs.drop.constraints import pushed_sides, side_rows, touching, unseen_rows
 from diagnose.rigs.drop.flight_model import (
     IN_FLIGHT,
     LAWS,
@@ -31,8 +30,12 @@ from diagnose.rigs.drop.flight_model import (
     places,
     push_slopes,
     pushed,
+    pushed_sides,
     rate_of,
+    side_rows,
     sides,
+    touching,
+    unseen_rows,
 )
 from diagnose.rigs.drop.nuisances import LOCK, NUISANCES, OFF_CENTRE, PRIORS
 from diagnose.rigs.drop.session import Session

@@ -1,6 +1,6 @@
 """A heap's flanks in shares of their own size, independent of position, size and angle.
 
-u = (distance out from the top of the flank's line) / (its way to the plate),   v = height / H
+    u = (distance out from the top of the flank's line) / (its way to the plate),   v = height / H
 
 A straight flank is v = 1 − u. The line is that through 20–80 % of the crest's height. Two flanks:
 the top is where their lines meet. One flank: the wall's foot; a heap whose top never moved (its
@@ -9,11 +9,10 @@ is not used, nor half a seed next to a wall.
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-
-from diagnose.rigs.pile.creep import creep_deg
 
 LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
 STEP, REACH = 0.0125, 1.4  # of u
@@ -22,6 +21,8 @@ WALL_JUMP = 0.12  # of the crest's height
 LEAST_ROWS = 40
 EDGE = 0.03  # of the flank's way, where no seed's size is known: half a seed, of which at a wall only the round side is seen
 SAME_SIZE = 0.2  # of ln
+SAME_VIEW = 0.5  # correlation of the grains' outline between photos that follow each other
+GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ class Photo:
     rig_mm: float  # size of what was emptied
     notes: tuple[str, ...]
     conditions: dict
-    creep_deg: float = float("nan")  # see creep.py
+    creep_deg: float = float("nan")  # flattening between photos, see creep_deg
 
     @property
     def stated(self) -> tuple:
@@ -245,3 +246,40 @@ def _rows(u: np.ndarray, v: np.ndarray, low: float, high: float) -> tuple[np.nda
     count = np.bincount(cell, minlength=len(edges) - 1)
     mean = np.bincount(cell, v[inside], minlength=len(edges) - 1) / np.maximum(count, 1)
     return (edges[:-1] + STEP / 2)[count > 0], mean[count > 0]
+
+
+def creep_deg(piles: list, photos: list) -> float:
+    """By how much flanks [deg] flatten from first to last photo; NaN where not comparable."""
+    angles = [_angle_deg(photo) for photo in photos]
+    if len(piles) < 2 or not np.isfinite(angles).all() or min(_alike(a, b) for a, b in pairwise(piles)) < SAME_VIEW:
+        return float("nan")
+    turns = np.arange(len(angles))
+    return float(-np.polyfit(turns, angles, 1)[0] * turns[-1])
+
+
+def _angle_deg(photo) -> float:
+    """Mean angle of the flanks against the plate, NaN where the camera's tilt is unknown."""
+    known = np.isfinite(photo.plate_deg)
+    if len(photo.flanks) < 2 and photo.reference != "plate" and not known:
+        return float("nan")
+    lean = photo.plate_deg if known else 0.0
+    return float(np.mean([f.angle_deg - f.side * lean for f in photo.flanks]))
+
+
+def _alike(one, other) -> float:
+    """Correlation of the short waves of two surfaces."""
+    count = min(len(one.z), len(other.z))
+    if count < 2 or one.unit != other.unit or abs(one.x[0] - other.x[0]) > abs(one.x[1] - one.x[0]):
+        return 0.0
+    high = max(3, round(GRAINS * float(np.nanmax(one.z - one.base_z)) / float(one.x[1] - one.x[0]))) | 1
+    a, b = (_grains(seen.z[:count], high) for seen in (one, other))
+    there = np.isfinite(one.z[:count]) & np.isfinite(other.z[:count])
+    a, b = a[there], b[there]
+    return float(np.corrcoef(a, b)[0, 1]) if len(a) > 2 and a.std() > 0 and b.std() > 0 else 0.0
+
+
+def _grains(z: np.ndarray, wide: int) -> np.ndarray:
+    """A surface (n,) less its mean over `wide` columns."""
+    there = np.isfinite(z)
+    whole = np.interp(np.arange(len(z)), np.flatnonzero(there), z[there])
+    return whole - uniform_filter1d(whole, wide)
