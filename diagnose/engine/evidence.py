@@ -82,7 +82,9 @@ class EvidenceTable:
         for part in parts:
             if np.isfinite(part.low) or np.isfinite(part.high):
                 sd = part.sd[0] * widths[:, first]
-                every += _inside(part, sd, sd * mean[..., first], sd * np.sqrt(posterior[..., first, first]))
+                own_sd = sd * np.sqrt(posterior[..., first, first])
+                every += _ln_normal_between(part.low, part.high, sd * mean[..., first], own_sd)
+                every -= _ln_normal_between(part.low, part.high, 0.0, sd)
             first += len(part.sd)
         best = np.take_along_axis(fall, every.argmax(1)[:, None], 1)[:, 0]
         return logsumexp(every, axis=1) - np.log(len(widths)) + self.ln_z_nothing + self.odds, self.misfit + best
@@ -121,20 +123,16 @@ def table_of(
         right.append(rest[:-1, -1])
     ends = np.cumsum([0, *(len(c.sd) for c in components)])
     index = {c.name: np.arange(ends[k], ends[k + 1]) for k, c in enumerate(components)}
-    unit = np.concatenate([_unit(c, information[0][np.ix_(index[c.name], index[c.name])]) for c in components] or [np.zeros(0)])
+    unit = np.ones(ends[-1])
+    for c in components:
+        if c.kind is Kind.UNLISTED:  # of a size that has an expected SNR of 1
+            seen = float(np.diag(information[0])[index[c.name]].sum())
+            unit[index[c.name]] = 1 / np.sqrt(seen) if seen > 0 else 0.0
     scaled = {c.name: replace(c, sd=c.sd * unit[index[c.name]]) for c in components}
     return EvidenceTable(
         scaled, index, np.array(ln_z_nothing), np.array(misfit), np.array(information) * np.outer(unit, unit), np.array(right) * unit,
         sizes.odds(len(ln_z_nothing)), level_sd,
     )  # fmt: skip
-
-
-def _unit(component: Component, information: np.ndarray) -> np.ndarray:
-    """Factors (k,) on the prior sds: unlisted physics gets the size of expected SNR 1."""
-    if component.kind is not Kind.UNLISTED:
-        return np.ones(len(component.sd))
-    seen = float(np.trace(information))
-    return np.full(len(component.sd), 1 / np.sqrt(seen) if seen > 0 else 0.0)
 
 
 def refined_noise_power(
@@ -226,11 +224,6 @@ def student_ln_likelihood(misfit: float, level_sd: float) -> float:
         return misfit
     freedom = 2 / level_sd**2
     return -0.5 * (freedom + 1) * float(np.log1p(max(-2 * misfit, 0.0) / freedom))
-
-
-def _inside(part: Component, prior: np.ndarray, mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    """ln of the posterior's share inside the physical range, over the prior's."""
-    return _ln_normal_between(part.low, part.high, mean, sd) - _ln_normal_between(part.low, part.high, 0.0, prior)
 
 
 def _ln_normal_between(low: float, high: float, mean, sd) -> np.ndarray:

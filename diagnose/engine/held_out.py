@@ -29,8 +29,11 @@ def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
     sse_fit = sum(squared_errors(mine, sd))
     sse_base = sum(squared_errors(base.reduced, base.fit.baseline_sd))
     noise, spread = _noise(mine, sd)
-    gain = sse_base - sse_fit
-    left = max(sse_fit - noise - CHANCE_SDS * spread, _unexplained(e, mine, sd), 0.0)
+    gain, left = sse_base - sse_fit, max(sse_fit - noise - CHANCE_SDS * spread, 0.0)
+    if others := [c.columns for n, c in e.table.components.items() if n not in e.names]:
+        a, b = stacked(mine)  # fall of χ² when every other component is freed too
+        fall, freedom = fall_of_chi2(np.hstack(others), projector(a, sd), b)
+        left = max(left, fall - freedom - CHANCE_SDS * float(np.sqrt(2 * freedom)))
     share = gain / (gain + left) if gain > 0 else 0.0
     return HeldOut(float(np.sqrt(sse_fit / sse_base)), float(share))
 
@@ -45,14 +48,6 @@ def with_components(e: Explanation) -> tuple[tuple[Reduced, ...], np.ndarray]:
     seen = [UNLISTED_PRIOR if p.kind is Kind.UNLISTED else 1.0 for p in parts]
     wide = [np.where(p.scaled_prior, WIDE_PRIOR, 1.0) * p.sd * s for p, s in zip(parts, seen)]
     return tuple(out), np.concatenate([e.fit.baseline_sd, *wide])
-
-
-def _unexplained(e: Explanation, reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> float:
-    """Fall of χ² when every other component is freed too, beyond chance."""
-    others = [c.columns for n, c in e.table.components.items() if n not in e.names]
-    a, b = stacked(reduced)
-    fall, freedom = fall_of_chi2(np.hstack(others), projector(a, prior_sd), b) if others else (0.0, 0)
-    return fall - freedom - CHANCE_SDS * float(np.sqrt(2 * freedom))
 
 
 def squared_errors(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[float]:

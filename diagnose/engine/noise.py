@@ -181,12 +181,12 @@ def _from_logits(u: np.ndarray, highest: float) -> tuple[float, float]:
 
 def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows (n, s, p + 1) padded with zeros, lags (n, s), number of true rows (s,)."""
-    n, p = max(len(s.data) for s in stretches), max(s.design.shape[1] for s in stretches)
-    rows, lag = np.zeros((n, len(stretches), p + 1)), np.full((n, len(stretches)), np.inf)
-    for j, s in enumerate(stretches):
-        m = len(s.data)
+    count, p = np.array([len(s.data) for s in stretches]), max(s.design.shape[1] for s in stretches)
+    n = count.max()
+    rows, lag = np.zeros((n, len(count), p + 1)), np.full((n, len(count)), np.inf)
+    for j, (s, m) in enumerate(zip(stretches, count, strict=True)):
         rows[:m, j, : s.design.shape[1]], rows[:m, j, p], lag[:m, j] = s.design, s.data, s.lag
-    return rows, lag, np.array([len(s.data) for s in stretches])
+    return rows, lag, count
 
 
 def _loss(packed, rho: float, white: float) -> tuple[float, float]:

@@ -130,7 +130,9 @@ def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
     """Places over time, and restitution and kicks over impact speed, of each recording."""
     pairs = zip(session_fits(base), session_fits(model), strict=True)
     curves = [curve for pair in pairs for curve in _flight_curves(*pair)]
-    return (*curves, *(_impact_curves(base, model) if base.problem.model.impacts is not None else ()))
+    if base.problem.model.impacts is not None:
+        curves += _impact_curves(base, model)
+    return tuple(curves)
 
 
 def _flight_curves(before: Fit, after: Fit) -> list[Curve]:

@@ -87,7 +87,8 @@ def _at(session: Session, flight: np.ndarray, time: np.ndarray) -> Places:
     tau, half = time - session.middle[flight], session.half[flight]
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(flight)) + 1, [len(flight)]]).astype(int)
     runs = tuple((int(flight[a]), int(a), int(b)) for a, b in pairwise(cuts) if b > a)
-    shift, speed = shift_basis(tau, half) * half[:, None] ** 2, speed_basis(tau, half) * half[:, None]
+    shift = shift_basis(tau, half) * half[:, None] ** 2
+    speed = speed_basis(tau, half) * half[:, None]
     return Places(flight, tau, shift, speed, runs)
 
 

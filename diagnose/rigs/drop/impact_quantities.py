@@ -147,7 +147,8 @@ def sticking(
     if holds.mean() < 0.6 or spread > usual:
         return seen, rows, push
     # −1 up to the radius's variation and the spin's noise
-    return stuck(seen, impacts), rows[holds], Friction(STUCK, 0.0, -1 + 0.3 * long, 0.03 + 0.7 * long)
+    holding = Friction(STUCK, 0.0, -1 + 0.3 * long, 0.03 + 0.7 * long)
+    return stuck(seen, impacts), rows[holds], holding
 
 
 def stuck(seen: ImpactQuantities, impacts: Impacts) -> ImpactQuantities:

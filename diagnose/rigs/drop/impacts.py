@@ -153,7 +153,8 @@ def impacts_from_times(tracks) -> Impacts:
     unseen = np.full(len(found), np.nan)
     table = Impacts(
         tuple(t.recording for t in tracks), found[:, 0].astype(int), found[:, 1].astype(int),
-        np.column_stack([unseen, -found[:, 2], unseen]), np.column_stack([unseen, found[:, 3], unseen]),
+        np.column_stack([unseen, -found[:, 2], unseen]),
+        np.column_stack([unseen, found[:, 3], unseen]),
         np.array(flights, dtype=int).reshape(-1, 2),
         np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]), np.zeros(len(found)), 0.0,
         seeds_of([t.description for t in tracks]), unseen,

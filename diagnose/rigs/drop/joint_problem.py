@@ -227,8 +227,8 @@ def session_fits(whole: Fit) -> tuple[Fit, ...]:
     """The fit of each session's flights within a joint fit."""
     joint, prior, covariance = whole.problem.model, whole.prior_sd, whole.covariance
     return tuple(
-        Fit(part, prior[spot], values, covariance[np.ix_(spot, spot)], starts, whole.chi2, ())
-        for spot, (part, starts, values) in zip(joint.spots, joint.split(whole.starts, whole.values))
+        Fit(part, prior[at], values, covariance[np.ix_(at, at)], starts, whole.chi2, ())
+        for at, (part, starts, values) in zip(joint.spots, joint.split(whole.starts, whole.values))
     )
 
 

@@ -34,7 +34,8 @@ def resimulate(finding: Finding, tracks: list, folder: Path, pictures: bool, say
         pairs = [(f, f.read(without=in_flight), f.read()) for f in flights]
         rows = tuple(row for f, old, new in pairs for row in f.compared(old, new))
         how = "each flight was flown by the DEM from the start that the recording shows, old and new twin alike"
-        gains = [((f.session.places - a) ** 2 - (f.session.places - b) ** 2).sum() for f, a, b in pairs]
+        seen = [f.session.places for f in flights]
+        gains = [((s - a) ** 2 - (s - b) ** 2).sum() for s, (_, a, b) in zip(seen, pairs)]
         best = pairs[int(np.argmax(gains))]
         again = with_pictures(replace(again, compared=rows, how=how), *best, folder, pictures, say)
     if len(in_flight) < len(names):

@@ -143,7 +143,8 @@ def _of_impacts(fit: Fit) -> list[Family]:
     """Restitution and kick as powers of speed and count; restitution by spin and attitude."""
     model = fit.problem.model.impacts_at(fit.starts, fit.values)
     none = [np.zeros((0, *_axes(part)[2].shape)) for part in session_fits(fit)]
-    axes = {"speed of impact": model.bounces.speed, "number of impacts before": model.impacts.number - 1.0}
+    before = model.impacts.number - 1.0
+    axes = {"speed of impact": model.bounces.speed, "number of impacts before": before}
     families = [
         _power(model, none, kind, quantity, values)
         for kind in ("e", "kick") for quantity, values in axes.items() if np.ptp(values) > 0

@@ -35,8 +35,8 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         said = (*said, f"{' and '.join(rising)} goes with the order of the recordings: the two cannot be told apart")
     scatter = scatter_of(photos)
     orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)  # no plumb: a later tilt shows nothing
-    problems = [with_conditions(problem_of(photos, scatter, after=a), REPOSE, follows) for a in orders]
-    alternatives = tuple(map(Alternative, problems))
+    problems = [problem_of(photos, scatter, after=after) for after in orders]
+    alternatives = tuple(Alternative(with_conditions(p, REPOSE, follows)) for p in problems)
     notes = (*refused, *_notes(photos), *said)
     asked = DiagnosisTask(
         "pile", alternatives, windows_of, curves_of, {REPOSE.name: repose_deg}, law_of,

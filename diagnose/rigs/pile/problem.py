@@ -90,8 +90,8 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
     out |= {f"bump-{k}": (1.0, [b[:, k] for b in bumps]) for k in range(heap_priors.COLUMNS)}
     for quantity, stated in differing(photos).items():
         log = np.log(stated) - np.log(stated).mean()
-        parts = {"crest": (PARTS["crest"], None), "toe": (PARTS["toe"], None), "angle": (None, lambda side: 1.0)}
-        for (part, laws), sd in zip(parts.items(), NATURAL[quantity], strict=True):
+        for part, sd in zip(("crest", "toe", "angle"), NATURAL[quantity], strict=True):
+            laws = (PARTS[part], None) if part in PARTS else (None, lambda side: 1.0)
             out[f"{quantity}:{part}"] = sd, [x * rows(p, *laws) for x, p in zip(log, photos)]
     return out
 

@@ -32,8 +32,8 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     session = prepared.session
     sessions = [*(r.session for r in session.runs), *(r.session for r in session.reads)]
     follows, said = conditions_of(list(session.stated), sessions)
-    rates = np.array([*(r.tilt.rate_deg_s for r in session.runs), *(r.rate_deg_s for r in session.reads)])
-    if np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1:  # friction may follow time at rest
+    rates = [r.tilt.rate_deg_s for r in session.runs] + [r.rate_deg_s for r in session.reads]
+    if np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1:  # friction may age at rest
         z = np.log(rates) - np.log(rates).mean()
         spread = float(z.std())
         follows = (*follows, Condition("ln_tilt_rate", z[:, None] / spread, spread, unlisted=True))

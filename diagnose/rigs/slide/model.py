@@ -39,7 +39,7 @@ class Model:
 
 def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:
     """All that acts on a run, except its friction."""
-    amid = 0.25 * math.log(run.air.count)  # each of n seeds feels n^−¼ of a lone one's drag, n^−½ to 1
+    amid = 0.25 * math.log(run.air.count)  # each of n seeds feels n^−¼ (n^−½ to 1) of a lone one's
     off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
     laws = Laws(
         turning=model.turning, from_hinge=run.from_hinge or HINGE_M,

@@ -90,7 +90,7 @@ def stretches(run: Run) -> list[Stretch]:
         degree = min(degree, FEW_DEGREE if has_few_rows(run) else max(len(t) // 6, 0))
         design = legendre.legvander(t, degree)
         crossed = float(np.ptp(run.travel[part])) > DEGREE * float(np.hypot(*run.lock[0]))
-        if crossed and run.lock.any() and not has_few_rows(run):  # more pixels than the curve follows
+        if crossed and run.lock.any() and not has_few_rows(run):  # waves finer than the curve
             design = np.column_stack([design, run.lock[part]])
         out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out

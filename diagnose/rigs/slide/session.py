@@ -218,7 +218,6 @@ def mass_of(description: dict) -> float:
 
 
 def _air_drag(description: dict) -> AirDrag:
-    """What air does to one seed of it in free flight."""
     air = air_of(description)
     slow = ABRAHAM / math.sqrt(air.reynolds_per_speed) if air.reynolds_per_speed else 0.0
     at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
