@@ -68,7 +68,8 @@ def windows_of(fit: Fit) -> Windows:
     top = max(float(s.max()) for s in at.speed)
     corner, passing = max(way.corner - way.x0 for way in at.ways), any(not run.stays for run in model.runs)
     where, columns = [], []
-    axes = {"t_s": ("time", reach_t, 1.0), "x_mm": ("place", reach_x, 1e3), "v_m_s": ("more", top, 1.0)}
+    axes = {"t_s": ("time", reach_t, 1.0), "x_mm": ("place", reach_x, 1e3)}
+    axes["v_m_s"] = ("more", top, 1.0)
     for axis, (kind, reach, unit) in axes.items():
         for low, high in pairwise(np.linspace(0.0, reach, BINS + 1)):
             table = bump(low, high, 1.3 * reach)
