@@ -46,7 +46,7 @@ def _binned(judged: list[Judged]) -> dict:
             share, (a, b) = k / len(some), binomial_interval(k, len(some))
             middle = float(np.exp(np.mean([math.log(max(j.key.snr, 0.3)) for j in some])))
             rows.append((middle, share, b - share, share - a, f"{k} of {len(some)}"))
-    x, y, up, down, labels = zip(*rows) if rows else ((),) * 5
+    x, y, up, down, labels = list(zip(*rows)) or [()] * 5
     bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down)}
     return {"type": "scatter", "mode": "markers", "name": "all, binned (95 %)", "x": _listed(x), "y": _listed(y), "error_y": bars,
             "text": list(labels), "marker": {"color": COLOURS["all"], "size": 8}}  # fmt: skip

@@ -47,7 +47,7 @@ def prove(settings: Settings, progress: Progress) -> list[Judged]:
         keys, salts = _make_all(settings, specs, progress)
         _solve_all(settings, specs, progress)
         files = {s.name: settings.out / "solutions" / s.name / "diagnosis.json" for s in specs}
-        hashes = dict.fromkeys(files)
+        hashes: dict[str, str | None] = dict.fromkeys(files)
         for name, file in files.items():
             if file.is_file():
                 hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()

@@ -35,9 +35,10 @@ def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Att
     with tempfile.TemporaryDirectory() as empty:
         kept = {name: os.environ[name] for name in PASSED_ON if name in os.environ}
         bare = kept | dict.fromkeys(threads, "1") | {"HOME": empty, "TMPDIR": empty}
-        how = {"cwd": empty, "env": bare, "capture_output": True, "check": False}
         try:
-            done = subprocess.run(command, timeout=limit_s, **how)
+            done = subprocess.run(
+                command, cwd=empty, env=bare, capture_output=True, timeout=limit_s, check=False
+            )
             code, printed = done.returncode, done.stdout[-20_000:] + done.stderr[-20_000:]
         except subprocess.TimeoutExpired as late:
             printed, trouble = (late.stdout or b"") + (late.stderr or b""), f"stopped after {limit_s:g} s"
