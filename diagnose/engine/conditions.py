@@ -130,7 +130,7 @@ def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condit
 
         return widened(made, bool(values[base:].any())), changed
 
-    inner = problem.fast_chi2  # for fits in which nothing follows a condition
+    inner: Any = problem.fast_chi2  # for fits in which nothing follows a condition
 
     def reduce_free(starts, values, wanted):
         made, change = inner.reduce_free(starts, values[:base], wanted[:base])
