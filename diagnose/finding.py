@@ -187,9 +187,7 @@ def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
     if verdict.verdict == "none":
         return posterior.base
     if verdict.verdict == "name":
-        same = [e for e in posterior.explanations if set(e.names) == set(verdict.names)]
-        if same:
-            return same[0]
+        return next(e for e in posterior.explanations if set(e.names) == set(verdict.names))
     needs_unlisted = verdict.verdict == "unknown"
     return next(e for e in posterior.explanations if e.names and bool(e.unlisted) == needs_unlisted)
 

@@ -65,10 +65,6 @@ class Fit:
         return self.problem.names
 
     @property
-    def freedom(self) -> int:
-        return self.problem.freedom
-
-    @property
     def baseline_sd(self) -> np.ndarray:
         """Prior sd (G,) of the globals where no effect is free."""
         return np.array([self.problem.known_sd.get(n, 0.0) for n in self.names])

@@ -35,7 +35,7 @@ def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
     assert told.explanations[0][0] == () and told.p_verdict > 0.5
     # correlated noise estimated from 2,000 rows: σ² to 3 %, so χ² per degree of freedom to 10 %
     base = fitted(LIGHT, 1)
-    assert base.chi2 / base.freedom == pytest.approx(1, abs=0.12)
+    assert base.chi2 / base.problem.freedom == pytest.approx(1, abs=0.12)
 
 
 @pytest.mark.parametrize("stated_mm", [2000.0, None])
