@@ -98,7 +98,7 @@ def reduce(
     smooth: bool = False,
     wanted: np.ndarray | None = None,
 ):
-    """See Problem.reduce; extra: an array (n_r, K) a recording; wanted (G,): columns to compute."""
+    """See Problem.reduce; extra: (n_r, K) for each recording; wanted (G,): columns to compute."""
     asked = sizes if wanted is None else {n: size for (n, size), w in zip(sizes.items(), wanted, strict=True) if w}
     at = dict(zip(sizes, values, strict=True))
     more = [None] * len(series) if extra is None else extra

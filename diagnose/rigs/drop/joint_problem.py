@@ -123,7 +123,7 @@ def joint_flights(sessions: tuple[PreparedSession, ...]) -> Problem:
 def with_impacts(
     flights: Fit | None, sessions: tuple[PreparedSession, ...], heard: Impacts | None, follows, long: float | None = None
 ) -> Problem | None:
-    """The flights' problem with impacts if there are enough; long: elongation, if not stated."""
+    """The flights' problem, with impacts if enough; long: elongation of seeds, None: as stated."""
     joint = flights.problem.model if flights else JointModel((), (), np.zeros(1, dtype=int))
     fits = session_fits(flights) if flights else ()
     parts = [impacts_of(part, s.noise, s.tracks) for part, s in zip(fits, sessions, strict=True)] if flights else []

@@ -19,7 +19,7 @@ _SPEEDS_AT_NODES = chebyshev.chebvander(NODES, POINTS) @ _ONCE.T
 
 
 def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
-    """a (F, POINTS, 2) by force(velocity) at nodes of flights with `speeds` in the middle."""
+    """a (F, POINTS, 2) of a force(velocity) on flights that have `speeds` in their middle."""
     velocity = np.repeat(speeds[:, None, :], POINTS, axis=1)
     for _ in range(MAX_ITERATIONS):
         now = force(velocity)
@@ -32,7 +32,7 @@ def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
 
 
 def changes(velocity: np.ndarray, half: np.ndarray, force, speeds: np.ndarray, direct: np.ndarray) -> np.ndarray:
-    """Derivative of `accelerations` by speeds (K, F, 2) and by the force itself (`direct`)."""
+    """Derivative of `accelerations` by those speeds (K, F, 2), and by the force itself (direct)."""
     now = force(velocity)
     slopes = [(force(velocity + small) - now) / SMALL_M_S for small in SMALL_M_S * np.eye(2)]
     out = direct

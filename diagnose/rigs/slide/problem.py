@@ -201,7 +201,7 @@ def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]
 
 
 def initial_onsets_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tuple[np.ndarray, float]:
-    """Starts in a separate minimum of χ²: friction lost at onset; its median."""
+    """Starts of runs that lose friction at onset, another minimum of χ²; median loss."""
     starts, lost = starts.copy(), []
     for k in range(len(prepared.session.runs)):
         starts[k, 0], starts[k, 1], _, jump, _ = _onset(model, prepared, k, jump=True)
