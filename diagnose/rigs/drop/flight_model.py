@@ -245,7 +245,7 @@ def touching(model: Model, push: np.ndarray) -> np.ndarray:
 
 
 def side_rows(model: Model, starts: np.ndarray, at: dict, sds: np.ndarray, side_columns: np.ndarray, side, spun: np.ndarray):
-    """Rows of contacts and falls: (recording, {flight: entries by start}, by globals, right side)."""
+    """Rows of contacts, falls: (recording, {flight: entries by start}, by globals, right side)."""
     s = model.session
     count, rows = len(s.joint), []
     for j, (before, after) in enumerate(s.joint):
