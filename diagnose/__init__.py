@@ -1,13 +1,9 @@
-"""Diagnosis of a bench: which physics the simulation leaves out, where it shows, and whether it
-matters.
+"""Diagnosis of a bench: which physics the simulation leaves out, where, and whether it matters.
 
     from diagnose import diagnose_bench
 
     for rig, finding in diagnose_bench("samples/concealed-roll").findings.items():
         print(rig, finding.verdict, finding.names)
-
-rigs/RIG/ states the recordings of a rig as one inference problem, effects/RIG/ lists what may be
-missing, engine/ computes the posterior over explanations.
 """
 
 

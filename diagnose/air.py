@@ -20,20 +20,14 @@ G_M_S2 = 9.80665
 
 @dataclass(frozen=True)
 class Air:
-    """What a recording states of air and seed.
+    """What a recording states of air and seed."""
 
-    share: drag over weight at 2 m/s, 0 where air is left out; sd: of share.
-    room: the same in the stated air or, where air is left out, in room air.
-    reynolds_per_speed: Reynolds number at 1 m/s; lift: ρ A r/2m [-] of a = C (ρ A r/2m) ω × v.
-    buoyancy: density of the stated air over the seed's, 0 where air is left out.
-    """
-
-    share: float
-    sd: float
-    room: float
-    reynolds_per_speed: float
-    lift: float
-    buoyancy: float = 0.0
+    share: float  # drag over weight at 2 m/s, 0 where air is left out
+    sd: float  # of share
+    room: float  # the share in the stated air or, where air is left out, in room air
+    reynolds_per_speed: float  # Reynolds number at 1 m/s
+    lift: float  # ρ A r/2m [-] of a = C (ρ A r/2m) ω × v
+    buoyancy: float = 0.0  # density of the stated air over the seed's
 
 
 def drag_coefficient(reynolds):
@@ -53,9 +47,7 @@ def stated_sizes_mm(description: dict) -> list[float]:
 
 
 def air_of(description: dict) -> Air:
-    """From a recording's `seed` and `air` sections; typical values and a wide sd for absent
-    keys.
-    """
+    """From `seed` and `air` sections; absent keys get typical values and a wide sd."""
     seed, air = description.get("seed", {}), description.get("air", {})
     density, viscosity = air.get("density_kg_m3", 1.2), air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5
     stated = density > 0
@@ -78,16 +70,13 @@ def air_of(description: dict) -> Air:
 
 
 def speed_through_air(velocity: np.ndarray, aside_square: np.ndarray) -> np.ndarray:
-    """|v| (f, n, 1) [m/s] of velocities (f, n, 2) in the picture and v_y² (f, 1), which may be <
-    0.
-    """
+    """Speed (f, n, 1) [m/s] of (f, n, 2) velocities and v_y² (f, 1), which may be < 0."""
     square = (velocity**2).sum(axis=-1, keepdims=True) + aside_square[..., None]
     return np.sqrt(np.maximum(square, SLOWEST_M_S**2))
 
 
 def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0):
-    """s in a = −(share g) s u, u the velocity through the air: drag over drag at 2 m/s, over the
-    speed.
+    """s in a = −(share g) s u, u the velocity through the air; s u is u/|u| at 2 m/s.
 
     slope: d ln C_d/d ln v beside a sphere's, clipped to ± 1: a force that falls with speed
     diverges.
@@ -99,9 +88,6 @@ def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0
 
 
 def drag_over_mass(motion, share) -> np.ndarray:
-    """a = −share g s(|v|) v [m/s²]; share: drag over weight at 2 m/s, scalar or (f, 1, 1).
-
-    motion: see effects.drop.hooks.Motion.
-    """
+    """a = −share g s(|v|) v [m/s²] of a `Motion`; share: scalar or (f, 1, 1)."""
     speed = speed_through_air(motion.velocity, motion.aside_square)
     return -share * motion.g * drag_shape(speed, motion.reynolds[..., None], motion.slope) * motion.velocity

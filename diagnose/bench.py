@@ -1,7 +1,6 @@
 """Diagnosis of a bench folder: a finding for each rig, or why there is none."""
 
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from diagnose.finding import Finding
+from diagnose.words import fault_in_words
 from twin.tracks import Listed, listed
 
 Say = Callable[[str], None]
@@ -25,23 +25,17 @@ READERS = {
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What a bench folder gave.
-
-    findings, recordings (those used) and twins (rerun.Resimulation): by rig.
-    refused: rigs without a finding, and why.
-    trouble: recordings that could not be used, (name, rig, why).
-    notes: for the reader; took_s; seed: of the random numbers.
-    """
+    """What a bench folder gave, rig by rig."""
 
     folder: Path
     findings: dict[str, Finding]
-    recordings: dict[str, list]
-    refused: dict[str, str]
-    trouble: tuple[tuple[str, str, str], ...]
+    recordings: dict[str, list]  # those used
+    refused: dict[str, str]  # why there is no finding
+    trouble: tuple[tuple[str, str, str], ...]  # (name, rig, why) of those not usable
     notes: tuple[str, ...] = ()
     took_s: float = 0.0
-    seed: int = 1
-    twins: dict[str, Any] = field(default_factory=dict)
+    seed: int = 1  # of the random numbers
+    twins: dict[str, Any] = field(default_factory=dict)  # rerun.Resimulation
 
     def to_json(self) -> dict:
         """The content of diagnosis.json."""
@@ -56,15 +50,13 @@ class Diagnosis:
 
 
 def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), say: Say = lambda text: None) -> Diagnosis:
-    """Diagnose every rig of a bench folder, or those in `only`. FileNotFoundError without a
-    folder.
-    """
+    """Diagnose every rig of a bench folder, or those in `only`."""
     begun = time.monotonic()
     entries = listed(folder)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
     findings, used, refused = {}, {}, {}
-    rigs = [rig for rig in (*READERS, *{e.rig: 0 for e in entries if e.rig and e.rig not in READERS}) if not only or rig in only]
-    for number, rig in enumerate(rigs):
+    rigs = dict.fromkeys((*READERS, *(e.rig for e in entries if e.rig)))
+    for number, rig in enumerate(rig for rig in rigs if not only or rig in only):
         here = [e for e in entries if e.rig == rig and not e.trouble]
         if not here:
             continue
@@ -81,41 +73,23 @@ def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), s
 
 
 def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say):
-    """A Finding or why there is none; the recordings used; those that were not: (name, rig,
-    why).
-    """
+    """A Finding or why there is none; recordings used; those that were not: (name, rig, why)."""
     if rig not in READERS:
         return f"a {rig} cannot be diagnosed yet", [], []
-    say(f"{rig}: reading {_count(len(entries), 'recording')}")
+    say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
     try:
-        read, diagnose = _imported(rig)
-        seen = read(folder)
-        known = {e.recording for e in entries}  # unreadable files are reported by the reader of every rig
+        module, reader = READERS[rig]  # imported on first use
+        seen = getattr(import_module(f"twin.{module}"), reader)(folder)
+        known = {e.recording for e in entries}  # every rig's reader reports unreadable files
         wrong = [(s.recording, rig, s.trouble) for s in seen if s.trouble and s.recording in known]
         usable = [s for s in seen if not s.trouble]
         if not usable:
             return "none of its recordings can be used", [], wrong
-        say(f"{rig}: diagnosing {_count(len(usable), 'recording')}")
+        say(f"{rig}: diagnosing {len(usable)} recording{'s' * (len(usable) != 1)}")
+        diagnose = getattr(import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")
         with np.errstate(all="ignore"):  # a fit may try a step that overflows, and takes it back
             return diagnose(usable, rng), usable, wrong
     except ValueError as error:
         return str(error), [], []
     except Exception as error:  # an error in one rig must not stop the others
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(place.filename).name}:{place.lineno}"
-        return f"a fault of benchtwin, please report it: {error!r} in {where}", [], []
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
-
-
-def _imported(rig: str) -> tuple[Callable[[Path], list], Callable[[list, np.random.Generator], Finding]]:
-    """The rig's reader, and its diagnosis of what was read, imported on first use.
-
-    Recordings have `recording` and `trouble`, "" where there is none; the diagnosis raises ValueError
-    where nothing can be said.
-    """
-    module, reader = READERS[rig]
-    diagnose = getattr(import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")
-    return getattr(import_module(f"twin.{module}"), reader), diagnose
+        return f"a fault of benchtwin, please report it: {fault_in_words(error)}", [], []

@@ -24,9 +24,7 @@ RIG_NAMES = ("drop", "slide", "roll", "pile")
 
 @dataclass(frozen=True)
 class Asked:
-    """Options. rigs: only these; twin: run the simulation again; quick: without rendered
-    pictures.
-    """
+    """Options. rigs: only these; twin: simulate again; quick: without rendered pictures."""
 
     bench: Path
     out: Path
@@ -55,18 +53,30 @@ def diagnose_command(asked: Asked) -> int:
 def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
     """Diagnose a bench folder and write diagnosis and report into `asked.out`; also says whether the report could be drawn.
 
-    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError where `out` cannot be written.
+    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError where `out`
+    cannot be written.
     """
     from diagnose.bench import diagnose_bench
 
     _check(asked)
     with _progress(asked.quiet) as say:
         found = diagnose_bench(asked.bench, seed=asked.rng, only=asked.rigs, say=say)
-        found = _modelled(asked, found, say) if asked.twin else found
+        if asked.twin:
+            from diagnose.rerun import resimulate_all
+
+            shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
+            pictures = not asked.quick
+            found = resimulate_all(found, asked.out / "twin", pictures=pictures, say=say)
     asked.out.mkdir(parents=True, exist_ok=True)
-    _clear(asked)
-    _write(asked.out / "diagnosis.json", json.dumps(found.to_json(), indent=1, allow_nan=False))
-    return found, _reported(found, asked.out)
+    file, part = asked.out / "diagnosis.json", asked.out / ".diagnosis.json.part"
+    for older in (file, asked.out / "report.html"):
+        older.unlink(missing_ok=True)
+    part.write_text(json.dumps(found.to_json(), indent=1, allow_nan=False), encoding="utf8")
+    part.replace(file)
+    from report.diagnosis import write_report
+
+    kept = f"the verdict is in {file}"
+    return found, reported(lambda: write_report(found, asked.out), kept, "diagnose")
 
 
 def _check(asked: Asked) -> None:
@@ -81,46 +91,18 @@ def _check(asked: Asked) -> None:
         raise FileExistsError(f"{out}: holds a diagnosis already; choose another --out, or say --overwrite")
 
 
-def _clear(asked: Asked) -> None:
-    """Remove an older diagnosis once a new one is at hand."""
-    for name in ("diagnosis.json", "report.html"):
-        (asked.out / name).unlink(missing_ok=True)
-
-
-def _write(file: Path, text: str) -> None:
-    part = file.with_name(f".{file.name}.part")
-    part.write_text(text, encoding="utf8")
-    part.replace(file)
-
-
-def _modelled(asked: Asked, found, say):
-    """Run the simulation again with what was found; failures become notes."""
-    from diagnose.rerun import resimulate_all
-
-    shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
-    return resimulate_all(found, asked.out / "twin", pictures=not asked.quick, say=say)
-
-
-def _reported(found, out: Path) -> bool:
-    """Write the report; a fault in drawing it is one line, and the verdict stays."""
-    from report.diagnosis import write_report
-
-    return reported(lambda: write_report(found, out), f"the verdict is in {out / 'diagnosis.json'}", "diagnose")
-
-
 def _show(found, asked: Asked, drawn: bool) -> None:
     """Print verdicts and where to look; problems go to stderr where nothing was found."""
     from diagnose.words import lines
 
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
-    if asked.quiet and found.findings:
-        return
     if not found.findings:
         for line in (*lines(found), f"nothing could be diagnosed in {asked.bench}"):
             _say(line, FAILED)
-        return
-    for line in (*lines(found), f"report: {asked.out / ('report.html' if drawn else 'diagnosis.json')}"):
-        console.print(line, markup=False, soft_wrap=True)
+    elif not asked.quiet:
+        console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+        report = asked.out / ("report.html" if drawn else "diagnosis.json")
+        for line in (*lines(found), f"report: {report}"):
+            console.print(line, markup=False, soft_wrap=True)
 
 
 def _say(error, code: int) -> int:

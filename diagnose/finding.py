@@ -24,13 +24,15 @@ from diagnose.engine.verdict import (
 )
 
 MOST_EXPLANATIONS = 20
+PLAIN_FIELDS = (  # of a finding, as they are in diagnosis.json
+    "alarm", "p_global", "verdict", "names", "p_verdict", "matters", "ln_bayes_baseline",
+    "ln_bayes_runner_up", "law", "next_record", "recordings", "notes",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Sector:
-    """explained: share of what is missing, NaN where nothing is; p: that noise alone fits as
-    badly there.
-    """
+    """explained: share of what is missing, or NaN; p: that noise alone fits as badly there."""
 
     name: str
     explained: float
@@ -49,15 +51,12 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """What a report draws of one recording: `seen` (n,) over `along` (n,), and both residuals (n,).
-
-    quantity and unit are those of `seen`; axis names `along` with its unit.
-    """
+    """What a report draws of one recording: `seen` (n,) over `along` (n,), and residuals."""
 
     recording: str
-    quantity: str
+    quantity: str  # of `seen`
     unit: str
-    axis: str
+    axis: str  # name of `along` with its unit
     along: np.ndarray
     seen: np.ndarray
     left_by_baseline: np.ndarray
@@ -66,11 +65,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What one rig's recordings gave; fields as in diagnosis.json.
-
-    best_axis: the quantity that unlisted physics follows best. left_out: each effect of the model
-    as the other recordings have it, one value a recording; further parameters as name.other.
-    """
+    """What one rig's recordings gave; fields as in diagnosis.json."""
 
     rig: str
     recordings: tuple[str, ...]
@@ -78,7 +73,7 @@ class Finding:
     p_global: float
     sectors: tuple[Sector, ...]
     window: Window | None
-    best_axis: str
+    best_axis: str  # the quantity that unlisted physics follows best
     verdict: str
     names: tuple[str, ...]
     ln_bayes_baseline: float
@@ -103,19 +98,10 @@ class Finding:
 
     def to_json(self) -> dict:
         """The rig's entry of diagnosis.json; null for what there is not."""
-        window = self.window and {key: getattr(self.window, key) for key in ("axis", "low", "high")}
         held = self.held_out
-        return _plain({
-            "alarm": self.alarm,
-            "p_global": self.p_global,
+        return _plain({key: getattr(self, key) for key in PLAIN_FIELDS} | {
             "sectors": [vars(s) for s in self.sectors],
-            "window": window,
-            "verdict": self.verdict,
-            "names": self.names,
-            "p_verdict": self.p_verdict,
-            "matters": self.matters,
-            "ln_bayes_baseline": self.ln_bayes_baseline,
-            "ln_bayes_runner_up": self.ln_bayes_runner_up,
+            "window": self.window and {k: v for k, v in vars(self.window).items() if k != "p"},
             "parameters": {name: vars(p) for name, p in self.parameters.items()},
             "explanations": [{"effects": names, "probability": p} for names, p in self.explanations],
             "effects": {
@@ -130,11 +116,7 @@ class Finding:
                 }
                 for name, m in self.contact.items()
             },
-            "law": self.law,
             "held_out": vars(held) if held else {"rmse_ratio": None, "removed_fraction": None},
-            "next_record": self.next_record,
-            "recordings": self.recordings,
-            "notes": self.notes,
         })  # fmt: skip
 
 
@@ -151,55 +133,53 @@ def _plain(value):
 
 @dataclass(frozen=True, eq=False)
 class DiagnosisTask:
-    """What a rig hands to the inference.
-
-    alternatives: of its baseline; windows(fit): of unlisted physics; curves(base, model): for the
-    report; contact: value(explanation) → mean and sd of each contact parameter; law(fit): a law for
-    unlisted physics, in words; advice(names): what to record next.
-    """
+    """What a rig hands to the inference."""
 
     rig: str
-    alternatives: tuple[Alternative, ...]
-    windows: Callable[[Fit], Windows]
-    curves: Callable[[Fit, Fit], tuple[Curve, ...]]
+    alternatives: tuple[Alternative, ...]  # of its baseline
+    windows: Callable[[Fit], Windows]  # of unlisted physics
+    curves: Callable[[Fit, Fit], tuple[Curve, ...]]  # (base, model): for the report
     contact: Mapping[str, Callable[[Explanation], tuple[float, float]]] = field(default_factory=dict)
-    law: Callable[[Fit], str | None] = lambda fit: None
-    advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
+    law: Callable[[Fit], str | None] = lambda fit: None  # of unlisted physics, in words
+    advice: Callable[[tuple[str, ...]], str | None] = lambda names: None  # what to record next
     notes: tuple[str, ...] = ()
 
 
-def finding_of(asked: DiagnosisTask, rng: np.random.Generator) -> Finding:
+def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     """The finding of one rig."""
-    posterior = explain(asked.alternatives, asked.windows)
+    posterior = explain(task.alternatives, task.windows)
     base, p = posterior.base, p_global(posterior, rng)
     verdict = verdict_of(posterior, p)
     chosen = _chosen(posterior, verdict)
     window, best_axis = strongest_window(
         base.reduced, base.fit.baseline_sd, base.windows, base.columns, base.table.level_sd, rng
     )
-    presence = {n: q for n, q in posterior.presence().items() if _listed(posterior, n)}
-    told = {n: effect_estimate(posterior, n) for n, q in presence.items() if q > 0.01}
-    contact = {n: parameter_shift(posterior, value) for n, value in asked.contact.items()}
+    listed = {n for e in posterior.explanations for n in e.listed}
+    likely = [n for n, q in posterior.presence().items() if n in listed and q > 0.01]
+    estimates = {n: effect_estimate(posterior, n) for n in likely}
+    contact = {n: parameter_shift(posterior, value) for n, value in task.contact.items()}
     found = verdict.verdict != "none"
     nothing, ranked = posterior.probability(()), posterior.by_set()
     best = next((q for names, q in ranked if names), 0.0)
     runner_up = next((q for names, q in ranked if names and set(names) != set(chosen.names)), 0.0)
-    parameters = {n: Parameter(told[n].unit, *vars(told[n].size).values()) for n in verdict.names if n in told and told[n].unit}
+    named = verdict.names if verdict.verdict == "name" else ()
+    sizes = {n: estimates[n] for n in named if n in estimates and estimates[n].unit}
+    ours = posterior.probability(chosen.names)
     return Finding(
-        asked.rig, base.fit.problem.recordings, found, p, _sectors(posterior, found, rng), window, best_axis, verdict.verdict,
-        verdict.names, _ln_odds(best, nothing) if found else math.nan, _ln_odds(posterior.probability(chosen.names), runner_up)
-        if found else math.nan, parameters if verdict.verdict == "name" else {},
-        asked.law(chosen.fit) if verdict.verdict == "unknown" else None,
-        held_out(chosen, base) if found else None,
-        asked.advice(verdict.names) if verdict.verdict != "name" else None, verdict.probability,
-        found and _matters(contact, verdict.names), tuple(ranked[:MOST_EXPLANATIONS]), told, contact,
-        asked.curves(base.fit, chosen.fit), (*asked.notes, *_notes(posterior, verdict, p, nothing)),
-        left_out_values(chosen) if found else {},
+        task.rig, base.fit.problem.recordings, found, p, _sectors(posterior, found, rng), window,
+        best_axis, verdict.verdict, verdict.names,
+        ln_bayes_baseline=_ln_odds(best, nothing) if found else math.nan,
+        ln_bayes_runner_up=_ln_odds(ours, runner_up) if found else math.nan,
+        parameters={n: Parameter(e.unit, *vars(e.size).values()) for n, e in sizes.items()},
+        law=task.law(chosen.fit) if verdict.verdict == "unknown" else None,
+        held_out=held_out(chosen, base) if found else None,
+        next_record=task.advice(verdict.names) if verdict.verdict != "name" else None,
+        p_verdict=verdict.probability, matters=found and _matters(contact, verdict.names),
+        explanations=tuple(ranked[:MOST_EXPLANATIONS]), effects=estimates, contact=contact,
+        curves=task.curves(base.fit, chosen.fit),
+        notes=(*task.notes, *_notes(posterior, verdict, p, nothing)),
+        left_out=left_out_values(chosen) if found else {},
     )  # fmt: skip
-
-
-def _listed(posterior: Posterior, name: str) -> bool:
-    return any(name in e.listed for e in posterior.explanations)
 
 
 def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
@@ -207,9 +187,7 @@ def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
     if verdict.verdict == "none":
         return posterior.base
     if verdict.verdict == "name":
-        same = [e for e in posterior.explanations if set(e.names) == set(verdict.names)]
-        if same:
-            return same[0]
+        return next(e for e in posterior.explanations if set(e.names) == set(verdict.names))
     needs_unlisted = verdict.verdict == "unknown"
     return next(e for e in posterior.explanations if e.names and bool(e.unlisted) == needs_unlisted)
 
@@ -232,7 +210,8 @@ def _sectors(posterior: Posterior, found: bool, rng: np.random.Generator) -> tup
 
 def _notes(posterior: Posterior, verdict: Verdict, p: float, nothing: float) -> tuple[str, ...]:
     """Of the likeliest alternative, and where alarm and posterior disagree."""
-    notes = [posterior.alternatives[posterior.best.alternative].note] if posterior.alternatives[posterior.best.alternative].note else []
+    note = posterior.alternatives[posterior.explanations[0].alternative].note
+    notes = [note] if note else []
     if verdict.verdict == "none" and p < ALARM_P:
         notes.append(f"noise alone makes as great a mismatch with p = {p:.1g}, but nothing listed or unlisted explains it well")
     if verdict.verdict == "none" and p >= ALARM_P and nothing < 0.5:

@@ -1,6 +1,4 @@
-"""Slides and rolls run again: simulated and recorded way along the path, from where motion
-begins.
-"""
+"""Slides and rolls run again: simulated and recorded way along the path."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnose.rerun import Comparison, Resimulation
+from diagnose.rerun import Comparison, Resimulation, differences
 from twin.parameters import Parameters
 from twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown
 
@@ -18,16 +16,12 @@ POINTS = 200  # at which ways are compared
 
 @dataclass(frozen=True, eq=False)
 class TwinPair:
-    """One recording with its old and new simulation.
-
-    seen: as recorded; from_mm: way at which all clocks start; old, new: (recording to be like,
-    parameters), with which the simulation begins, or ends, as was recorded.
-    """
+    """One recording with its old and new simulation."""
 
     name: str
     seen: Path1D
-    from_mm: float
-    old: tuple[Recording, Parameters]
+    from_mm: float  # way at which all clocks start
+    old: tuple[Recording, Parameters]  # this and new: what they are run like, and with
     new: tuple[Recording, Parameters]
 
 
@@ -46,13 +40,18 @@ def compared(again: Resimulation, twins: list[TwinPair], folder: Path, pictures:
         f"{' and '.join(again.effects)}, and what differs, brightened"
     )
     again = replace(again, compared=tuple(rows), figure=_figure(twins[best], *ways[best]))
-    try:
+    try:  # no renderer, or a film that cannot be followed: a note
         again = replace(again, picture=_picture(twins[best], *ways[best]), caption=caption)
         if pictures:
             again = replace(again, compared=(*again.compared, _followed(twins[best], best, again.rig, folder, say)))
-    except (RuntimeError, ValueError) as error:  # no renderer, or a film that cannot be followed
+    except (RuntimeError, ValueError) as error:
         again = replace(again, notes=(*again.notes, f"no pictures of the twin: {error}"))
     return again
+
+
+def way_from_rest(r, share: int) -> np.ndarray:
+    """Way (n,) [mm] from the median place of the first of `share` parts of the rows."""
+    return r.x_mm - float(np.median(r.x_mm[: max(3, len(r.x_mm) // share)]))
 
 
 def with_frame_rate(recording: Recording, time_s: np.ndarray) -> Recording:
@@ -102,7 +101,5 @@ def _picture(twin: TwinPair, old: Ran, new: Ran) -> bytes:
     frames = [[int(np.argmin(np.abs(path.time - path.reached(twin.from_mm) - t))) for t in moments] for path in (old, new)]
     drawn = [shown(twin.new[0], new.motion, recorded)]
     drawn += [shown(made[0], path.motion, which) for made, path, which in zip((twin.old, twin.new), (old, new), frames)]
-    gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
-    bright = 255 / max(60, *(int(gap.max()) for gap in gaps))
-    last = [np.minimum(bright * gap, 255).astype(np.uint8) for gap in gaps]
-    return above([*drawn, *last], ["recording", "old twin", "new twin", "recording - old", "recording - new"])
+    labels = ["recording", "old twin", "new twin", "recording - old", "recording - new"]
+    return above([*drawn, *differences(drawn, 60)], labels)

@@ -1,12 +1,7 @@
-"""The simulation run again with what was named: a force law, the air, the rig or the camera
-changed.
-
-What stands for an effect is its `counterpart`; rigs/RIG/resimulation.py runs it.
-"""
+"""The simulation run again with what was named; rigs/RIG/resimulation.py runs it."""
 
 import importlib
 import math
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +10,7 @@ import numpy as np
 
 from diagnose.engine.conditions import Contact, conditions_of, effect_name
 from diagnose.finding import Finding
-from diagnose.words import PLURALS, effect_named, followed_condition
+from diagnose.words import PLURALS, effect_named, fault_in_words, followed_condition
 
 CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
 PER_RECORDING_RIGS = ("drop", "slide")  # rigs whose recordings can each have their own parameter
@@ -23,9 +18,7 @@ PER_RECORDING_RIGS = ("drop", "slide")  # rigs whose recordings can each have th
 
 @dataclass(frozen=True)
 class Comparison:
-    """Root mean square error of one recording without and with the change; by: track or
-    pictures.
-    """
+    """Root mean square error of one recording without and with the change."""
 
     recording: str
     quantity: str
@@ -37,28 +30,21 @@ class Comparison:
 
 @dataclass(frozen=True, eq=False)
 class Resimulation:
-    """The simulation run again.
-
-    effects: what was changed; change, how: that in words, and how it was run; compared: a row for
-    each recording and quantity; held_out: whether values are those of the *other* recordings;
-    picture: PNG or empty.
-    """
+    """The simulation run again."""
 
     rig: str
-    effects: tuple[str, ...]
-    change: str
-    how: str
+    effects: tuple[str, ...]  # what was changed
+    change: str  # the same in words
+    how: str  # it was run
     compared: tuple[Comparison, ...]
-    held_out: bool
-    picture: bytes = b""
+    held_out: bool  # whether values are those of the *other* recordings
+    picture: bytes = b""  # PNG, or empty
     caption: str = ""
     notes: tuple[str, ...] = ()
     figure: dict | None = None
 
     def total(self, by: str = "track") -> tuple[float, float, str, str]:
-        """Root mean squares over recordings of the first quantity: before, after, unit,
-        quantity.
-        """
+        """Root mean square of the first quantity: before, after, unit, quantity."""
         first = next((c for c in self.compared if c.by == by), self.compared[0])
         own = [c for c in self.compared if c.quantity == first.quantity and c.by == first.by]
         before, after = (math.sqrt(np.mean([getattr(c, key) ** 2 for c in own])) for key in ("before", "after"))
@@ -94,10 +80,10 @@ def simulation_settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
     effects = {n: e for n in values if (e := effect_named(rig, n)) is not None}
     shown = {n: e.reported(values[n]) if e.reported else values[n] for n, e in effects.items()}
     out: dict[str, dict] = {}
-    for effect in effects.values():
-        if effect.counterpart and effect.counterpart.change:
-            for part, numbers in effect.counterpart.change(shown).items():
-                out.setdefault(part, {}).update(numbers)
+    changes = [e.counterpart.change for e in effects.values() if e.counterpart]
+    for change in filter(None, changes):
+        for part, numbers in change(shown).items():
+            out.setdefault(part, {}).update(numbers)
     return out
 
 
@@ -122,11 +108,7 @@ def condition_shifts(contact: Contact, finding: Finding, recordings: list) -> di
 def secant(
     miss: Callable[[float], float], low: float, high: float, limits: tuple[float, float], *, iterations: int, close: float
 ) -> float:
-    """A zero of `miss` within `limits`, by secant steps from two points; the better of the last
-    two.
-
-    Ends after `iterations` steps or where |miss| < `close`.
-    """
+    """A zero of `miss` within `limits`, by secant steps; the better of the last two points."""
     at_low, at_high = miss(low), miss(high)
     for _ in range(iterations):
         if abs(at_high) < close or abs(at_high - at_low) < 1e-9:
@@ -136,50 +118,54 @@ def secant(
     return float(high if abs(at_high) < abs(at_low) else low)
 
 
+def differences(drawn: list[np.ndarray], least: int) -> list[np.ndarray]:
+    """Pictures less the first one, as bright as the greatest of all, or of `least`, allows."""
+    gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
+    bright = 255 / max(least, *(int(gap.max()) for gap in gaps))
+    return [np.minimum(bright * gap, 255).astype(np.uint8) for gap in gaps]
+
+
 def change_in_words(rig: str, finding: Finding) -> str:
     """What was changed, with the values that all recordings gave."""
-    return "; ".join(_change(rig, name, finding) for name in finding.modelled)
-
-
-def _change(rig: str, name: str, finding: Finding) -> str:
-    if found := followed_condition(name):
-        return f"{found[0]} of each recording follows its {found[1]}"
-    told = finding.effects.get(name)
-    effect = effect_named(rig, name)
-    assert effect is not None and effect.counterpart is not None  # checked by reason_not_simulated
-    return effect.counterpart.what.format(value=f"{told.size.value if told else math.nan:.3g}")
+    said = []
+    for name in finding.modelled:
+        if found := followed_condition(name):
+            said.append(f"{found[0]} of each recording follows its {found[1]}")
+            continue
+        told, effect = finding.effects.get(name), effect_named(rig, name)
+        assert effect is not None and effect.counterpart is not None  # see reason_not_simulated
+        value = f"{told.size.value if told else math.nan:.3g}"
+        said.append(effect.counterpart.what.format(value=value))
+    return "; ".join(said)
 
 
 def resimulate_all(found, folder: Path, *, pictures: bool, say: Callable[[str], None]):
     """The diagnosis with simulations of every rig in which something was named or likeliest."""
     twins = {}
     for rig, finding in found.findings.items():
-        if effects := _effects_to_simulate(finding):
+        named = finding.names if finding.verdict == "name" else ()
+        if effects := tuple(dict.fromkeys((*finding.modelled, *named))):
             say(f"{rig}: running the twin again with {' and '.join(effects)}")
             twins[rig] = _resimulated(rig, effects, finding, found, folder, pictures, say)
     return replace(found, twins=twins)
 
 
-def _effects_to_simulate(finding: Finding) -> tuple[str, ...]:
-    """The effects to simulate."""
-    return tuple(dict.fromkeys((*finding.modelled, *(finding.names if finding.verdict == "name" else ()))))
-
-
-def _resimulated(rig: str, effects: tuple[str, ...], finding: Finding, found, folder: Path, pictures: bool, say) -> Resimulation:
-    nothing = Resimulation(rig, effects, "the twin was not run again", "", (), False)
-    if why := [f"{e}: {reason}" for e in effects if (reason := reason_not_simulated(rig, e))]:
-        return replace(nothing, notes=tuple(f"the twin was not run again: {line}" for line in why))
-    try:
-        resimulate = importlib.import_module(f"diagnose.rigs.{rig}.resimulation").resimulate
-        return resimulate(finding, found.recordings[rig], folder, pictures, say)
-    except (ValueError, RuntimeError) as error:  # a rig that does not fit, the engine's watches, no renderer
-        return replace(nothing, notes=(f"the twin could not be run again: {error}",))
-    except OSError:
-        raise
-    except Exception as error:  # an error here must not lose the verdict
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{Path(place.filename).name}:{place.lineno}"
-        return replace(nothing, notes=(f"the twin could not be run again, a fault of benchtwin: {error!r} in {where}",))
+def _resimulated(
+    rig: str, effects: tuple[str, ...], finding: Finding, found, folder: Path, pictures: bool, say
+) -> Resimulation:
+    why = [f"was not run again: {e}: {r}" for e in effects if (r := reason_not_simulated(rig, e))]
+    if not why:
+        try:
+            resimulate = importlib.import_module(f"diagnose.rigs.{rig}.resimulation").resimulate
+            return resimulate(finding, found.recordings[rig], folder, pictures, say)
+        except (ValueError, RuntimeError) as error:  # rig, engine's watches, or no renderer
+            why = [f"could not be run again: {error}"]
+        except OSError:
+            raise
+        except Exception as error:  # an error here must not lose the verdict
+            why = [f"could not be run again, a fault of benchtwin: {fault_in_words(error)}"]
+    notes = tuple(f"the twin {line}" for line in why)
+    return Resimulation(rig, effects, "the twin was not run again", "", (), False, notes=notes)
 
 
 def reason_not_simulated(rig: str, name: str) -> str:

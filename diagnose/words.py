@@ -2,6 +2,8 @@
 
 import importlib
 import math
+import traceback
+from pathlib import Path
 
 from diagnose.effects.effect import Effect
 from diagnose.engine.verdict import MATTERS_SDS, NAME_SHARE
@@ -22,6 +24,12 @@ def effect_named(rig: str, name: str) -> Effect | None:
     return importlib.import_module(f"diagnose.effects.{rig}").EFFECTS.get(name)
 
 
+def fault_in_words(error: Exception) -> str:
+    """An error of our own, and where it was raised."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{error!r} in {Path(place.filename).name}:{place.lineno}"
+
+
 def followed_condition(name: str) -> tuple[str, str] | None:
     """The contact parameter, in words, and the condition that it follows; None of other effects.
 
@@ -38,14 +46,13 @@ def verdict_in_words(finding: Finding) -> str:
         count = len(finding.recordings)
         these = "the recording shows" if count == 1 else f"{count} recordings show"
         return f"nothing is missing that {these} ({percent(finding.p_verdict)}; noise alone: {chance(finding.p_global)})"
-    told = {"name": _name, "class": _class, "unknown": _unknown}[finding.verdict](finding)
+    if finding.verdict == "name":
+        told = "; ".join(named(n, finding) for n in finding.names)
+    else:
+        told = _class(finding) if finding.verdict == "class" else _unknown(finding)
     if not finding.matters:
         return f"found, but it moves nothing that matters: {told}"
     return "; ".join([told, *_moved(finding)])
-
-
-def _name(finding: Finding) -> str:
-    return "; ".join(named(n, finding) for n in finding.names)
 
 
 def _class(finding: Finding) -> str:
@@ -63,15 +70,13 @@ def _class(finding: Finding) -> str:
 def _unknown(finding: Finding) -> str:
     known = [named(n, finding) for n in finding.names]
     what = f"something{' else' if known else ''} is missing {place(finding)} that no known effect explains"
-    law = finding.law or _when(finding)
-    return "; ".join([*known, f"{what} ({percent(finding.p_verdict)})" + (f": {law}" if law else "")])
-
-
-def _when(finding: Finding) -> str:
-    """The drift that the likeliest explanation holds, in words."""
+    law = finding.law
     likeliest = next((names for names, _ in finding.explanations if names), ())
-    found = next((f for n in likeliest if n not in finding.effects and (f := followed_condition(n))), None)
-    return f"{found[0]} changes with {ONLY_WHEN.get(found[1], found[1])}, and nothing stated says why" if found else ""
+    drifts = (followed_condition(n) for n in likeliest if n not in finding.effects)
+    if not law and (drift := next(filter(None, drifts), None)):
+        when = ONLY_WHEN.get(drift[1], drift[1])
+        law = f"{drift[0]} changes with {when}, and nothing stated says why"
+    return "; ".join([*known, f"{what} ({percent(finding.p_verdict)})" + (f": {law}" if law else "")])
 
 
 def _moved(finding: Finding) -> list[str]:

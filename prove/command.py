@@ -11,7 +11,7 @@ from prove.compare import compare
 from prove.keys import KeyMismatch
 from prove.report import number, write_all
 from prove.run import Settings, prove, seed_of
-from prove.score import Row, table
+from prove.score import table
 from prove.solve import SOLVER
 
 PROOF_FILES = {  # what a proof leaves in its folder
@@ -48,16 +48,13 @@ def prove_command(
     except KeyboardInterrupt:
         errors.print("benchtwin prove: stopped. The same command with the same --rng goes on from here.")
         return 1
-    console.print(_printed("All rigs", [r for r in rows if r.rig == "all"]))
+    printed = Table("score", "target", "found", "", title="All rigs")
+    for row in (r for r in rows if r.rig == "all"):
+        met = {None: "", True: "met", False: "not met"}[row.met]
+        printed.add_row(row.score, row.target, number(row), met)
+    console.print(printed)
     console.print(f"Rig by rig, with figures and baselines: {out / 'report.html'}")
     return 0
-
-
-def _printed(title: str, rows: list[Row]) -> Table:
-    printed = Table("score", "target", "found", "", title=title)
-    for row in rows:
-        printed.add_row(row.score, row.target, number(row), {None: "", True: "met", False: "not met"}[row.met])
-    return printed
 
 
 def _progress(console: Console):

@@ -5,10 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from prove.intervals import GRID, Power, binomial_interval
+from prove.intervals import GRID, Power, binomial_interval, reliability
 from prove.judge import Judged
 from prove.plan import CLEAN, RIG_SHARES
-from prove.reliability import reliability
 from prove.score import confusion, power
 
 COLOURS = {"all": "#1b1f24", "drop": "#1f5fa8", "slide": "#d9730d", "roll": "#2e7d4f", "pile": "#b3261e"}
@@ -28,32 +27,29 @@ def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:
             traces.append(
                 {"type": "scatter", "mode": "lines", "name": rig, "x": _listed(GRID), "y": _listed(curve.at(GRID)), "line": line}
             )
-    traces += [_binned(judged), _theory()]
-    axes = {"xaxis": {"title": {"text": "SNR of the concealed effect"}, "type": "log"}, "yaxis": _share_axis("share of alarms")}
-    return {"data": traces, "layout": _layout(**axes)}
+    cross = {"symbol": "x", "color": "#6b7280", "size": 11}
+    theory = {"type": "scatter", "mode": "markers", "name": "limit by theory",
+              "x": list(THEORY.values()), "y": list(THEORY), "marker": cross}  # fmt: skip
+    share = {"title": {"text": "share of alarms"}, "range": [-0.02, 1.02], "tickformat": ".0%"}
+    snr = {"title": {"text": "SNR of the concealed effect"}, "type": "log"}
+    layout = _layout(xaxis=snr, yaxis=share)
+    return {"data": [*traces, _binned(judged), theory], "layout": layout}
 
 
 def _binned(judged: list[Judged]) -> dict:
-    x, y, up, down, labels = [], [], [], [], []
+    rows = []
     concealed = [j for j in judged if j.key.kind != CLEAN and len(j.key.effects) == 1]
     for low, high in pairwise(BINS):
         some = [j for j in concealed if low <= j.key.snr < high]
         if some:
             k = sum(j.alarm for j in some)
-            a, b = binomial_interval(k, len(some))
-            x.append(float(np.exp(np.mean([math.log(max(j.key.snr, 0.3)) for j in some]))))
-            y.append(k / len(some))
-            up.append(b - y[-1])
-            down.append(y[-1] - a)
-            labels.append(f"{k} of {len(some)}")
+            share, (a, b) = k / len(some), binomial_interval(k, len(some))
+            middle = float(np.exp(np.mean([math.log(max(j.key.snr, 0.3)) for j in some])))
+            rows.append((middle, share, b - share, share - a, f"{k} of {len(some)}"))
+    x, y, up, down, labels = list(zip(*rows)) or [()] * 5
     bars = {"type": "data", "symmetric": False, "array": _listed(up), "arrayminus": _listed(down)}
     return {"type": "scatter", "mode": "markers", "name": "all, binned (95 %)", "x": _listed(x), "y": _listed(y), "error_y": bars,
-            "text": labels, "marker": {"color": COLOURS["all"], "size": 8}}  # fmt: skip
-
-
-def _theory() -> dict:
-    return {"type": "scatter", "mode": "markers", "name": "limit by theory", "x": list(THEORY.values()), "y": list(THEORY),
-            "marker": {"symbol": "x", "color": "#6b7280", "size": 11}}  # fmt: skip
+            "text": list(labels), "marker": {"color": COLOURS["all"], "size": 8}}  # fmt: skip
 
 
 def confusion_figure(judged: list[Judged]) -> dict:
@@ -105,10 +101,6 @@ def calibration_figure(judged: list[Judged]) -> dict:
     line = {"type": "scatter", "mode": "lines", "x": [2, 60], "y": [1, 1], "line": dotted, "showlegend": False}
     axes = {"xaxis": {"title": {"text": "SNR"}, "type": "log"}, "yaxis": {"title": {"text": "stated / true"}, "range": [0, 2]}}
     return {"data": [*traces, line], "layout": _layout(**axes)}
-
-
-def _share_axis(title: str) -> dict:
-    return {"title": {"text": title}, "range": [-0.02, 1.02], "tickformat": ".0%"}
 
 
 def _layout(**axes) -> dict:

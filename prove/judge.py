@@ -51,7 +51,9 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     alarm, matters = bool(answer.get("alarm", verdict != "none")), answer.get("matters")
     matters_right = matters == key.matters if alarm and isinstance(matters, bool) and key.matters is not None else None
     covers, stated = interval_coverage(key, answer) if right else ((), ())
-    as_said = {"none": not truth, "unknown": unlisted(key), "class": bool(truth) and _within(truth, names)}.get(verdict, right)
+    within = all(n in names or (n in RESTITUTION and CLASS_NAME in names) for n in truth)
+    said = {"none": not truth, "unknown": unlisted(key), "class": bool(truth) and within}
+    as_said = said.get(verdict, right)
     return Judged(
         key, False, alarm, verdict, names, right, definite and not right, held, verdict == "unknown", sector,
         sector in key.sectors, covers, stated, _number((answer.get("held_out") or {}).get("removed_fraction")), seconds, as_said,
@@ -72,13 +74,8 @@ def unlisted(key: Key) -> bool:
     return any(e.name not in EFFECTS[key.rig] and "-follows-" not in e.name for e in key.effects)
 
 
-def _within(truth: set[str], names: tuple[str, ...]) -> bool:
-    return all(name in names or (name in RESTITUTION and CLASS_NAME in names) for name in truth)
-
-
 def probability_of_truth(key: Key, explanations: list[dict] | None) -> float | None:
-    """The probability that the explanations give to the true set; what is not listed may be said to be in any sector where it
-    shows. None where there are no explanations."""
+    """What the explanations give to the true set, unlisted physics in any true sector."""
     if not isinstance(explanations, list) or not explanations:
         return None
     truth = {e.name for e in key.effects}
@@ -99,8 +96,7 @@ def main_sector(sectors: list[dict]) -> str:
 
 
 def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
-    """Of a right name: whether each scored interval holds the truth, up to the sign where that is a matter of axes; and what is
-    stated over the truth, with its SNR."""
+    """Whether each interval holds the truth; (SNR, value, interval) over the truth."""
     found, covers, stated = answer.get("parameters") or {}, [], []
     for effect in key.effects:
         if not effect.scored:

@@ -1,6 +1,6 @@
-"""Salted hashes of the answer keys: published before any case is solved, so that no key can be changed afterwards.
+"""Salted hashes of the answer keys, published before any case is solved.
 
-The keys themselves stay in this process's memory until all solutions are in. A proof that was stopped makes them again from
+The keys stay in memory until all solutions are in. A proof that was stopped makes them again from
 its seed, and they must match the published hashes.
 """
 

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from prove.cases import drop, drop_bench, drop_effects, drop_snr, pile, roll, slide
-from prove.cases.bench import Bench, Request
+from prove.cases.bench import Bench, Request, write_bench
 from prove.cases.conditions import Condition, draw_conditions, stating
 from prove.cases.drop_effects import IN_CAMERA
-from prove.cases.folder import write_bench
 from prove.cases.snr import Visibility
 from prove.cases.stated import draw_absent_keys, without_absent_keys
 from prove.effects import EFFECTS, FOLLOWING, OUTSIDE
@@ -26,16 +25,13 @@ MATTERS, TRIFLES = 1.5, 0.17  # sds of a contact parameter: half an sd, give or 
 
 @dataclass(frozen=True)
 class Rig:
-    """What a rig's module offers: it draws a scene, says how visible an effect is, makes the bench.
-
-    ranges: (least, most, sign) of each effect, sign 0 for either. design: fields of a run that differ between runs by design.
-    """
+    """What a rig's module offers: scenes, the visibility of effects, benches."""
 
     draw: Callable[[Request, np.random.Generator], Any]
     visibility: Callable[[Any, dict[str, float], str], Visibility]
     bench: Callable[[Any, dict[str, float]], Bench]
-    ranges: dict[str, tuple[float, float, int]]
-    design: tuple[str, ...]
+    ranges: dict[str, tuple[float, float, int]]  # (least, most, sign), sign 0: either
+    design: tuple[str, ...]  # fields of a run that differ by design
 
 
 @dataclass(frozen=True)
@@ -52,23 +48,19 @@ class Concealed:
 
 @dataclass(frozen=True)
 class Key:
-    """The answer key of a case.
-
-    sectors: where the effect shows. matters: whether it moves the rig's contact parameter, None where that is not known.
-    absent: keys that the bench does not state. conditions: those that it states.
-    """
+    """The answer key of a case."""
 
     case: str
     rig: str
     kind: str
     effects: tuple[Concealed, ...]
-    sectors: tuple[str, ...]
+    sectors: tuple[str, ...]  # where the effect shows
     separated: bool | None
     rendered: bool
     noise: dict = field(default_factory=dict)
-    matters: bool | None = None
-    absent: tuple[str, ...] = ()
-    conditions: tuple[str, ...] = ()
+    matters: bool | None = None  # whether it moves the rig's contact parameter
+    absent: tuple[str, ...] = ()  # keys that the bench does not state
+    conditions: tuple[str, ...] = ()  # that it states
 
     @property
     def snr(self) -> float:
@@ -189,8 +181,7 @@ def _following(rig: str, condition: Condition, value: float, snr: float) -> Conc
 
 
 def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:
-    """Whether the effects, left out, put the contact parameter wrong; what is wrong with the measurement moves places as well, so
-    that it matters though the contact parameter stays is not known."""
+    """Whether the effects, left out, shift the contact parameter; None: not known."""
     moved = [one.moved for one in seen]
     if not moved or None in moved:
         return None

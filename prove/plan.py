@@ -1,5 +1,4 @@
-"""Which cases there are: half of them clean; the others with one effect, with confounded effects (with or without the recordings
-that separate them), with two effects, with a condition that matters, or with an effect that no list holds."""
+"""Which cases there are: half clean, the others of the kinds in KIND_SHARES."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -11,8 +11,8 @@ import pandas as pd
 
 from prove.figures import calibration_figure, confusion_figure, power_figure, reliability_figure
 from prove.files import write_whole
+from prove.intervals import reliability
 from prove.judge import Judged
-from prove.reliability import reliability
 from prove.score import Row
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from prove.cases.folder import drop_frames
+from prove.cases.bench import drop_frames
 from prove.files import read_json, write_json
 from prove.judge import Judged, judge
 from prove.keys import KeyMismatch, canonical, hashed, salt_of, verify
@@ -46,7 +46,12 @@ def prove(settings: Settings, progress: Progress) -> list[Judged]:
     if not (settings.out / "keys.json").is_file():
         keys, salts = _make_all(settings, specs, progress)
         _solve_all(settings, specs, progress)
-        _submit(settings.out, specs)
+        files = {s.name: settings.out / "solutions" / s.name / "diagnosis.json" for s in specs}
+        hashes: dict[str, str | None] = dict.fromkeys(files)
+        for name, file in files.items():
+            if file.is_file():
+                hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
+        write_json(settings.out / "submitted.json", hashes)  # before any key is opened
         write_json(settings.out / "keys.json", {"keys": keys, "salts": salts, "seed": settings.seed})
     return judged(settings.out)
 
@@ -106,13 +111,6 @@ def _solve_all(settings: Settings, specs: list[Spec], progress: Progress) -> Non
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-
-
-def _submit(out: Path, specs: list[Spec]) -> None:
-    """Hashes of all solutions, written before any key is opened."""
-    files = {s.name: out / "solutions" / s.name / "diagnosis.json" for s in specs}
-    hashes = {n: hashlib.sha256(f.read_bytes()).hexdigest() if f.is_file() else None for n, f in files.items()}
-    write_json(out / "submitted.json", hashes)
 
 
 def _followed(stage: str, jobs: dict[Future, str], progress: Progress) -> Iterable[tuple[str, object]]:

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prove.intervals import Power, binomial_interval, power_curve
+from prove.intervals import Power, binomial_interval, log_score, power_curve, reliability
 from prove.judge import Judged
 from prove.plan import CLEAN, COMPOUND, CONDITION, CONFOUNDED, RIG_SHARES, SEPARATED, SINGLE, UNLISTED_KIND
-from prove.reliability import log_score, reliability
 
 NAMED_SNR, PAIR_SNR, HELD_OUT_SNR = 7.0, 10.0, 10.0
 

@@ -26,17 +26,19 @@ class Attempt:
 
 
 def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Attempt:
-    """Run the solver on a bench folder; it writes out/diagnosis.json. What it prints goes into out/printed.txt.
-
-    It works in an empty folder with a bare environment on one core, and gets nothing but the two paths.
-    """
+    """Run the solver with nothing but the two paths, in an empty folder, on one core."""
     out.mkdir(parents=True, exist_ok=True)
     command = [w.format(python=sys.executable, bench=bench.resolve(), out=out.resolve()) for w in shlex.split(solver)]
     begin = time.monotonic()
     code, trouble = None, ""
+    threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
     with tempfile.TemporaryDirectory() as empty:
+        kept = {name: os.environ[name] for name in PASSED_ON if name in os.environ}
+        bare = kept | dict.fromkeys(threads, "1") | {"HOME": empty, "TMPDIR": empty}
         try:
-            done = subprocess.run(command, cwd=empty, env=_environment(empty), capture_output=True, timeout=limit_s, check=False)
+            done = subprocess.run(
+                command, cwd=empty, env=bare, capture_output=True, timeout=limit_s, check=False
+            )
             code, printed = done.returncode, done.stdout[-20_000:] + done.stderr[-20_000:]
         except subprocess.TimeoutExpired as late:
             printed, trouble = (late.stdout or b"") + (late.stderr or b""), f"stopped after {limit_s:g} s"
@@ -44,7 +46,8 @@ def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Att
             printed, trouble = b"", f"cannot be run: {error}"
     seconds = time.monotonic() - begin
     (out / "printed.txt").write_bytes(printed)
-    trouble = trouble or _missing(out / "diagnosis.json", code)
+    if not trouble and read_diagnosis(out) is None:
+        trouble = f"no diagnosis.json that can be read; exit code {code}"
     attempt = Attempt(case, round(seconds, 3), code, trouble)
     write_json(out / "attempt.json", asdict(attempt))
     return attempt
@@ -63,15 +66,3 @@ def read_diagnosis(out: Path) -> dict | None:
     except (OSError, ValueError):
         return None
     return content if isinstance(content, dict) and isinstance(content.get("rigs"), dict) else None
-
-
-def _missing(file: Path, code: int | None) -> str:
-    if read_diagnosis(file.parent) is not None:
-        return ""
-    return f"no diagnosis.json that can be read; exit code {code}"
-
-
-def _environment(empty: str) -> dict[str, str]:
-    kept = {name: os.environ[name] for name in PASSED_ON if name in os.environ}
-    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
-    return kept | threads | {"HOME": empty, "TMPDIR": empty}

@@ -1,7 +1,4 @@
-"""A listed effect: a law with a reported parameter, its prior, sector and wording.
-
-A rig calls the laws of whatever effects it finds in its folder; only its own file knows an effect.
-"""
+"""A listed effect: a law with a reported parameter, its prior, sector and wording."""
 
 import importlib
 import pkgutil
@@ -11,71 +8,47 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Counterpart:
-    """What stands for an effect in the simulation.
+    """What stands for an effect in the simulation; change(values) → settings by part."""
 
-    what: in words, {value} in its unit; change(values of the effect's parameters by name) →
-    settings: force laws by name ("laws"), of the air ("air"), of the rig ("rig").
-    """
-
-    what: str
-    change: Callable[[dict[str, float]], dict] | None = None
+    what: str  # in words, {value} in its unit
+    change: Callable[[dict[str, float]], dict] | None = None  # see rerun.simulation_settings
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect, or a further parameter of one.
-
-    name, sector; unit, meaning: of the reported parameter; source: of law and range.
-    prior_sd about 0, low, high: physical range; all of the fitted parameter.
-    wording: (what is missing, what its number is); separating: the recording that separates it.
-    reported: increasing function from the fitted to the reported value, where they differ.
-    group: the effect that this is a further parameter of.
-    scaled_prior: whether its prior scales with the effect's size (a shape parameter's does not).
-    nonlinear: the law is not linear about 0, so it is fitted in full whatever its slope there.
-    follows, level: the condition that a contact parameter follows, and the level of one in words.
-    unlisted: it says when or how, not why.
-    counterpart: in the simulation; not_simulated: why there is none.
-    needs(session): whether these recordings can show it.
-
-    Laws, of which an effect has those that it needs (each rig's model says how it calls them):
-    drops: acceleration(Motion, value), picture(places, View, value), clock(value),
-    restitution(Hits, e, value), kick(Hits, value).
-    slides: act(Laws, run, value), tilt(coefficients, value), read(angle, Read, value), rest(value).
-    rolls: act(way, value, context), resist(speed, value, seed, all values).
-    summary(Explanation): reported value and sd, where they are not those of the first parameter.
-    """
+    """One effect, or a further parameter of one, with the laws through which it acts."""
 
     name: str
     sector: str
-    unit: str
+    unit: str  # this and `meaning`: of the reported parameter
     meaning: str
-    prior_sd: float
+    prior_sd: float  # about 0; this and the physical range: of the fitted parameter
     low: float
     high: float
-    source: str
-    wording: tuple[str, str] = ("", "")
-    separating: str = ""
-    reported: Callable[[float], float] | None = None
-    group: str = ""
-    scaled_prior: bool = True
-    nonlinear: bool = False
-    follows: str = ""
-    level: str = ""
-    unlisted: bool = False
+    source: str  # of law and range
+    wording: tuple[str, str] = ("", "")  # (what is missing, what its number is)
+    separating: str = ""  # the recording that separates it
+    reported: Callable[[float], float] | None = None  # from the fitted to the reported value
+    group: str = ""  # the effect that this is a further parameter of
+    scaled_prior: bool = True  # whether its prior scales with the effect's size
+    nonlinear: bool = False  # not linear about 0: fitted in full whatever its slope there
+    follows: str = ""  # the condition that a contact parameter follows
+    level: str = ""  # of a condition in words
+    unlisted: bool = False  # it says when or how, not why
     counterpart: Counterpart | None = None
-    not_simulated: str = ""
-    acceleration: Callable | None = None
-    picture: Callable | None = None
-    clock: Callable | None = None
-    restitution: Callable | None = None
-    kick: Callable | None = None
-    act: Callable | None = None
-    tilt: Callable | None = None
-    read: Callable | None = None
-    rest: Callable | None = None
-    resist: Callable | None = None
-    summary: Callable | None = None
-    needs: Callable | None = None
+    not_simulated: str = ""  # why there is no counterpart
+    acceleration: Callable | None = None  # (Motion, value): drops
+    picture: Callable | None = None  # (places, View, value)
+    clock: Callable | None = None  # (value)
+    restitution: Callable | None = None  # (Hits, e, value)
+    kick: Callable | None = None  # (Hits, value)
+    act: Callable | None = None  # (Laws, run, value): slides; (way, value, context): rolls
+    tilt: Callable | None = None  # (coefficients, value): slides
+    read: Callable | None = None  # (angle, Read, value)
+    rest: Callable | None = None  # (value)
+    resist: Callable | None = None  # (speed, value, seed, all values): rolls
+    summary: Callable | None = None  # (Explanation) → reported value and sd
+    needs: Callable | None = None  # (session) → whether these recordings can show it
 
 
 def separating_recordings(effects: Mapping[str, Effect], names: tuple[str, ...]) -> str | None:

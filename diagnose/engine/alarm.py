@@ -1,9 +1,8 @@
 """The alarm: could noise alone produce the greatest score of all listed and unlisted components?
 
-A component's column c has the score z = cᵀPb/√(cᵀPc), P marginalising the nuisances; it is normal
-where nothing is missing. The maximum over all columns is compared with a parametric bootstrap, in
-which their correlation and the doubt about the noise power count; unlisted physics by its fall of
-χ². Source: Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50.
+A column c has the score z = cᵀPb/√(cᵀPc), P marginalising the nuisances: normal where nothing is
+missing. The maximum over all columns is compared with a parametric bootstrap, unlisted physics by
+its fall of χ². Source: Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50.
 """
 
 import numpy as np
@@ -22,8 +21,8 @@ HIDDEN_POWER = 1e-10  # relative power of a column that the nuisances absorb
 def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
     """p value, averaged over the alternatives by their weight with nothing missing."""
     weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
-    told = [min(1.0, 2 * min(baseline_p(base, rng), _p_fitted(posterior, base, rng))) for base in posterior.bases]
-    plain = float(weight / weight.sum() @ told)
+    ps = [(baseline_p(base, rng), _p_fitted(posterior, base, rng)) for base in posterior.bases]
+    plain = float(weight / weight.sum() @ [min(1.0, 2 * min(p)) for p in ps])
     named = [_p_named(posterior, k) for k, a in enumerate(posterior.alternatives) if a.effects]
     return float(min([1.0, (1 + len(named)) * min([plain, *named])]))
 
@@ -42,11 +41,14 @@ def _p_fitted(posterior: Posterior, base: Explanation, rng: np.random.Generator)
 def _p_named(posterior: Posterior, number: int) -> float:
     """Of an effect that is an alternative baseline: its own p, or from its fall of χ²."""
     own = posterior.alternatives[number]
-    held = [e for e in posterior.explanations if e.alternative == number and set(e.names) == set(own.effects)]
-    if own.p is not None or not held:
-        return own.p if own.p is not None else 1.0
-    fall = 2 * (held[0].table.ln_evidence(own.effects)[1] - max(b.table.ln_evidence(())[1] for b in posterior.bases))
-    return float(stats.chi2.sf(max(fall, 0.0), 1 + len(held[0].reduced)))
+    if own.p is not None:
+        return own.p
+    for e in posterior.explanations:
+        if e.alternative == number and set(e.names) == set(own.effects):
+            nothing = max(b.table.ln_evidence(())[1] for b in posterior.bases)
+            fall = 2 * (e.table.ln_evidence(own.effects)[1] - nothing)
+            return float(stats.chi2.sf(max(fall, 0.0), 1 + len(e.reduced)))
+    return 1.0
 
 
 def baseline_p(base: Explanation, rng: np.random.Generator, sector: str | None = None) -> float:
@@ -55,8 +57,9 @@ def baseline_p(base: Explanation, rng: np.random.Generator, sector: str | None =
     asked = {n: c for n, c in table.components.items() if sector in (None, c.sector)}
     listed = [n for n, c in asked.items() if c.kind is not Kind.UNLISTED]
     groups = [n for n, c in asked.items() if c.kind is Kind.UNLISTED]
-    told = [p for p in (_p_listed(table, listed, rng), _p_unlisted(table, groups, rng)) if p is not None]
-    return float(min(1.0, len(told) * min(told))) if told else 1.0
+    both = _p_listed(table, listed, rng), _p_unlisted(table, groups, rng)
+    ps = [p for p in both if p is not None]
+    return float(min(1.0, len(ps) * min(ps))) if ps else 1.0
 
 
 def _scatter_weights(table: EvidenceTable) -> list[tuple[float, int]]:
@@ -83,12 +86,11 @@ def _p_listed(table: EvidenceTable, names: list[str], rng: np.random.Generator) 
 def _p_unlisted(table: EvidenceTable, names: list[str], rng: np.random.Generator) -> float | None:
     """The least p over groups of unlisted columns, times their number."""
     doubt = np.exp(table.level_sd * rng.standard_normal(2000))
-    found = [sum(weight * _p_group(table, table.index[n], s, doubt) for weight, s in _scatter_weights(table)) for n in names]
+    found = [0.0] * len(names)
+    for weight, s in _scatter_weights(table):
+        for k, at in enumerate(table.index[n] for n in names):
+            values, vectors = np.linalg.eigh(table.information[s][np.ix_(at, at)])
+            kept = values > 1e-6 * max(values.max(initial=0.0), HIDDEN_POWER)
+            fall = float(((vectors[:, kept].T @ table.right[s][at]) ** 2 / values[kept]).sum())
+            found[k] += weight * chance(fall, max(int(kept.sum()), 1), doubt)
     return min(1.0, len(found) * min(found)) if found else None
-
-
-def _p_group(table: EvidenceTable, at: np.ndarray, s: int, doubt: np.ndarray) -> float:
-    values, vectors = np.linalg.eigh(table.information[s][np.ix_(at, at)])
-    kept = values > 1e-6 * max(values.max(initial=0.0), HIDDEN_POWER)
-    fall = float(((vectors[:, kept].T @ table.right[s][at]) ** 2 / values[kept]).sum())
-    return chance(fall, max(int(kept.sum()), 1), doubt)

@@ -1,12 +1,11 @@
 """Contact parameters that follow stated conditions, the order of recordings, or the session.
 
 A parameter p of recording r is p + β z_r, z the condition with mean 0 and sd 1 over the recordings
-that state it (0 in the others); for words one β a level. The column of β is z_r times that of p,
-so that every rig gets these effects by rule.
+that state it (0 in the others); for words one β a level. The column of β is z_r times that of p.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -22,33 +21,24 @@ MOST_LEVELS = 6
 
 @dataclass(frozen=True)
 class Contact:
-    """A contact parameter: name as reported, its global (`column`), its sector, and its name in
-    words.
+    """A contact parameter."""
 
-    prior_sd: by which it may follow a condition, in the global's unit a sd of the condition; scale:
-    from the global's unit to the reported one.
-    """
-
-    name: str
-    column: str
-    prior_sd: float
-    scale: float
+    name: str  # as reported
+    column: str  # its global
+    prior_sd: float  # of its change by one sd of a condition, in the global's unit
+    scale: float  # from the global's unit to the reported one
     sector: str
-    words: str
 
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """A condition: name; z (R, k): standardised numbers (k = 1), or contrasts of levels.
-
-    spread: sd of the numbers, NaN for words; levels: of words; unlisted: it says when, not why.
-    """
+    """What differs between recordings."""
 
     name: str
-    z: np.ndarray
-    spread: float
-    levels: tuple[str, ...] = ()
-    unlisted: bool = False
+    z: np.ndarray  # (R, k): standardised numbers (k = 1), or contrasts of levels
+    spread: float  # sd of the numbers, NaN for words
+    levels: tuple[str, ...] = ()  # of words
+    unlisted: bool = False  # it says when, not why
 
 
 def conditions_of(descriptions: list[dict], sessions: list[str]) -> tuple[tuple[Condition, ...], tuple[str, ...]]:
@@ -59,27 +49,26 @@ def conditions_of(descriptions: list[dict], sessions: list[str]) -> tuple[tuple[
         values = [s.get(key) for s in stated]
         made = _of_words(key, values) if any(isinstance(v, str) for v in values) else _of_numbers(key, values)
         if made is None:
-            notes.append(f"[conditions] {key} is the same in all recordings that state it: nothing can follow it")
+            said = "is the same in all recordings that state it: nothing can follow it"
+            notes.append(f"[conditions] {key} {said}")
         else:
             found.append(made)
-            missing = sum(v is None for v in values)
-            if missing:
-                notes.append(f"[conditions] {key} is not stated in {missing} of {len(values)} recordings; it is used where it is")
-    order = _of_numbers("order", list(range(len(descriptions))))
-    more = [replace(order, unlisted=True)] if order and len(descriptions) > 3 else []
-    if len(set(sessions)) > 1 and (session := _of_words("session", list(sessions))) is not None:
-        more.append(replace(session, unlisted=True))
+            if missing := sum(v is None for v in values):
+                said = f"is not stated in {missing} of {len(values)} recordings; it is used where it is"
+                notes.append(f"[conditions] {key} {said}")
+    order = _of_numbers("order", list(range(len(descriptions)))) if len(descriptions) > 3 else None
     kept = []
-    for extra in more:
+    for extra in filter(None, (order, _of_words("session", list(sessions)))):
         same = next((c for c in found if _confounded(c, extra)), None)
         if same is None:
-            kept.append(extra)
+            kept.append(replace(extra, unlisted=True))
         else:
-            notes.append(f"[conditions] {same.name} goes with the {extra.name} of the recordings: the two cannot be told apart")
-    for k, one in enumerate(found):
-        for other in found[k + 1 :]:
-            if _confounded(one, other):
-                notes.append(f"[conditions] {one.name} and {other.name} go together: the two cannot be told apart")
+            said = f"goes with the {extra.name} of the recordings: the two cannot be told apart"
+            notes.append(f"[conditions] {same.name} {said}")
+    for one, other in combinations(found, 2):
+        if _confounded(one, other):
+            said = "go together: the two cannot be told apart"
+            notes.append(f"[conditions] {one.name} and {other.name} {said}")
     return (*found, *kept), tuple(notes)
 
 
@@ -117,27 +106,18 @@ def effect_name(contact: Contact, condition: Condition) -> str:
 
 
 def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condition, ...]) -> Problem:
-    """The problem with one effect a condition.
-
-    `reduce` gets their columns; they are linear, so β is 0 where a prediction is made.
-    """
+    """The problem with one effect a condition, linear: β is 0 where a prediction is made."""
     if not conditions or contact.column not in problem.names:
         return problem
-    effects, names, factors = dict(problem.effects), list(problem.names), []
-    for c in conditions:
-        for effect in _effects(contact, c):
-            effects[effect.name] = effect
-            names.append(effect.name)
-        factors.append(c.z)
-    z, base = np.hstack(factors), len(problem.names)
+    new = {effect.name: effect for c in conditions for effect in _effects(contact, c)}
+    z, base = np.hstack([c.z for c in conditions]), len(problem.names)
     column = problem.names.index(contact.column)
 
     def widened(made: tuple[Reduced, ...], there: bool) -> tuple[Reduced, ...]:
         out = []
         for r, one in enumerate(made):
-            more = one.a[:, [column]] * z[r]
-            chi2 = None if there else one.chi2  # χ² at that point does not include β
-            out.append(replace(one, a=np.hstack([one.a[:, :base], more, one.a[:, base:]]), chi2=chi2))
+            a = np.hstack([one.a[:, :base], one.a[:, [column]] * z[r], one.a[:, base:]])
+            out.append(replace(one, a=a, chi2=None if there else one.chi2))  # χ² there is without β
         return tuple(out)
 
     def reduce(starts: np.ndarray, values: np.ndarray, extra=None):
@@ -150,23 +130,18 @@ def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condit
 
         return widened(made, bool(values[base:].any())), changed
 
-    return replace(
-        problem, effects=effects, names=tuple(names), reduce=reduce, fast_chi2=_widened_fast_chi2(problem, base, widened),
-        further_starts=tuple((starts, np.append(values, np.zeros(z.shape[1]))) for starts, values in problem.further_starts),
-    )  # fmt: skip
-
-
-def _widened_fast_chi2(problem: Problem, base: int, widened: Callable) -> FastChi2 | None:
-    """FastChi2 of the widened problem where nothing follows a condition."""
-    if problem.fast_chi2 is None:
-        return None
-    inner = problem.fast_chi2
+    inner: Any = problem.fast_chi2  # for fits in which nothing follows a condition
 
     def reduce_free(starts, values, wanted):
         made, change = inner.reduce_free(starts, values[:base], wanted[:base])
         return widened(made, False), lambda moved: change(moved[:base])
 
-    return FastChi2(lambda starts, values: inner.chi2(starts, values[:base]), reduce_free)
+    fast = inner and FastChi2(lambda starts, at: inner.chi2(starts, at[:base]), reduce_free)
+    nil = np.zeros(z.shape[1])
+    return replace(
+        problem, effects=problem.effects | new, names=(*problem.names, *new), reduce=reduce,
+        fast_chi2=fast, further_starts=tuple((s, np.append(v, nil)) for s, v in problem.further_starts),
+    )  # fmt: skip
 
 
 def _effects(contact: Contact, c: Condition) -> list[Effect]:
@@ -181,11 +156,10 @@ def _effects(contact: Contact, c: Condition) -> list[Effect]:
         "unlisted": c.unlisted, "source": "by rule: whatever the recordings state may matter",
     }  # fmt: skip
     if not c.levels:
-        return [Effect(name, unit=unit, meaning=f"slope of {contact.words} on {c.name}", reported=shown, **about)]
-    words = f"{contact.words} beside the mean of all levels, {c.name} = "
+        return [Effect(name, unit=unit, meaning=f"slope on {c.name}", reported=shown, **about)]
     return [
         Effect(
-            name if k == 0 else f"{name}.{level}", unit="1", meaning=f"{words}{level}", group="" if k == 0 else name,
+            name if k == 0 else f"{name}.{level}", unit="1", meaning=f"at {level}, beside the mean", group="" if k == 0 else name,
             reported=lambda value: value * contact.scale, level=level, **about,
         )
         for k, level in enumerate(c.levels)

@@ -1,14 +1,12 @@
-"""Evidence of sets of components in the linearised problem: Gaussian integrals, hundreds in
-milliseconds.
+"""Evidence of sets of components in the linearised problem: Gaussian integrals.
 
 With the nuisances marginalised, components of prior sd T have the information J = TᵀCᵀΣ⁻¹CT and the
 score h, so that
 
     ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the physical range),
 
-averaged over the widths of the priors (a scale mixture) and over sizes of the scatter between
-recordings. The noise power is known to `level_sd` of its logarithm only, so misfit counts as in
-Student's t. Source: Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
+averaged over the widths of the priors and over sizes of the scatter between recordings.
+Source: Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
 """
 
 from dataclasses import dataclass, replace
@@ -37,39 +35,30 @@ class Kind(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Component:
-    """A candidate as columns of the linearised problem.
-
-    columns (M, k); sd (k,): prior of each column's coefficient; scaled_prior (k,): whether the
-    prior widths act on it; low, high: physical range of the first coefficient.
-    """
+    """A candidate as columns of the linearised problem."""
 
     name: str
     kind: Kind
     sector: str
-    columns: np.ndarray
-    sd: np.ndarray
-    scaled_prior: np.ndarray
-    low: float = -np.inf
+    columns: np.ndarray  # (M, k)
+    sd: np.ndarray  # (k,): prior of each column's coefficient
+    scaled_prior: np.ndarray  # (k,): whether the prior widths act on it
+    low: float = -np.inf  # this and high: physical range of the first coefficient
     high: float = np.inf
 
 
 @dataclass(frozen=True, eq=False)
 class EvidenceTable:
-    """What a fit says of all components at once, for each of S sizes of scatter or noise power.
-
-    ln_z_nothing (S,): ln Z of nothing; odds (S,): ln prior of the size; misfit (S,): −½ χ² of nothing;
-    information (S, C, C) and right (S, C): J and h in prior sds; index: columns of each component;
-    level_sd: sd of the logarithm of the noise power.
-    """
+    """What a fit says of all components, for S sizes of scatter or noise power."""
 
     components: dict[str, Component]
-    index: dict[str, np.ndarray]
-    ln_z_nothing: np.ndarray
-    misfit: np.ndarray
-    information: np.ndarray
-    right: np.ndarray
-    odds: np.ndarray
-    level_sd: float
+    index: dict[str, np.ndarray]  # columns of each component
+    ln_z_nothing: np.ndarray  # (S,): ln Z of nothing
+    misfit: np.ndarray  # (S,): −½ χ² of nothing
+    information: np.ndarray  # (S, C, C): J in prior sds
+    right: np.ndarray  # (S, C): h in prior sds
+    odds: np.ndarray  # (S,): ln prior of the size
+    level_sd: float  # of the logarithm of the noise power
 
     def ln_evidence(self, names: tuple[str, ...]) -> tuple[float, float]:
         """ln Z of exactly this set, and −½ χ² where it fits best."""
@@ -93,7 +82,9 @@ class EvidenceTable:
         for part in parts:
             if np.isfinite(part.low) or np.isfinite(part.high):
                 sd = part.sd[0] * widths[:, first]
-                every += _inside(part, sd, sd * mean[..., first], sd * np.sqrt(posterior[..., first, first]))
+                own_sd = sd * np.sqrt(posterior[..., first, first])
+                every += _ln_normal_between(part.low, part.high, sd * mean[..., first], own_sd)
+                every -= _ln_normal_between(part.low, part.high, 0.0, sd)
             first += len(part.sd)
         best = np.take_along_axis(fall, every.argmax(1)[:, None], 1)[:, 0]
         return logsumexp(every, axis=1) - np.log(len(widths)) + self.ln_z_nothing + self.odds, self.misfit + best
@@ -112,10 +103,7 @@ class EvidenceTable:
 def table_of(
     reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], spread: "UnknownScatter | None", level_sd: float
 ) -> EvidenceTable:
-    """The table of a fit.
-
-    prior_sd (G,): of the baseline's globals, 0 where fixed; spread: what is not known of its size.
-    """
+    """prior_sd (G,): of the baseline's globals, 0 where fixed; spread: unknown size of scatter."""
     kept = prior_sd > 0
     a = np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept]
     b = np.concatenate([r.b for r in reduced])
@@ -135,7 +123,11 @@ def table_of(
         right.append(rest[:-1, -1])
     ends = np.cumsum([0, *(len(c.sd) for c in components)])
     index = {c.name: np.arange(ends[k], ends[k + 1]) for k, c in enumerate(components)}
-    unit = np.concatenate([_unit(c, information[0][np.ix_(index[c.name], index[c.name])]) for c in components] or [np.zeros(0)])
+    unit = np.ones(ends[-1])
+    for c in components:
+        if c.kind is Kind.UNLISTED:  # of a size that has an expected SNR of 1
+            seen = float(np.diag(information[0])[index[c.name]].sum())
+            unit[index[c.name]] = 1 / np.sqrt(seen) if seen > 0 else 0.0
     scaled = {c.name: replace(c, sd=c.sd * unit[index[c.name]]) for c in components}
     return EvidenceTable(
         scaled, index, np.array(ln_z_nothing), np.array(misfit), np.array(information) * np.outer(unit, unit), np.array(right) * unit,
@@ -143,23 +135,13 @@ def table_of(
     )  # fmt: skip
 
 
-def _unit(component: Component, information: np.ndarray) -> np.ndarray:
-    """(k,) factors on the prior sds: unlisted physics gets the size that has an expected SNR of
-    1.
-    """
-    if component.kind is not Kind.UNLISTED:
-        return np.ones(len(component.sd))
-    seen = float(np.trace(information))
-    return np.full(len(component.sd), 1 / np.sqrt(seen) if seen > 0 else 0.0)
-
-
 def refined_noise_power(
     reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], level_sd: float
 ) -> tuple[float, float]:
-    """Noise power at low frequency over the recordings' own estimate, and the sd of its logarithm.
+    """Noise power at low frequency over the recordings' estimate, and sd of its logarithm.
 
-    The smooth curves of each recording tell it, everything that is common to all being free: each
-    is a square of one degree of freedom. The prior `level_sd` is worth 2/level_sd² of them.
+    From smooth curves of each recording beside all that is common, each a square of one degree of
+    freedom; the prior `level_sd` is worth 2/level_sd² of them.
     """
     if level_sd <= 0 or any(not r.smooth.shape[1] for r in reduced):
         return 1.0, level_sd
@@ -184,15 +166,10 @@ def refined_noise_power(
 
 @dataclass(frozen=True, eq=False)
 class UnknownScatter:
-    """What has a size that is not known beforehand, over which evidence is summed.
+    """What has an unknown size, over which evidence is summed."""
 
-    direction (M,): rows' change by one usual sd of a parameter that scatters between recordings
-    (SCATTER_SIZES are tried); or uncertain (M,): rows whose noise power is known to level_sd of its
-    logarithm only (NOISE_LEVELS are tried).
-    """
-
-    direction: np.ndarray | None = None
-    uncertain: np.ndarray | None = None
+    direction: np.ndarray | None = None  # (M,): rows' change by one usual sd of a parameter
+    uncertain: np.ndarray | None = None  # (M,): rows whose noise power is known to level_sd only
     level_sd: float = 0.0
 
     def odds(self, count: int) -> np.ndarray:
@@ -227,9 +204,7 @@ class UnknownScatter:
 
 
 def _widths(parts: list[Component]) -> np.ndarray:
-    """(W, k) factors on the prior sds: all combinations for two components, joint steps for
-    more.
-    """
+    """Factors (W, k) on prior sds: all combinations for two components, joint steps for more."""
     rows = np.zeros((1, 0))
     for part in parts:
         choices = UNLISTED_SNRS if part.kind is Kind.UNLISTED else PRIOR_WIDTHS
@@ -244,19 +219,11 @@ def _widths(parts: list[Component]) -> np.ndarray:
 
 
 def student_ln_likelihood(misfit: float, level_sd: float) -> float:
-    """ln likelihood of a misfit −½ χ² when ln of the noise power has sd `level_sd`.
-
-    Student's t with ν = 2/level_sd²: −½ (ν + 1) ln(1 + χ²/ν).
-    """
+    """−½ (ν + 1) ln(1 + χ²/ν), ν = 2/level_sd², for the misfit −½ χ² (Student's t)."""
     if level_sd <= 0:
         return misfit
     freedom = 2 / level_sd**2
     return -0.5 * (freedom + 1) * float(np.log1p(max(-2 * misfit, 0.0) / freedom))
-
-
-def _inside(part: Component, prior: np.ndarray, mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
-    """ln of the posterior's share inside the physical range, over the prior's."""
-    return _ln_normal_between(part.low, part.high, mean, sd) - _ln_normal_between(part.low, part.high, 0.0, prior)
 
 
 def _ln_normal_between(low: float, high: float, mean, sd) -> np.ndarray:

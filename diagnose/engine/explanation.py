@@ -12,51 +12,36 @@ from diagnose.engine.unlisted import Windows
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """One baseline.
-
-    problem; odds: prior; note: for the reader where it holds; effects: listed effects that it
-    stands for (a plate raised in steps), with their sector and sizes (unit, value, sd);
-    ln_likelihood: of what its rows do not hold; p: that noise alone makes as much of it, where its
-    rows do not tell.
-    """
+    """One baseline."""
 
     problem: Problem
-    odds: float = 1.0
-    note: str = ""
-    effects: tuple[str, ...] = ()
-    sector: str = ""
-    sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)
-    ln_likelihood: float = 0.0
-    p: float | None = None
+    odds: float = 1.0  # prior
+    note: str = ""  # for the reader where it holds
+    effects: tuple[str, ...] = ()  # listed effects that it stands for
+    sector: str = ""  # of those effects
+    sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)  # unit, value, sd
+    ln_likelihood: float = 0.0  # of what its rows do not hold
+    p: float | None = None  # that noise alone makes as much of it, where its rows do not tell
 
 
 def ln_bayes_bound(p: float) -> float:
-    """ln of the greatest Bayes factor that a p value allows, −ln(−e p ln p) for p < 1/e.
-
-    Source: Sellke, Bayarri, Berger (2001), Am. Stat. 55, 62.
-    """
+    """ln of −1/(e p ln p), the greatest Bayes factor (Sellke et al. 2001, Am. Stat. 55, 62)."""
     p = min(max(p, 1e-300), 1 / np.e)
     return float(-1 - np.log(p) - np.log(-np.log(p)))
 
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """A set of components about one baseline.
+    """A set of components about one baseline."""
 
-    names: sorted; alternative: number of the baseline; fit: of the listed effects; reduced,
-    windows, columns, table: the linearised problem there, the windows of unlisted physics, their
-    columns, and the evidence of all components; power: of the noise at low frequency over the fit's
-    assumption.
-    """
-
-    names: tuple[str, ...]
-    alternative: int
-    fit: Fit
-    reduced: tuple[Reduced, ...]
-    windows: Windows
-    columns: np.ndarray
+    names: tuple[str, ...]  # sorted
+    alternative: int  # number of the baseline
+    fit: Fit  # of the listed effects
+    reduced: tuple[Reduced, ...]  # linearised there
+    windows: Windows  # of unlisted physics
+    columns: np.ndarray  # of the windows
     table: EvidenceTable
-    power: float = 1.0
+    power: float = 1.0  # of the noise at low frequency over the fit's assumption
     probability: float = 0.0
 
     @property
@@ -70,9 +55,7 @@ class Explanation:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """explanations, the most probable first; alternatives; bases: each alternative with nothing
-    missing.
-    """
+    """Explanations, the most probable first; bases: each alternative with nothing missing."""
 
     explanations: tuple[Explanation, ...]
     alternatives: tuple[Alternative, ...]
@@ -82,10 +65,6 @@ class Posterior:
     def base(self) -> Explanation:
         """The most probable baseline with nothing missing."""
         return max(self.bases, key=lambda e: e.probability)
-
-    @property
-    def best(self) -> Explanation:
-        return self.explanations[0]
 
     def probability(self, names: tuple[str, ...]) -> float:
         """Of exactly this set, over all alternatives."""

@@ -4,34 +4,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnose.engine.evidence import Kind
 from diagnose.engine.explanation import Explanation
 from diagnose.engine.linear import Reduced, fall_of_chi2, projector, ridge, stacked
 from diagnose.engine.posterior import WIDE_PRIOR
 
 CHANCE_SDS = 2.0  # of the left-out error that noise alone makes
+UNLISTED_PRIOR = 10.0  # factor on the sd of unlisted physics, whose own is just visible
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """rmse_ratio: √(SSE_fit/SSE_base) of the whitened residuals of left-out recordings.
+    """How well left-out recordings are predicted."""
 
-    removed_fraction: gain/(gain + left), gain = SSE_base − SSE_fit, left: misfit beyond chance.
-    """
-
-    rmse_ratio: float
-    removed_fraction: float
+    rmse_ratio: float  # √(SSE_fit/SSE_base) of whitened residuals
+    removed_fraction: float  # gain/(gain + misfit left beyond chance), gain = SSE_base − SSE_fit
 
 
 def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
     """Each recording predicted from the others; None for a single recording."""
     mine, sd = with_components(e)
-    its, its_sd = base.reduced, base.fit.baseline_sd
     if len(mine) < 2:
         return None
     sse_fit = sum(squared_errors(mine, sd))
-    sse_base = sum(squared_errors(its, its_sd))
+    sse_base = sum(squared_errors(base.reduced, base.fit.baseline_sd))
     noise, spread = _noise(mine, sd)
-    gain, left = sse_base - sse_fit, max(sse_fit - noise - CHANCE_SDS * spread, _unexplained(e, mine, sd), 0.0)
+    gain, left = sse_base - sse_fit, max(sse_fit - noise - CHANCE_SDS * spread, 0.0)
+    if others := [c.columns for n, c in e.table.components.items() if n not in e.names]:
+        a, b = stacked(mine)  # fall of χ² when every other component is freed too
+        fall, freedom = fall_of_chi2(np.hstack(others), projector(a, sd), b)
+        left = max(left, fall - freedom - CHANCE_SDS * float(np.sqrt(2 * freedom)))
     share = gain / (gain + left) if gain > 0 else 0.0
     return HeldOut(float(np.sqrt(sse_fit / sse_base)), float(share))
 
@@ -43,23 +45,9 @@ def with_components(e: Explanation) -> tuple[tuple[Reduced, ...], np.ndarray]:
     out = []
     for r, low, high in zip(e.reduced, cuts[:-1], cuts[1:], strict=True):
         out.append(Reduced(np.hstack([r.a, *(p.columns[low:high] for p in parts)]), r.smooth, r.b))
-    wide = [np.where(p.scaled_prior, WIDE_PRIOR if np.isfinite(p.sd).all() else 1.0, 1.0) * p.sd * _seen(p) for p in parts]
+    seen = [UNLISTED_PRIOR if p.kind is Kind.UNLISTED else 1.0 for p in parts]
+    wide = [np.where(p.scaled_prior, WIDE_PRIOR, 1.0) * p.sd * s for p, s in zip(parts, seen)]
     return tuple(out), np.concatenate([e.fit.baseline_sd, *wide])
-
-
-def _unexplained(e: Explanation, reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> float:
-    """Fall of χ² when every other component is freed too, beyond chance."""
-    others = [c.columns for n, c in e.table.components.items() if n not in e.names]
-    a, b = stacked(reduced)
-    fall, freedom = fall_of_chi2(np.hstack(others), projector(a, prior_sd), b) if others else (0.0, 0)
-    return fall - freedom - CHANCE_SDS * float(np.sqrt(2 * freedom))
-
-
-def _seen(part) -> float:
-    """Unlisted physics has a unit size that is just visible: ten times as wide a prior lets it
-    be seen.
-    """
-    return 10.0 if part.kind.value == "unlisted" else 1.0
 
 
 def squared_errors(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[float]:
@@ -72,10 +60,7 @@ def squared_errors(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> list[f
 
 
 def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
-    """Each listed effect as the other recordings have it, one value a recording.
-
-    Of a single recording its own; further parameters of an effect under their own names.
-    """
+    """Each parameter of the listed effects as the other recordings have it."""
     reduced, sd = with_components(e)
     first = len(e.fit.names)
     spots: dict[str, int] = {}
@@ -92,8 +77,10 @@ def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
 
 
 def _noise(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, float]:
-    """Mean and sd of the left-out SSE under the true model: what a saturated model leaves, plus one
-    a column, less where recordings differ by less than their priors allow.
+    """Mean and sd of the left-out SSE under the true model.
+
+    What a saturated model leaves, plus one a column, less where recordings differ by less than
+    their priors allow.
     """
     columns, bare = 0, 0.0
     for own in reduced:

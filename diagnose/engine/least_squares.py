@@ -1,5 +1,4 @@
-"""Nonlinear least squares over the globals of a problem, each recording's own parameters
-eliminated.
+"""Nonlinear least squares over the globals of a problem, local parameters eliminated.
 
 Gauss–Newton with step halving; where χ² itself is cheap to compute, Levenberg–Marquardt (Marquardt,
 J. SIAM 11 (1963) 431), which makes headway along curved valleys.
@@ -24,14 +23,10 @@ MAX_IDLE_DESCENTS = 3  # the same where every step lowers χ²
 
 @dataclass(frozen=True)
 class FastChi2:
-    """Cheaper alternatives to `Problem.reduce`, for a minimiser that tries many steps.
+    """Cheaper alternatives to `Problem.reduce`, for a minimiser that tries many steps."""
 
-    chi2(starts, values) → χ² of rows and local parameters at that point.
-    reduce_free(starts, values, wanted (G,)) → as `reduce`; columns that are not wanted are zero.
-    """
-
-    chi2: Callable
-    reduce_free: Callable
+    chi2: Callable  # (starts, values) → χ² of rows and local parameters at that point
+    reduce_free: Callable  # (starts, values, wanted (G,)); columns not wanted are zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +37,10 @@ class GlobalPrior:
     heavy_tailed: np.ndarray
 
     def sd_at(self, values: np.ndarray) -> np.ndarray:
-        """Standard deviations (G,) at these values, beyond TAIL_SDS those of an exponential tail.
+        """Standard deviations (G,) at these values.
 
-        √(sd |value|/TAIL_SDS): the prior falls as exp(−|value|/sd). A normal tail would shrink a
-        strong effect towards 0 and leave the rest of it to another one.
+        √(sd |value|/TAIL_SDS) in the tail, so that the prior falls as exp(−|value|/sd): a normal
+        one would shrink a strong effect and leave the rest of it to another.
         """
         return np.where(self.heavy_tailed, np.maximum(self.sd, np.sqrt(self.sd * np.abs(values) / TAIL_SDS)), self.sd)
 
@@ -57,19 +52,14 @@ class GlobalPrior:
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """A problem linearised at a point.
+    """A problem linearised at a point, and the minimum of the linear problem."""
 
-    starts, values: the point; reduced, change_of_locals: from Problem.reduce there; chi2: χ² there,
-    prior included; prior (G,): sd of each global; predicted, covariance, predicted_chi2: minimum of
-    the linear problem.
-    """
-
-    starts: np.ndarray
+    starts: np.ndarray  # the point
     values: np.ndarray
     reduced: tuple[Reduced, ...]
-    change_of_locals: Callable
-    chi2: float
-    prior: np.ndarray
+    change_of_locals: Callable  # this and reduced: from Problem.reduce
+    chi2: float  # at the point, prior included
+    prior: np.ndarray  # (G,): sd of each global
     predicted: np.ndarray
     covariance: np.ndarray
     predicted_chi2: float
@@ -162,11 +152,9 @@ def _ended(at: Linearisation, reduce: Callable | None, held: GlobalPrior, *, ste
 
 
 def _halved_step(reduce: Callable, here: Linearisation, held: GlobalPrior, most: int) -> tuple[Linearisation | None, int]:
-    """The first of the halved steps at which χ² does not grow, None where there is none.
-
-    Looks at `most` of them; also returns at how many it looked.
-    """
-    limit = _tolerated(here.marginal_chi2) if np.isfinite(here.marginal_chi2) else np.inf
+    """The first of `most` halved steps at which χ² does not grow, or None; and its number."""
+    before = here.marginal_chi2  # predictions have kinks, so a step may end a little higher
+    limit = before + max(1.0, 1e-3 * before) if np.isfinite(before) else np.inf
     for evaluations, (starts, values) in zip(range(1, most + 1), here.halved_steps(), strict=False):
         there = Linearisation.of(starts, values, reduce(starts, values), held)
         if there.marginal_chi2 < limit or not np.isfinite(limit):
@@ -175,11 +163,7 @@ def _halved_step(reduce: Callable, here: Linearisation, held: GlobalPrior, most:
 
 
 def _marquardt_descent(fast: FastChi2, here: Linearisation, held: GlobalPrior, damped: int) -> tuple[Linearisation | None, int]:
-    """The step that lowers χ² most, linearised, and the number of its damping; None where none
-    does.
-
-    damped: number of the damping used last, near which the search begins.
-    """
+    """The step that lowers χ² most, or None; number of its damping, sought near `damped`."""
 
     def chi2_of(step: tuple[np.ndarray, np.ndarray]) -> float:
         with np.errstate(all="ignore"):
@@ -201,11 +185,6 @@ def _marquardt_descent(fast: FastChi2, here: Linearisation, held: GlobalPrior, d
     if chosen is None:
         return None, 0
     return Linearisation.of(*chosen, fast.reduce_free(*chosen, held.sd > 0), held), number
-
-
-def _tolerated(lowest: float) -> float:
-    """χ² that a step may end at: predictions have kinks, so a little more than before."""
-    return lowest + max(1.0, 1e-3 * lowest)
 
 
 def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray) -> float:

@@ -1,8 +1,4 @@
-"""Linear algebra of a linearised problem whose local parameters have been eliminated.
-
-Recording r says  b_r = A_r θ + S_r s + ε,  ε independent of variance 1: θ the globals, s the
-coefficients of smooth curves that no effect needs.
-"""
+"""Linear algebra of a linearised problem: b_r = A_r θ + S_r s + ε, locals eliminated."""
 
 from dataclasses import dataclass
 
@@ -12,18 +8,13 @@ from scipy import stats
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """One recording, linearised.
+    """One recording, linearised."""
 
-    a (m, G): columns of the globals; smooth (m, …): of its smooth curves; b (m,): data at θ = 0.
-    chi2: χ² at the point of linearisation with the locals' prior, None where it is not known.
-    half_ln_det: ½ ln det of the marginalised locals, where it depends on the globals.
-    """
-
-    a: np.ndarray
-    smooth: np.ndarray
-    b: np.ndarray
-    chi2: float | None = None
-    half_ln_det: float = 0.0
+    a: np.ndarray  # (m, G): columns of the globals
+    smooth: np.ndarray  # (m, …): of its smooth curves
+    b: np.ndarray  # (m,): data at θ = 0
+    chi2: float | None = None  # at the point of linearisation with the locals' prior, if known
+    half_ln_det: float = 0.0  # ½ ln det of the marginalised locals
 
 
 def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -32,8 +23,7 @@ def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ridge(a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """θ (G,) that minimises |b − aθ|² + |θ/sd|², its covariance, and the minimum; sd 0: fixed at 0.
-    """
+    """Minimiser θ (G,) of |b − aθ|² + |θ/sd|² (sd 0: fixed), its covariance, and the minimum."""
     kept = prior_sd > 0
     scaled = a[:, kept] * prior_sd[kept]
     information = scaled.T @ scaled + np.eye(kept.sum())
@@ -63,12 +53,16 @@ def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, in
 
 
 def beside_globals(reduced: tuple[Reduced, ...], prior_sd: np.ndarray):
-    """The columns (M, K) behind those of the globals, the projection that marginalises the globals,
-    and b (M,).
-    """
+    """Columns (M, K) behind the globals', projection that marginalises the globals, b (M,)."""
     a, b = stacked(reduced)
     a, columns = np.split(a, [len(prior_sd)], axis=1)
     return columns, projector(a, prior_sd), b
+
+
+def falls_of(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> np.ndarray:
+    """By how much each column behind those of the globals lowers χ² (K,)."""
+    columns, project, b = beside_globals(reduced, prior_sd)
+    return np.array([fall_of_chi2(column[:, None], project, b)[0] for column in columns.T])
 
 
 def chance(fall: float, freedom: int, doubt: np.ndarray) -> float:

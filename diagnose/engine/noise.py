@@ -11,11 +11,13 @@ that fit alike the one with less power at low frequency is taken. Whitening is b
 of a Kalman filter, exact with gaps.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from scipy.optimize import minimize
+from scipy.special import logit
 
 CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs longer ones
 CELLS_AT_REST = 3  # the same beside a constant
@@ -24,21 +26,19 @@ LEAST_ROWS = 40  # of a stretch that tells a correlation
 FARTHEST = 6.0  # logit beyond which a share counts as 0 or 1
 PRIOR_SD = 1.8  # of either logit
 WIDEST_STEP = 0.4  # of a logit, for the likelihood's curvature
-LOCK_PX = 0.03  # sd of either wave of pixel lock: hundredths of a pixel (slide/pixel_lock.py)
+LOCK_PX = 0.03  # sd of either wave of pixel lock: hundredths of a pixel (slide/session.py)
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
+ENOUGH_FREEDOM = 10  # degrees of freedom that tell a recording's own σ
 
 
 @dataclass(frozen=True)
 class Noise:
-    """rho: correlation of the OU part from frame to frame; white: white share of the variance.
+    """White plus Ornstein–Uhlenbeck noise."""
 
-    log_level_sd: sd of the logarithm of the noise power at low frequency (0.1: known to 10 %).
-    """
-
-    rho: float
-    white: float
-    log_level_sd: float
+    rho: float  # correlation of the OU part from frame to frame
+    white: float  # white share of the variance
+    log_level_sd: float  # sd of the logarithm of the noise power at low frequency
 
     @property
     def low_frequency(self) -> float:
@@ -52,20 +52,29 @@ class Noise:
 
 @dataclass(frozen=True)
 class Stretch:
-    """One uninterrupted flight along one axis: `data` (n,) is `design` (n, p) times something,
-    plus noise.
-    """
+    """One uninterrupted flight along one axis: data (n,) = design (n, p) θ + noise."""
 
     design: np.ndarray
     data: np.ndarray
     lag: np.ndarray  # (n,) frames since the row before, inf for the first
 
     def residual(self, noise: Noise) -> tuple[np.ndarray, int]:
-        """Whitened residual (n,) about the design, in the data's unit, and its degrees of freedom.
-        """
+        """Whitened residual (n,) about the design, and its degrees of freedom."""
         clean = noise.whiten(np.column_stack([self.design, self.data]), self.lag)
         solution, _, rank, _ = np.linalg.lstsq(clean[:, :-1], clean[:, -1], rcond=1e-10)
         return clean[:, -1] - clean[:, :-1] @ solution, len(clean) - int(rank)
+
+
+def spreads(stretches: list[Stretch], owner: Iterable[int], count: int, noise: Noise) -> np.ndarray:
+    """σ (count,) of each recording, that of all where fewer than ENOUGH_FREEDOM tell it."""
+    power, freedom = np.zeros(count), np.zeros(count)
+    for r, stretch in zip(owner, stretches, strict=True):
+        left, spare = stretch.residual(noise)
+        power[r] += left @ left
+        freedom[r] += spare
+    pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
+    own = np.sqrt(power / np.maximum(freedom, 1))
+    return np.where(freedom >= ENOUGH_FREEDOM, own, pooled)
 
 
 def block_mean_noise(noise: Noise, block: int) -> Noise:
@@ -87,11 +96,9 @@ def block_mean_noise(noise: Noise, block: int) -> Noise:
     return Noise((power - 1) / (power + 1), 0.0, noise.log_level_sd)
 
 
-def refined_level_sd(level_sd: float, directions: int) -> float:
-    """sd of the logarithm of the noise power when `directions` smooth columns of the rows, which no
-    effect needs, tell it beside `level_sd`: each is a square of one degree of freedom.
-    """
-    return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + directions)))
+def refined_level_sd(level_sd: float, freedom: int) -> float:
+    """`level_sd` once that many further degrees of freedom tell the noise power."""
+    return float(np.sqrt(2 / (2 / max(level_sd, 1e-6) ** 2 + freedom)))
 
 
 def frame_lag(frame: np.ndarray) -> np.ndarray:
@@ -111,9 +118,7 @@ def whiten(rows: np.ndarray, lag: np.ndarray, rho: float, white: float) -> tuple
 
 @njit(cache=True)
 def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[np.ndarray, np.ndarray]:
-    """Kalman filter of OU + white noise of unit variance: innovations over their sd, ln of their
-    variance.
-    """
+    """Kalman filter: innovations over their sd, ln of their variance."""
     n, series, columns = rows.shape
     out, log_variance = np.empty_like(rows), np.empty((n, series))
     for j in range(series):
@@ -134,23 +139,24 @@ def _innovations(rows: np.ndarray, carried: np.ndarray, white: float) -> tuple[n
 
 
 def estimate(stretches: list[Stretch]) -> Noise:
-    """ρ and white share common to all stretches, by REML, each stretch with its own σ.
-
-    Stretches of fewer than LEAST_ROWS rows are not used; without any other the noise counts as
-    white.
-    """
+    """ρ and white share common to all stretches, by REML; white if all are too short."""
     usable = [s for s in stretches if len(s.data) >= max(LEAST_ROWS, 3 * s.design.shape[1])]
     if not usable:
         return Noise(0.0, 0.0, 1.0)
     packed = _pack(usable)
-    highest = max(1 - 1 / _longest(usable), 0.5)
+    at_rest = [s for s in usable if s.design.shape[1] == 1]
+    longest = _usual_length(usable) / CELLS  # correlation that these stretches can tell
+    if at_rest:
+        longest = max(longest, _usual_length(at_rest) / CELLS_AT_REST)
+    highest = max(1 - 1 / longest, 0.5)
 
     def loss(rho: float, white: float) -> float:
         return _loss(packed, rho, white)[0] + np.log(Noise(rho, white, 0.0).low_frequency)
 
     grid = [theta for theta in COARSE if theta[0] < highest]
     start = min(grid, key=lambda theta: loss(*theta))
-    begin = _to_logits(*(start if start[0] else (0.2, 0.2)), highest)
+    rho, white = start if start[0] else (0.2, 0.2)
+    begin = logit(np.clip([rho / highest, white], 0.02, 0.98))
     found = minimize(
         lambda u: loss(*_from_logits(u, highest)), begin, method="Nelder-Mead",
         options={"xatol": 0.03, "fatol": 0.02, "maxfev": 40, "initial_simplex": begin + 0.7 * np.array([[0, 0], [1, 0], [0, 1]])},
@@ -160,12 +166,6 @@ def estimate(stretches: list[Stretch]) -> Noise:
         spare = sum(len(s.data) - s.design.shape[1] for s in usable)
         return Noise(0.0, 0.0, float(np.sqrt(2 / spare)))
     return Noise(rho, white, _log_level_sd(packed, found.x, highest))
-
-
-def _longest(stretches: list[Stretch]) -> float:
-    """Rows of the longest correlation that these stretches can tell."""
-    at_rest = [s for s in stretches if s.design.shape[1] == 1]
-    return max(_usual_length(stretches) / CELLS, _usual_length(at_rest) / CELLS_AT_REST if at_rest else 0.0)
 
 
 def _usual_length(stretches: list[Stretch]) -> float:
@@ -179,19 +179,14 @@ def _from_logits(u: np.ndarray, highest: float) -> tuple[float, float]:
     return float(rho * highest), float(white)
 
 
-def _to_logits(rho: float, white: float, highest: float) -> np.ndarray:
-    p = np.clip([rho / highest, white], 0.02, 0.98)
-    return np.log(p / (1 - p))
-
-
 def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows (n, s, p + 1) padded with zeros, lags (n, s), number of true rows (s,)."""
-    n, p = max(len(s.data) for s in stretches), max(s.design.shape[1] for s in stretches)
-    rows, lag = np.zeros((n, len(stretches), p + 1)), np.full((n, len(stretches)), np.inf)
-    for j, s in enumerate(stretches):
-        m = len(s.data)
+    count, p = np.array([len(s.data) for s in stretches]), max(s.design.shape[1] for s in stretches)
+    n = count.max()
+    rows, lag = np.zeros((n, len(count), p + 1)), np.full((n, len(count)), np.inf)
+    for j, (s, m) in enumerate(zip(stretches, count, strict=True)):
         rows[:m, j, : s.design.shape[1]], rows[:m, j, p], lag[:m, j] = s.design, s.data, s.lag
-    return rows, lag, np.array([len(s.data) for s in stretches])
+    return rows, lag, count
 
 
 def _loss(packed, rho: float, white: float) -> tuple[float, float]:
@@ -217,25 +212,21 @@ def _loss(packed, rho: float, white: float) -> tuple[float, float]:
 
 
 def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
-    """sd of ln of the low-frequency power, from the curvature of the likelihood in (logit ρ, logit
-    white).
-
-    At most 0.7, also where there is no curvature. Each logit is stepped by about its own sd.
-    """
+    """sd of ln of the low-frequency power by the likelihood's curvature; at most 0.7."""
     centre = np.clip(at, -FARTHEST, FARTHEST)
 
-    def told(*shares: tuple[float, float]) -> np.ndarray:
+    def measured(*shares: tuple[float, float]) -> np.ndarray:
         """(n, 2): −ln likelihood and ln power, so many steps from the centre."""
         found = [(_loss(packed, *_from_logits(centre + share * step, highest)), centre + share * step) for share in np.array(shares)]
         return np.array([(f[0] / 2, f[1] + np.log(Noise(*_from_logits(u, highest), 0.0).low_frequency)) for f, u in found])
 
     step = np.full(2, WIDEST_STEP)
-    here = told((0, 0))[0, 0]
+    here = measured((0, 0))[0, 0]
     for _ in range(2):
-        about = told(*AXES)
+        about = measured(*AXES)
         rise = (about[0][0] + about[1][0] - 2 * here) / 2, (about[2][0] + about[3][0] - 2 * here) / 2
         step = np.minimum(step / np.sqrt(np.maximum(rise, 0.25)), WIDEST_STEP)
-    loss, level = told(*AXES, (1, 1), (-1, -1)).T
+    loss, level = measured(*AXES, (1, 1), (-1, -1)).T
     cross = (loss[4] + loss[5] + 2 * here - loss[:4].sum()) / 2
     curve = np.array([[loss[0] + loss[1] - 2 * here, cross], [cross, loss[2] + loss[3] - 2 * here]])
     slope = np.array([level[0] - level[1], level[2] - level[3]]) / 2
@@ -252,10 +243,7 @@ def outliers(innovations: np.ndarray) -> np.ndarray:
 
 
 def maximum_draws(covariance: np.ndarray, rng: np.random.Generator, *, level_sd: float = 0.0, draws: int = 20_000) -> np.ndarray:
-    """Draws of max |z| for normal scores z with this covariance (m, m).
-
-    level_sd: sd of ln of the noise power, which scales all scores of a draw together.
-    """
+    """Draws of max |z| for normal z with this covariance; level_sd: of ln of all power."""
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0))
     scores = rng.standard_normal((draws, len(values))) @ root.T

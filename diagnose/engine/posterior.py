@@ -44,9 +44,7 @@ def explain(alternatives: tuple[Alternative, ...], windows_of: Callable[[Fit], W
 
 
 class _Search:
-    """Fits at hand, by alternative and set of listed components, and their evidence for every
-    set.
-    """
+    """Fits by alternative and set of listed components, and their evidence for every set."""
 
     def __init__(self, alternatives: tuple[Alternative, ...], windows_of: Callable[[Fit], Windows]):
         self.alternatives, self.windows_of = alternatives, windows_of
@@ -56,9 +54,7 @@ class _Search:
         self.values: dict[tuple[int, tuple[str, ...], tuple[str, ...]], tuple[float, float]] = {}
 
     def add(self, k: int, listed: tuple[str, ...], start: Fit | None = None) -> None:
-        """Fit a set of listed components in full; from `start`, else from the best fitted
-        subset.
-        """
+        """Fit a set of listed components, from `start` or the best fitted subset."""
         problem, here = self.alternatives[k].problem, self.tables[k]
         parts = [e.fit for names, e in here.items() if set(names) < set(listed)]
         start = start or min(parts, key=lambda f: f.chi2, default=None)
@@ -66,7 +62,8 @@ class _Search:
         own, windows = self.alternatives[k], self.windows_of(found)
         reduced, columns = window_columns(found, windows)
         components = [*_of_effects(problem, reduced), *unlisted_components(windows, columns)]
-        components += [_without_columns(n, own.sector, len(columns)) for n in own.effects]
+        nil = np.zeros((len(columns), 0)), np.zeros(0), np.zeros(0, dtype=bool)
+        components += [Component(n, Kind.EFFECT, own.sector, *nil) for n in own.effects]
         if not listed:
             self.noise[k] = refined_noise_power(reduced, found.baseline_sd, components, problem.level_sd)
         power, level_sd = self.noise[k]
@@ -77,7 +74,7 @@ class _Search:
         table = table_of(reduced, found.baseline_sd, components, spread, level_sd)
         here[listed] = Explanation(listed, k, found, reduced, windows, columns, table, power)
         if not listed:
-            self.priors[k] = _priors(components, self.alternatives[k].odds / sum(a.odds for a in self.alternatives))
+            self.priors[k] = _priors(components, own.odds / sum(a.odds for a in self.alternatives))
 
     def restart_from_larger_sets(self) -> None:
         """Refit sets with weight from a larger set's lower minimum: χ² may have several."""
@@ -99,13 +96,12 @@ class _Search:
                         del self.values[key]
 
     def weights(self) -> dict[tuple[int, tuple[str, ...]], tuple[float, tuple[str, ...]]]:
-        """ln weight of every set about every alternative, and the fitted set that it is computed
-        from.
+        """ln weight of every set, and the fitted set from which it is computed.
 
         That is the set itself, else its fitted subset with the most components, the likeliest of
         these. Misfit counts as in Student's t: see evidence.py.
         """
-        told = {}
+        weighed = {}
         for k, here in enumerate(self.tables):
             own_value = {own: self.value(k, own, own)[0] + self.priors[k][own] for own in here}
             parents: dict[tuple[str, ...], tuple[str, ...]] = {}
@@ -115,10 +111,10 @@ class _Search:
                     able = [listed] if listed in here else [own for own in here if set(own) <= set(listed)]
                     parents[listed] = max(able, key=lambda own: (len(own), own_value[own]))
                 if len(listed) <= len(parents[listed]) + 1:  # larger sets wait for a fitted subset
-                    told[k, names] = (*self.value(k, parents[listed], names), parents[listed])
-        best = max(fit for _, fit, _ in told.values())
+                    weighed[k, names] = (*self.value(k, parents[listed], names), parents[listed])
+        best = max(fit for _, fit, _ in weighed.values())
         out = {}
-        for (k, names), (value, misfit, own) in told.items():
+        for (k, names), (value, misfit, own) in weighed.items():
             level_sd = self.noise[k][1]
             softer = student_ln_likelihood(misfit - best, level_sd) - (misfit - best)
             out[k, names] = value + softer + self.priors[k][names] + self.alternatives[k].ln_likelihood, own
@@ -165,13 +161,14 @@ class _Search:
         """Unfitted single components that may be missing; nonlinear ones whatever their slope."""
         own = [self.value(k, (), ())[0] + np.log(a.odds) + a.ln_likelihood for k, a in enumerate(self.alternatives)]
         alive = [k for k, value in enumerate(own) if value > max(own) + np.log(BASELINE_WEIGHT)]
-        told = {
-            (k, names): self.value(k, (), names)[0] + self.priors[k][names] + self.alternatives[k].ln_likelihood
-            for k in alive for names in self.priors[k] if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
+        weights = {
+            (k, names): self.value(k, (), names)[0] + prior + self.alternatives[k].ln_likelihood
+            for k in alive for names, prior in self.priors[k].items()
+            if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
         }  # fmt: skip
-        total = logsumexp(list(told.values())) if told else 0.0
+        total = logsumexp(list(weights.values())) if weights else 0.0
         return {
-            (k, names): value for (k, names), value in told.items() if names not in self.tables[k]
+            (k, names): value for (k, names), value in weights.items() if names not in self.tables[k]
             and (self.alternatives[k].problem.effects[names[0]].nonlinear or value >= total + np.log(SINGLE_WEIGHT))
         }  # fmt: skip
 
@@ -204,11 +201,6 @@ def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Componen
         sd, scaled_prior = np.array([p.prior_sd for p in parts]), np.array([p.scaled_prior for p in parts])
         out.append(Component(name, kind, effect.sector, a[:, at], sd, scaled_prior, effect.low, effect.high))
     return out
-
-
-def _without_columns(name: str, sector: str, rows: int) -> Component:
-    """A listed effect that is an alternative baseline."""
-    return Component(name, Kind.EFFECT, sector, np.zeros((rows, 0)), np.zeros(0), np.zeros(0, dtype=bool))
 
 
 def _priors(components: list[Component], odds: float) -> dict[tuple[str, ...], float]:

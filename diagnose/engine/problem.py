@@ -1,7 +1,11 @@
-"""A problem, and its fit: what recordings of one rig leave open, in the form that inference uses.
+"""A problem, and its fit: what recordings of one rig leave open.
 
 Globals are nuisance parameters and effects, common to all recordings; locals are each recording's
 own parameters, which the problem eliminates by itself.
+
+reduce(starts, values (G,), extra=None) → (Reduced of each recording, function from a change of
+globals to the change of locals). Columns of `extra` (K accelerations or curves in the rig's own
+form) follow those of the globals.
 """
 
 from collections.abc import Callable
@@ -21,38 +25,21 @@ RESTART_PRIOR_Z = 5.0  # the same, in sds of a nuisance
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Recordings of one rig, their parameters and the function that linearises their prediction.
-
-    rig, recordings: names.
-    effects: candidate effects by name.
-    names (G,): all globals, effects and nuisances; each is 0 at the baseline's centre.
-    known_sd: prior sd of globals in the baseline; a global that is absent is fixed at 0.
-    starts: initial locals.
-    reduce(starts, values (G,), extra=None) → (Reduced of each recording, function from a change of
-    globals to the change of locals). Columns of `extra` (K accelerations or curves in the rig's own
-    form) follow those of the globals.
-    freedom: rows less locals.
-    level_sd: sd of the logarithm of the noise power at low frequency.
-    model: the rig's own.
-    unknown_scatter(problem, reduced) → evidence.UnknownScatter; None where no size is unknown.
-    further_starts: points (starts, values) to begin at as well where they hold a free effect: χ²
-    has more than one minimum in it.
-    fast_chi2: see least_squares.FastChi2; None where there is none.
-    """
+    """Recordings of one rig, their parameters and what linearises their prediction."""
 
     rig: str
     recordings: tuple[str, ...]
-    effects: dict[str, Effect]
-    names: tuple[str, ...]
-    known_sd: dict[str, float]
-    starts: np.ndarray
-    reduce: Callable
-    freedom: int
-    level_sd: float
-    model: Any
+    effects: dict[str, Effect]  # candidates
+    names: tuple[str, ...]  # (G,): all globals, effects and nuisances; 0 at the baseline's centre
+    known_sd: dict[str, float]  # prior sd in the baseline; a global that is absent is fixed at 0
+    starts: np.ndarray  # initial locals
+    reduce: Callable  # see the module's docstring
+    freedom: int  # rows less locals
+    level_sd: float  # sd of the logarithm of the noise power at low frequency
+    model: Any  # the rig's own
     max_iterations: int = 5
-    unknown_scatter: Callable | None = None
-    further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
+    unknown_scatter: Callable | None = None  # (problem, reduced) → UnknownScatter, or None
+    further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()  # starts and values
     fast_chi2: FastChi2 | None = None
 
     def columns_of(self, effect: str) -> tuple[str, ...]:
@@ -62,29 +49,20 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fitted problem.
-
-    prior_sd (G,): prior of each global, 0 where it was fixed; values (G,), covariance (G, G);
-    starts: the fitted locals; chi2: prior included; reduced: linearised there, one a recording;
-    cache: fits and linearisations begun from here, by what was asked.
-    """
+    """A fitted problem."""
 
     problem: Problem
-    prior_sd: np.ndarray
+    prior_sd: np.ndarray  # (G,): 0 where a global was fixed
     values: np.ndarray
     covariance: np.ndarray
-    starts: np.ndarray
-    chi2: float
-    reduced: tuple[Reduced, ...]
+    starts: np.ndarray  # the fitted locals
+    chi2: float  # prior included
+    reduced: tuple[Reduced, ...]  # linearised there
     cache: dict = field(default_factory=dict, repr=False)
 
     @property
     def names(self) -> tuple[str, ...]:
         return self.problem.names
-
-    @property
-    def freedom(self) -> int:
-        return self.problem.freedom
 
     @property
     def baseline_sd(self) -> np.ndarray:
@@ -104,8 +82,8 @@ class Fit:
 def fit(problem: Problem, *, free: tuple[str, ...] = (), start: Fit | None = None) -> Fit:
     """Fit a problem with the effects `free`, each with its physical prior.
 
-    Begins at `start`, also at the problem's further starts, and at its own start where there is no
-    other or the fit is poor. A repeated call with the same start is looked up.
+    Begins at `start`, at the problem's further starts, and, where there is no other or the fit is
+    poor, at its own start. A repeated call with the same start is looked up.
     """
     if start is None:
         cache: dict = {}
@@ -123,23 +101,18 @@ def _best_fit(problem: Problem, free: tuple[str, ...], start: Fit) -> Fit:
         return found
     wide = np.isin(problem.names, [n for effect in free for n in problem.columns_of(effect)])
     points = [point for point in problem.further_starts if point[1][wide].any()]
-    if not found.chi2 < RESTART_REDUCED_CHI2 * problem.freedom or _greatest_prior_z(found, ~wide) > RESTART_PRIOR_Z:
+    sds = np.where(~wide & (found.prior_sd > 0), found.prior_sd, np.inf)
+    z = np.max(np.abs(found.values) / sds, initial=0.0)
+    if not found.chi2 < RESTART_REDUCED_CHI2 * problem.freedom or z > RESTART_PRIOR_Z:
         points.append((problem.starts, np.zeros(len(problem.names))))
-    others = [_fit_from(problem, free, *point, start.cache) for point in points]
-    return min([found, *others], key=lambda f: _chi2_with_range(f, free))
 
+    def cost(f: Fit) -> float:
+        """χ², plus a penalty where an effect lies outside its physical range."""
+        ranges = ((problem.effects[n].low, f.by_name[n], problem.effects[n].high) for n in free)
+        possible = all(low <= value <= high for low, value, high in ranges)
+        return f.chi2 + OUT_OF_RANGE_CHI2 * (not possible) if np.isfinite(f.chi2) else np.inf
 
-def _greatest_prior_z(found: Fit, held: np.ndarray) -> float:
-    """The greatest |value|/sd of the globals in `held` (G,) that are not fixed."""
-    sds = np.where(held & (found.prior_sd > 0), found.prior_sd, np.inf)
-    return float(np.max(np.abs(found.values) / sds, initial=0.0))
-
-
-def _chi2_with_range(found: Fit, free: tuple[str, ...]) -> float:
-    """χ², plus a penalty where an effect lies outside its physical range."""
-    effects = found.problem.effects
-    possible = all(effects[n].low <= found.by_name[n] <= effects[n].high for n in free)
-    return found.chi2 + (0.0 if possible else OUT_OF_RANGE_CHI2) if np.isfinite(found.chi2) else np.inf
+    return min([found, *(_fit_from(problem, free, *p, start.cache) for p in points)], key=cost)
 
 
 def _fit_from(problem: Problem, free: tuple[str, ...], starts: np.ndarray, values: np.ndarray, cache: dict) -> Fit:

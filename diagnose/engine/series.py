@@ -23,31 +23,23 @@ STEP = 1e-3  # of a prior's sd, for derivatives; less where predictions are exac
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One recording.
-
-    data (n,); sigma (n,) or scalar, in the data's unit; lag (n,): see noise.frame_lag; noise;
-    smooth (n, s): curves that no effect needs.
-    """
+    """One recording."""
 
     recording: str
-    data: np.ndarray
-    sigma: np.ndarray | float
-    lag: np.ndarray
+    data: np.ndarray  # (n,)
+    sigma: np.ndarray | float  # (n,) or scalar, in the data's unit
+    lag: np.ndarray  # (n,): see frame_lag
     noise: Noise
-    smooth: np.ndarray
+    smooth: np.ndarray  # (n, s): curves that no effect needs
 
 
 @dataclass(frozen=True, eq=False)
 class Locals:
-    """Parameters of the recordings' own.
+    """Parameters of the recordings' own."""
 
-    start (R, L); step (L,): for derivatives; sd (L,): prior about `start`, inf where flat (these
-    first).
-    """
-
-    start: np.ndarray
-    step: np.ndarray
-    sd: np.ndarray
+    start: np.ndarray  # (R, L)
+    step: np.ndarray  # (L,): for derivatives
+    sd: np.ndarray  # (L,): prior about `start`, inf where flat (these first)
 
 
 def problem_of(
@@ -73,30 +65,24 @@ def problem_of(
     """
     sizes = {n: e.prior_sd for n, e in effects.items()} | nuisances
     rows = sum(len(s.data) for s in series) - int(np.isinf(own.sd).sum()) * len(series)
-    level = max(s.noise.log_level_sd for s in series)
-    return Problem(
-        rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
-        partial(reduce, series, own, predict, sizes, step=step, smooth=smooth), rows, level, model, max_iterations,
-        fast_chi2=_fast_chi2(series, own, predict, sizes, step) if smooth else None,
-    )  # fmt: skip
+    level, held = max(s.noise.log_level_sd for s in series), np.isfinite(own.sd)
+    linearised = partial(reduce, series, own, predict, sizes, step=step, smooth=smooth)
 
+    def chi2(starts: np.ndarray, values: np.ndarray) -> float:
+        at, total = dict(zip(sizes, values, strict=True)), 0.0
+        for r, s in enumerate(series):
+            white = s.noise.whiten(((s.data - predict(r, starts[r], at)) / s.sigma)[:, None], s.lag)
+            off = ((own.start[r] - starts[r]) / own.sd)[held]
+            total += float((white**2).sum()) + float((off**2).sum())
+        return total
 
-def _fast_chi2(series, own: Locals, predict: Callable, sizes: dict[str, float], step: float) -> FastChi2:
     def reduce_free(starts, values, wanted):
-        return reduce(series, own, predict, sizes, starts, values, step=step, smooth=True, wanted=wanted)
+        return linearised(starts, values, wanted=wanted)
 
-    return FastChi2(partial(exact_chi2, series, own, predict, tuple(sizes)), reduce_free)
-
-
-def exact_chi2(series, own: Locals, predict: Callable, names: tuple[str, ...], starts: np.ndarray, values: np.ndarray) -> float:
-    """See FastChi2.chi2."""
-    at, total = dict(zip(names, values, strict=True)), 0.0
-    held = np.isfinite(own.sd)
-    for r, s in enumerate(series):
-        rows = (s.data - predict(r, starts[r], at)) / s.sigma
-        white = s.noise.whiten(rows[:, None], s.lag)
-        total += float((white**2).sum()) + float((((own.start[r] - starts[r]) / own.sd)[held] ** 2).sum())
-    return total
+    return Problem(
+        rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start, linearised,
+        rows, level, model, max_iterations, fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
+    )  # fmt: skip
 
 
 def reduce(
@@ -112,11 +98,7 @@ def reduce(
     smooth: bool = False,
     wanted: np.ndarray | None = None,
 ):
-    """See Problem.reduce.
-
-    extra: K further columns, one array (n_r, K) a recording; wanted (G,): globals whose columns are
-    computed, those of the others are zero.
-    """
+    """See Problem.reduce; extra: (n_r, K) for each recording; wanted (G,): columns to compute."""
     asked = sizes if wanted is None else {n: size for (n, size), w in zip(sizes.items(), wanted, strict=True) if w}
     at = dict(zip(sizes, values, strict=True))
     more = [None] * len(series) if extra is None else extra
@@ -134,10 +116,7 @@ def reduce(
 
 
 def _reduced(one: Series, own: Locals, predict, asked, r: int, start: np.ndarray, at: dict[str, float], extra, share: float):
-    """One recording linearised, and a function from a change of globals to that of its locals.
-
-    asked: typical sizes of the globals whose columns are computed.
-    """
+    """One recording linearised in the globals in `asked`; function from them to its locals."""
     seen = predict(r, start, at)
     columns = [(predict(r, start + step, at) - seen) / own.step[k] for k, step in enumerate(np.diag(own.step))]
     for name in at:

@@ -1,8 +1,8 @@
 """Unlisted physics: pushes in windows of an axis, one by one and as a Gaussian process.
 
 A window is a column of acceleration (or of the rig's own kind) that acts in one bin of an axis.
-The strongest window says where something is missing. The windows of one axis with a smooth prior
-(squared exponential, LENGTH_BINS bins) are a Gaussian process common to all recordings.
+The windows of one axis with a smooth prior (squared exponential, LENGTH_BINS bins) are a Gaussian
+process common to all recordings.
 """
 
 from dataclasses import dataclass, replace
@@ -21,9 +21,7 @@ LENGTH_BINS = 1.5  # correlation length of unlisted physics
 
 @dataclass(frozen=True)
 class Window:
-    """Where along `axis` most is missing: low, high in the axis's unit; p: over all windows and
-    axes.
-    """
+    """Where along `axis` most is missing, in its unit; p: over all windows and axes."""
 
     axis: str
     low: float
@@ -65,24 +63,21 @@ def unlisted_components(windows: Windows, columns: np.ndarray) -> list[Component
     groups: dict[tuple[str, str, str], list[int]] = {}
     for k, b in enumerate(windows.bins):
         groups.setdefault((b.sector, b.push, b.axis), []).append(k)
-    return [gaussian_process(sector, f"{push} by {axis}", columns[:, at]) for (sector, push, axis), at in groups.items()]
-
-
-def gaussian_process(sector: str, what: str, columns: np.ndarray) -> Component:
-    """Columns (M, k) of neighbouring bins with a smooth prior on their coefficients."""
-    at = np.arange(columns.shape[1])
-    smooth = np.exp(-0.5 * ((at[:, None] - at) / LENGTH_BINS) ** 2) + 1e-6 * np.eye(len(at))
-    mixed = columns @ np.linalg.cholesky(smooth)
-    count = mixed.shape[1]
-    return Component(f"(unlisted) {sector}: {what}", Kind.UNLISTED, sector, mixed, np.ones(count), np.ones(count, dtype=bool))
+    out = []
+    for (sector, push, axis), own in groups.items():
+        at = np.arange(len(own))
+        smooth = np.exp(-0.5 * ((at[:, None] - at) / LENGTH_BINS) ** 2) + 1e-6 * np.eye(len(at))
+        mixed = columns[:, own] @ np.linalg.cholesky(smooth)
+        unit = np.ones(len(own)), np.ones(len(own), dtype=bool)
+        name = f"(unlisted) {sector}: {push} by {axis}"
+        out.append(Component(name, Kind.UNLISTED, sector, mixed, *unit))
+    return out
 
 
 def strongest_window(
     reduced: tuple[Reduced, ...], prior_sd: np.ndarray, windows: Windows, columns: np.ndarray, level_sd: float, rng: np.random.Generator
 ) -> tuple[Window | None, str]:
-    """The window with the greatest score if significant, and the axis with the greatest fall of
-    χ².
-    """
+    """The window with the greatest score, if significant; the axis with the greatest fall."""
     if not windows.bins:
         return None, ""
     a, b = stacked(reduced)

@@ -30,15 +30,12 @@ class Interval:
 
 @dataclass(frozen=True)
 class EffectEstimate:
-    """One effect: its probability, and its size given that it is there, in its reported unit.
-
-    levels: for a condition in words, the parameter at each level beside their mean.
-    """
+    """Probability of an effect, and its size given that it is there, as reported."""
 
     probability: float
     unit: str
     size: Interval
-    levels: dict[str, Interval] = field(default_factory=dict)
+    levels: dict[str, Interval] = field(default_factory=dict)  # of a condition, beside their mean
 
 
 @dataclass(frozen=True)
@@ -65,13 +62,12 @@ class Verdict:
 
 
 def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
-    """The verdict.
+    """none: no alarm, or "nothing missing" has at least HALF of the probability.
 
-    none: no alarm, or "nothing missing" has at least HALF of the probability. Of the explanations
-    in which something is missing:
-    unknown: more than HALF of them needs unlisted physics.
-    name: the likeliest listed set, alone or with more, has NAME_SHARE of them, or NAME_PROBABILITY
-    of all without unlisted physics. Never from a single recording.
+    Else, of the explanations in which something is missing,
+    unknown: more than HALF needs unlisted physics.
+    name: the likeliest listed set, alone or with more, has NAME_SHARE, or NAME_PROBABILITY of
+    all without unlisted physics. Never from a single recording.
     class: that set where one of its effects is certain, else the fewest effects of which at least
     one is in NAME_SHARE of the listed explanations.
     """
@@ -135,26 +131,18 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
 
     problem = holding[0].fit.problem
     levels = [problem.effects[n].level for n in problem.columns_of(name)] if effect.level else []
-    each = {level: averaged(partial(at_level, name=name, number=k)) for k, level in enumerate(levels)}
+    beside_mean = np.eye(len(levels)) - 1 / max(len(levels), 1)
+    parts = [partial(_linear_combination, name=name, of=of) for of in beside_mean]
+    each = {level: averaged(part) for level, part in zip(levels, parts)}
     return EffectEstimate(present, effect.unit, averaged(partial(estimate, name=name)), each)
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:
-    """Mean and sd of an effect's parameter within one explanation.
-
-    The sd includes the doubt about the noise, and what the baseline leaves open of the same
-    parameter.
-    """
+    """Mean and sd of an effect's parameter within one explanation, doubt about noise included."""
     effect = e.fit.problem.effects[name]
     if effect.summary:
         return effect.summary(e)
     return _linear_combination(e, name, np.eye(len(e.table.index[name]))[0])
-
-
-def at_level(e: Explanation, name: str, number: int) -> tuple[float, float]:
-    """Mean and sd of a parameter at one level of a condition, beside the mean of all levels."""
-    count = len(e.table.index[name])
-    return _linear_combination(e, name, np.eye(count)[number] - 1 / count)
 
 
 def _linear_combination(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
@@ -168,20 +156,18 @@ def _linear_combination(e: Explanation, name: str, of: np.ndarray) -> tuple[floa
 def parameter_shift(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> ParameterShift:
     """A contact parameter; value(explanation) → its mean and sd there."""
 
-    def told(e: Explanation, weight: float) -> tuple[float, float, float]:
+    def weighted(e: Explanation, weight: float) -> tuple[float, float, float]:
         mean, sd = value(e)
         return weight, mean, sd * float(np.sqrt(e.power))
 
-    base = posterior.base
-    every = [told(e, e.probability) for e in posterior.explanations if e.probability > 1e-3] or [told(base, 1.0)]
-    return ParameterShift(mixture_interval([told(base, 1.0)]), mixture_interval(every))
+    nothing = [weighted(posterior.base, 1.0)]
+    likely = [e for e in posterior.explanations if e.probability > 1e-3]
+    every = [weighted(e, e.probability) for e in likely] or nothing
+    return ParameterShift(mixture_interval(nothing), mixture_interval(every))
 
 
 def sector_shares(posterior: Posterior) -> dict[str, float]:
-    """Share of each sector in what is missing.
-
-    Components of one explanation share its weight by the ln evidence that each adds to the others.
-    """
+    """Share of each sector in what is missing, by the ln evidence that each part adds."""
     out: dict[str, float] = {}
     found = [e for e in posterior.explanations if e.names]
     weight = sum(e.probability for e in found)

@@ -146,9 +146,9 @@ def _thresholded(a: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def gp(drops: list[list[Flight]]) -> dict:
-    """A Gaussian process in time added to white noise (Kennedy & O'Hagan 2001): says that something is missing, never what."""
-    gain = sum(_gp_gain(f) for flights in drops for f in flights)
-    return answer(gain > GP_MARGIN, "unknown" if gain > GP_MARGIN else "none")
+    """A Gaussian process in time (Kennedy & O'Hagan 2001): whether, never what, is missing."""
+    missing = sum(_gp_gain(f) for flights in drops for f in flights) > GP_MARGIN
+    return answer(missing, "unknown" if missing else "none")
 
 
 def _gp_gain(flight: Flight) -> float:

@@ -17,13 +17,12 @@ TRIES = 40
 
 @dataclass(frozen=True)
 class Condition:
-    """One condition of a bench. values: of each recording, None where it is not stated. follows (n,): the same scaled to
-    −1 … 1; per: how much of its unit is 1 on that scale, None for words."""
+    """What recordings state as one of their conditions."""
 
     name: str
-    values: tuple[float | str | None, ...]
-    follows: tuple[float, ...]
-    per: float | None
+    values: tuple[float | str | None, ...]  # of each recording, None where not stated
+    follows: tuple[float, ...]  # (n,): scaled to −1 … 1
+    per: float | None  # how much of its unit is 1 on that scale, None for words
 
     @property
     def unit(self) -> str | None:
@@ -31,8 +30,7 @@ class Condition:
 
 
 def draw_conditions(design: np.ndarray, matters: bool, clean: bool, rng: np.random.Generator) -> tuple[Condition, ...]:
-    """What a bench states. design (n, k): what else changes from recording to recording. What matters stands first, and nothing
-    that is stated goes with the design where there is something to be learnt from it."""
+    """What a bench states beside its design (n, k); what matters stands first."""
     names = [str(name) for name in rng.permutation([*NUMBERS, *WORDS])][: 1 + (rng.random() < SECOND)]
     if not matters and rng.random() > SHARE:
         return ()

@@ -6,13 +6,20 @@ from functools import lru_cache
 import numpy as np
 
 from prove.cases import ellipsoid as body
-from prove.cases.air import AIR_DENSITY, AIR_VISCOSITY, drag_scale
 from prove.cases.bench import Request, log_uniform
 from prove.cases.camera import Camera, true_times
 from prove.cases.drop_effects import FOLLOWS, IN_CAMERA, Air, flight_changes, impact_changes
 from prove.cases.flight_laws import drag_number, impact_array, law_array
 from prove.cases.noise import Noise, draw_noise
-from prove.cases.stated import UNSTATED_PLUMB_SD_DEG, draw_distance_mm, draw_scale_sd, stated_distance_mm
+from prove.cases.stated import (
+    AIR_DENSITY,
+    AIR_VISCOSITY,
+    UNSTATED_PLUMB_SD_DEG,
+    drag_scale,
+    draw_distance_mm,
+    draw_scale_sd,
+    stated_distance_mm,
+)
 
 CONTACT_S = 1e-4  # half a swing of seed on plate; Hertz at 1 GPa: 0.07 ms
 LEAST_IMPACT_M_S = 0.22
@@ -101,7 +108,9 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
     noise = draw_noise(rng, sd=(0.02, 0.09), pixel=pixel)
     if request.rendered:
         noise = Noise(0.03 * pixel, 0.0, 1.0, np.inf, 0.0, pixel, 0.0)
-    lot = (1 + rng.normal(0, 0.14)) * _plain_drag(axes_mm, density)
+    size, re_per_speed = drag_scale(axes_mm, density)
+    plain = size * drag_number(re_per_speed * 2) * 4 / body.G_M_S2  # over weight at 2 m/s
+    lot = (1 + rng.normal(0, 0.14)) * plain
     runs = tuple(_run(heights[i % len(heights)], axes_mm, sessions, i, count, fps, rng) for i in range(count))
     cameras = tuple(_camera(request, max(heights) / 2, scale_sd, plumb_sd, rng) for _ in range(sessions))
     return Scene(
@@ -118,12 +127,6 @@ def _angle_sd(request: Request, flat, rng: np.random.Generator) -> float | None:
     """How well the silhouette's angle is read [deg], the worse the rounder; None: nobody looked."""
     looked = rng.random() < 0.8 or bool(TURNING & set(request.effects))
     return 0.4 / (1.02 - min(flat)) * rng.uniform(0.3, 1.0) if looked else None
-
-
-def _plain_drag(axes_mm, density) -> float:
-    """Natural air: drag over weight at 2 m/s of a sphere of the same volume."""
-    size, re_per_speed = drag_scale(axes_mm, density)
-    return size * drag_number(re_per_speed * 2) * 4 / body.G_M_S2
 
 
 def _magnus_unit(axes_mm, density) -> float:

@@ -6,9 +6,9 @@ import pandas as pd
 from prove.cases.bench import Bench, Recording
 from prove.cases.camera import magnification, project
 from prove.cases.drop import Scene, SimulatedDrop, fly_all
+from prove.cases.ellipsoid import angle, outlines
 from prove.cases.noise import kept, noisy, shocks
 from prove.cases.picture import film
-from prove.cases.silhouette import angle, outlines
 from prove.cases.stated import camera_keys
 
 ORIGIN_MM = (40.0, 12.0)  # the picture's corner is the origin; where the plate lies in it

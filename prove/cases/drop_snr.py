@@ -1,8 +1,8 @@
 """How visible an effect is in a case's drops.
 
-Flight and picture: by the tracks, every flight a free parabola upwards and every bounce a free kick sideways. Impacts: by the
-numbers that a bounce gives, each with the scatter that the seeds' shape and spin give it, the mean restitution free; shape by the
-places of contact.
+Flight and picture: by the tracks, every flight a free parabola upwards and every bounce a free kick
+sideways. Impacts: by the numbers that a bounce gives, each with the scatter that the seeds' shape
+and spin give it, the mean restitution free; shape by the places of contact.
 """
 
 from dataclasses import replace
@@ -26,10 +26,11 @@ from prove.cases.ellipsoid import (
     VX_OUT,
     VZ_IN,
     VZ_OUT,
+    angle,
+    outlines,
     rotation,
 )
 from prove.cases.flight_laws import acceleration, restitution
-from prove.cases.silhouette import angle, outlines
 from prove.cases.snr import Channel, Fitted, RecordingChange, Visibility, fitted, scatter_snr, spread_snr
 from prove.cases.stated import known_plumb_deg, known_scale
 
@@ -81,10 +82,10 @@ def _by_track(scene: Scene, drops: list[SimulatedDrop], sizes: dict[str, float],
 
 
 def _moved(drops: list[SimulatedDrop], recordings: list[RecordingChange], fit: Fitted) -> float | None:
-    """By how many of its sds restitution is off where a force is left out: each flight's own speed takes its part of the force,
-    and the speeds before and after a bounce are read off it. δe/e = δv_out/v_out − δv_in/v_in.
+    """By how many sds restitution is off where a force is left out; None if fits differ.
 
-    By straight lines through the flights; None where a fit with all nuisances says otherwise, of those that are not known.
+    Each flight's speed takes its part of the force: δe/e = δv_out/v_out − δv_in/v_in, by straight
+    lines through the flights and by a fit with all nuisances.
     """
     off = []
     for drop, recording, own in zip(drops, recordings, fit.own, strict=True):
@@ -108,11 +109,7 @@ def _moved(drops: list[SimulatedDrop], recordings: list[RecordingChange], fit: F
 
 
 def _recording_change(drop: SimulatedDrop, change, shared, kick_sd: float, timed: bool = False) -> RecordingChange:
-    """Flights only; upwards every flight has its own height and speed, sideways every bounce its own kick, of sd kick_sd [m/s]
-    towards the camera.
-
-    timed: the effect moves the moments of impact too, which nobody states: a seed does not leap there because it is kicked later.
-    """
+    """Own height and speed of flights, own kicks of bounces; timed: impacts move too."""
     flight = _flights(drop)
     inside = flight >= 0
     t, count = drop.true_s, flight.max() + 1
@@ -210,10 +207,7 @@ def _by_impact(scene: Scene, drops: list[SimulatedDrop], sizes: dict[str, float]
 
 
 def _offsets(scene: Scene, log: np.ndarray) -> np.ndarray:
-    """How far beside the centre each contact lay (n,), over the radius, as its turn and its kick tell in the picture's plane.
-
-    The scatter of e, which shape widens too, tells nothing: every lot's e scatters by some amount that nobody states.
-    """
+    """Distance of contacts beside the centre (n,), over the radius, by turn and kick."""
     radius = np.prod(scene.stated_axes_mm) ** (1 / 3) * 5e-4
     turn, kick = log[:, TURN_OUT] - log[:, TURN_IN], log[:, VX_OUT] - log[:, VX_IN]
     return (0.4 * radius * turn - kick) / (log[:, VZ_OUT] - log[:, VZ_IN])

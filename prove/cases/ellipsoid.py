@@ -66,10 +66,7 @@ def effective_mass(r, point, normal, mass, inertia):
 
 @njit(cache=True)
 def rates(state, axes, inertia, plate, law, contact):
-    """d/dt of state = place (3), velocity (3), quaternion (4), spin about the body's axes (3).
-
-    plate: normal (3), friction, stiffness [N/m], film energy [J], mass [kg]. contact: phase, dashpot [N s/m].
-    """
+    """d/dt of state = place (3), velocity (3), quaternion (4), spin about the body's axes (3)."""
     out = np.empty(13)
     v, q, w = state[3:6], state[6:10], state[10:13]
     r = rotation(q)
@@ -124,10 +121,7 @@ def advance(state, h, axes, inertia, plate, law, contact):
 
 @njit(cache=True)
 def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
-    """States at `times` (n, 13), the log of impacts (m, 11), and how many times were reached.
-
-    Ends at the impact after `most`, or at one slower than `slowest` [m/s].
-    """
+    """States at `times` (n, 13), log of impacts (m, 11), number of times reached."""
     rows = np.empty((times.size, 13))
     log = np.zeros((most + 1, 11))
     contact, count, now = np.zeros(2), 0, times[0]
@@ -176,3 +170,23 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
             now += step
         rows[k] = state
     return rows, log[:count], times.size
+
+
+@njit(cache=True)
+def outlines(rows, axes):
+    """(n, 2, 2) of states (n, 13): points p from the centre with pᵀ S⁻¹ p = 1 are the outline [m²]."""
+    out = np.zeros((len(rows), 2, 2))
+    for i in range(len(rows)):
+        r = rotation(rows[i, 6:10])
+        for k in range(3):
+            out[i, 0, 0] += (r[0, k] * axes[k]) ** 2
+            out[i, 0, 1] += r[0, k] * r[2, k] * axes[k] ** 2
+            out[i, 1, 1] += (r[2, k] * axes[k]) ** 2
+        out[i, 1, 0] = out[i, 0, 1]
+    return out
+
+
+def angle(shapes: np.ndarray) -> np.ndarray:
+    """The long axis's angle in the picture (n,), unwrapped [rad], anticlockwise."""
+    twice = np.arctan2(2 * shapes[:, 0, 1], shapes[:, 0, 0] - shapes[:, 1, 1])
+    return np.unwrap(twice) / 2

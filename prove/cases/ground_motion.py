@@ -17,8 +17,7 @@ BLOCK = 14
 
 @njit(cache=True)
 def tilted(steady, rate, block):
-    """(tilt [rad], its rate [rad/s]) where a plate that tilts steadily would be at `steady`: it may climb in stairs instead, of
-    STAIR [rad], each at the end of its time, s²(3 − 2s) of it when a share s of JOG is over."""
+    """(tilt, rate): `steady`, or stairs climbed s²(3 − 2s) in the last JOG of their time."""
     stair = block[STAIR]
     if stair <= 0.0:
         return steady, rate

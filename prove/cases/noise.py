@@ -11,17 +11,15 @@ RHOS = (0.0, 0.3, 0.5, 0.7, 0.9, 0.97)
 
 @dataclass(frozen=True)
 class Noise:
-    """sd: of one coordinate, all in [mm]. rho: of the slow part from frame to frame; white: its complement's share of the
-    variance. tail: degrees of freedom of Student's t (inf: Gaussian). lock: amplitude towards whole pixels [mm], of period
-    pixel [mm]. lost: share of frames."""
+    """Noise of one coordinate."""
 
-    sd: float
-    rho: float
-    white: float
-    tail: float
-    lock: float
-    pixel: float
-    lost: float
+    sd: float  # [mm]
+    rho: float  # of the slow part
+    white: float  # share of the variance
+    tail: float  # degrees of freedom of Student's t, inf: Gaussian
+    lock: float  # amplitude towards whole pixels [mm]
+    pixel: float  # [mm]
+    lost: float  # share of frames
 
 
 def draw_noise(rng: np.random.Generator, *, sd: tuple[float, float], pixel: float) -> Noise:

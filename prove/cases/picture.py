@@ -20,13 +20,9 @@ def film(
     low[0], high[0] = min(low[0], -45), max(high[0], 45)
     _, plate = project(camera, np.array([0.0]), np.array([0.0]), np.zeros(1))
     ground = _bench(low, high, plate[0] / mm_per_px, camera, rng)
-    turn = _turn(camera)
-    return tuple(_frame(ground, p, turn @ s @ turn.T, low, high, rng) for p, s in zip(places, shapes))
-
-
-def _turn(camera: Camera) -> np.ndarray:
     t = np.radians(camera.roll_deg + camera.plumb_deg)
-    return np.array([[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]])
+    turn = np.array([[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]])
+    return tuple(_frame(ground, p, turn @ s @ turn.T, low, high, rng) for p, s in zip(places, shapes))
 
 
 def _bench(low, high, plate_px: float, camera: Camera, rng) -> np.ndarray:

@@ -1,11 +1,12 @@
 """Heaps in photos: two flanks on a plate, drawn from a profile that each effect bends in its own way, under a skin of grains.
 
-No grains are simulated: an effect is put in as it shows. cohesion: the crest's top so many mm higher than the flanks' line, on a
-length that does not grow with the heap, and a toe cut short. wall-friction: the flanks bow out by so many mm. gate-speed:
-rounder crest and longer toe by so many mm where 50 mm/s are stated, in proportion to what is. base-vibration: the same, more in
-each later photo. base-tilt: plate and heap's foot turned [deg],
-the flanks not, rising along +x. particle-shape: flanks bow in and the skin is rougher. camera-roll: all turned, clockwise
-positive. layered (outside): the flank breaks half way up.
+No grains are simulated: an effect is put in as it shows. cohesion: the crest's top so many mm
+higher than the flanks' line, on a length that does not grow with the heap, and a toe cut short.
+wall-friction: the flanks bow out by so many mm. gate-speed: rounder crest and longer toe by so many
+mm where 50 mm/s are stated, in proportion to what is. base-vibration: the same, more in each later
+photo. base-tilt: plate and heap's foot turned [deg], the flanks not, rising along +x.
+particle-shape: flanks bow in and the skin is rougher. camera-roll: all turned, clockwise positive.
+layered (outside): the flank breaks half way up.
 """
 
 from dataclasses import dataclass, replace
@@ -147,8 +148,7 @@ def _width_mm(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> fl
 
 
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
-    """How visible `name` is in the world of all `sizes`: the heaps' mean photos beside what packings vary and what is not known
-    of a material, and what goes on between photos. The skin is taken for noise correlated over a grain."""
+    """How visible `name` is beside what packings vary and what is not known of a material."""
     grain = scene.grain_mm
     rough = SKIN + 0.02 * sizes.get("particle-shape", 0.0)
     noise = Noise(rough * grain, float(np.exp(-scene.mm_per_px * 2 / grain)), 0.02, np.inf, 0, 1, 0)
@@ -158,8 +158,11 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
 
 
 def _recording_change(scene: Scene, run: Run, sizes: dict[str, float], name: str) -> RecordingChange:
-    """Beside the nearest heap without the effect. Own nuisances: level, shift, angle, size, rounding, toe; between photos level,
-    shift, turn. Shared: roll, the material's crest, toe, bow and angle, what size and gate do to them by themselves, settling."""
+    """Beside the nearest heap without the effect, and between photos.
+
+    Own nuisances: level, shift, angle, size, rounding, toe; between photos level, shift, turn.
+    Shared: roll, the material's crest, toe, bow and angle, what size and gate do to them, settling.
+    """
     x, without = np.arange(-run.half_mm, run.half_mm, scene.mm_per_px), {k: v for k, v in sizes.items() if k != name}
     photos = np.array([profile(x, scene, run, sizes, k) for k in range(PHOTOS)])
     drawn, run = run, _nearest(x, photos.mean(axis=0), scene, run, without)
@@ -176,7 +179,8 @@ def _recording_change(scene: Scene, run: Run, sizes: dict[str, float], name: str
     )
     steeper = more(replace(run, angle_off_deg=run.angle_off_deg + 0.1)) / 0.1
     larger = more(replace(run, half_mm=run.half_mm + 0.1)) / 0.1
-    changes = photos - plain + _turned(x, sizes, name) + (run.angle_off_deg - drawn.angle_off_deg) * steeper
+    turned = -np.radians(sizes[name]) * x if name == "camera-roll" else np.zeros_like(x)
+    changes = photos - plain + turned + (run.angle_off_deg - drawn.angle_off_deg) * steeper
     crest, toe = (column / max(float(np.abs(column).max()), 1e-12) for column in (rounder, longer))
     bow, faster = np.sin(np.pi * np.clip(middle / height, 0, 1)), np.log(run.gate_mm_s / GATE_MM_S)
     gate, size = KNOWN_GATE * height * faster, np.log(drawn.half_mm / HALF_MM)
@@ -211,12 +215,6 @@ def _nearest(x: np.ndarray, seen: np.ndarray, scene: Scene, run: Run, without: d
         return np.mean([profile(x, scene, made(values), without, k) for k in range(PHOTOS)], axis=0) - seen
 
     return made(least_squares(off, [run.angle_off_deg, run.half_mm], x_scale=[1.0, run.half_mm / 20]).x)
-
-
-def _turned(x: np.ndarray, sizes: dict[str, float], name: str) -> np.ndarray:
-    if name == "camera-roll":
-        return -np.radians(sizes[name]) * x
-    return np.zeros_like(x)
 
 
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:

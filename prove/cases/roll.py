@@ -1,9 +1,10 @@
 """Rolls: round seeds run down an incline and out along a level plate, one way or both.
 
-Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in direction −x goes down there.
-initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost share of the speed there. shape-barrier: highest less
-lowest centre in a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level. follows,
-order-drift: change of μ_r over half the range of a condition, of the order.
+Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in direction
+−x goes down there. initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost share
+of the speed there. shape-barrier: highest less lowest centre in a turn [mm]. drag: force over
+weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level. follows, order-drift: change of
+μ_r over half the range of a condition, of the order.
 """
 
 from dataclasses import dataclass, replace
@@ -13,12 +14,20 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import AIRY_SHARE, air_keys, drag_scale
 from prove.cases.bench import Bench, Recording, Request, log_uniform
 from prove.cases.camera import Camera, magnification
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, RecordingChange, Visibility, fitted
-from prove.cases.stated import camera_keys, draw_distance_mm, draw_scale_sd, known_scale, stated_distance_mm
+from prove.cases.stated import (
+    AIR_DENSITY,
+    AIRY_SHARE,
+    camera_keys,
+    drag_scale,
+    draw_distance_mm,
+    draw_scale_sd,
+    known_scale,
+    stated_distance_mm,
+)
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
 DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (0.7, 2.0), (0.4, 1.0)  # of a sphere's drag in free air, in all runs; size and mass known or not
@@ -51,8 +60,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """incline_off_deg, level_deg, scale_off: what the bench left open. air: beside a sphere's in free flight; 0: none (a
-    drag that is concealed is air of which nothing is said)."""
+    """All that a case of rolls has beside its effects."""
 
     runs: tuple[Run, ...]
     mu: float
@@ -60,13 +68,13 @@ class Scene:
     density: float
     way_mm: float
     incline_deg: float
-    incline_off_deg: float
+    incline_off_deg: float  # what the bench left open, as the next two
     level_deg: float
     scale_off: float
     scale_sd: float
     fps: float
     noise: Noise
-    air: float
+    air: float  # beside a sphere's in free flight; 0: none, or none stated
     patch: tuple[float, float]  # of the run-out
     distance_mm: float
     request: Request
@@ -196,8 +204,7 @@ def _seen(scene: Scene, run: Run, x_mm: np.ndarray) -> np.ndarray:
 
 
 def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]) -> float:
-    """Factor of rolling friction with which the run without an effect goes as far as with it: each run by itself, because a
-    stop at another place is no longer linear in friction."""
+    """Factor of friction with which the run without the effect goes as far as with it."""
 
     def beyond(factor: float) -> float:
         return travel(scene, run, without, mu_factor=factor)[1][-1] - wanted_mm
@@ -214,7 +221,7 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     d = scene.diameter_mm
     size = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
-    toml = {"provenance": "measured", "seed": size, "air": air_keys(scene.air > 0)}
+    toml = {"provenance": "measured", "seed": size, "air": {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

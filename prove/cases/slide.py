@@ -1,10 +1,11 @@
 """Slides: a block of taped seeds on a plate that tilts up, filmed beside a tilt sensor; or only the angles that were read.
 
-Signs. kinetic-friction: μ_s − μ_k. stribeck: μ at rest less μ at high speed. viscous-sliding: dμ/dv. adhesion: pull towards the
-plate [mN], whatever the load. reading-delay: the angle is read after so much travel [mm]. clock-offset: a tilt of true time T is
-stamped T + offset. angle-offset: recorded less true tilt. plate-vibration: amplitude along the plate [m/s²]. partial-rolling:
-added inertia over mass. stepped-tilt: height of the stairs in which the plate climbs [deg]. worn-track: dμ/dx [1/m]. follows,
-order-drift: change of μ over half the range of a condition, of the order.
+Signs. kinetic-friction: μ_s − μ_k. stribeck: μ at rest less μ at high speed. viscous-sliding:
+dμ/dv. adhesion: pull towards the plate [mN], whatever the load. reading-delay: the angle is read
+after so much travel [mm]. clock-offset: a tilt of true time T is stamped T + offset. angle-offset:
+recorded less true tilt. plate-vibration: amplitude along the plate [m/s²]. partial-rolling: added
+inertia over mass. stepped-tilt: height of the stairs in which the plate climbs [deg]. worn-track:
+dμ/dx [1/m]. follows, order-drift: change of μ over half the range of a condition, of the order.
 """
 
 import math
@@ -14,11 +15,21 @@ import numpy as np
 import pandas as pd
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import AIRY_SHARE, air_keys, drag_scale
 from prove.cases.bench import Bench, Recording, Request
 from prove.cases.noise import Noise, draw_noise, kept, noisy
 from prove.cases.snr import Channel, RecordingChange, Visibility, fitted, scatter_snr
-from prove.cases.stated import Reading, camera_keys, draw_distance_mm, draw_reading, draw_scale_sd, known_scale, stated_distance_mm
+from prove.cases.stated import (
+    AIR_DENSITY,
+    AIRY_SHARE,
+    Reading,
+    camera_keys,
+    drag_scale,
+    draw_distance_mm,
+    draw_reading,
+    draw_scale_sd,
+    known_scale,
+    stated_distance_mm,
+)
 
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
 START_SD_DEG, UNSTATED_START_SD_DEG = 0.2, 10.0  # of a tilt that nobody recorded, at the film's first moment
@@ -50,14 +61,13 @@ class Run:
 
 @dataclass(frozen=True)
 class Scene:
-    """Stated: seed's mass [kg], axes [mm], travel [mm]. tilt_off_deg, scale_off: this session's own. air: beside the plate, of
-    free flight's (0: none); shade: by how little it blows among others."""
+    """All that a case of slides has beside its effects."""
 
     runs: tuple[Run, ...]
     mu: float
-    mass: float
+    mass: float  # of a seed [kg]
     axes_mm: tuple[float, float, float]
-    tilt_off_deg: float
+    tilt_off_deg: float  # this session's own, as the next
     scale_off: float
     scale_sd: float
     travel_mm: float
@@ -65,8 +75,8 @@ class Scene:
     noise: Noise
     shake_hz: float
     stribeck_m_s: float
-    air: float
-    shade: float
+    air: float  # beside the plate, of free flight's; 0: none
+    shade: float  # by how little it blows among others
     readings: int  # how many a recording holds; 0: it is filmed
     reading: Reading
     column_grid_deg: float
@@ -185,8 +195,7 @@ def _tilt_off(sizes: dict[str, float], run: Run) -> float:
 
 
 def _same_onset(scene: Scene, run: Run, sizes: dict[str, float], without: dict[str, float]) -> float:
-    """More friction with which the block without an effect lets go where that with it does: each run by itself, because travel
-    that begins at another moment is no longer linear in friction."""
+    """More friction with which the block without the effect lets go as with it."""
 
     def onset(effects, more: float) -> float:
         t, x, _ = travel(scene, run, effects, mu_more=more, tilt_more=_tilt_off(effects, run))
@@ -224,7 +233,7 @@ def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {"mass_g": float(f"{scene.mass * 1e3:.4g}")}
-    toml = {"provenance": "measured", "seed": seed, "air": air_keys(scene.air > 0)}
+    toml = {"provenance": "measured", "seed": seed, "air": {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

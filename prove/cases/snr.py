@@ -2,7 +2,8 @@
 
     SNR² = sᵀ C⁻¹ s − sᵀ C⁻¹ B (Bᵀ C⁻¹ B + P)⁻¹ Bᵀ C⁻¹ s
 
-s the change, C the noise's covariance, B the tracks' change with each nuisance, P the nuisances' prior precisions.
+s the change, C the noise's covariance, B the tracks' change with each nuisance, P the nuisances'
+prior precisions.
 """
 
 from dataclasses import dataclass
@@ -31,8 +32,7 @@ class RecordingChange:
 
 @dataclass(frozen=True)
 class Visibility:
-    """How visible an effect is. moved: the error of the rig's contact parameter where the effect is left out, in sds of that
-    parameter, signed; None: not known."""
+    """moved: error of the contact parameter where the effect is left out, in its sds."""
 
     snr: float
     moved: float | None = None

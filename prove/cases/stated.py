@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from prove.cases.bench import Bench, Recording, Request, log_uniform
+from prove.cases.bench import Bench, Request, log_uniform
 
 SHARES = {  # of benches that leave a key out; "seed.sizes": all three, "track.…": a column
     "camera.distance_mm": 0.5, "camera.mm_per_px_sd": 0.25, "camera.plumb_deg": 0.15, "camera.plumb_sd_deg": 0.25,
@@ -27,6 +27,8 @@ UNSTATED_SCALE, UNSTATED_PLUMB_DEG, UNSTATED_PLUMB_SD_DEG = 0.01, 1.0, 0.5  # to
 DISTANCE_M, TAPE = (0.3, 20.0), 0.01  # camera to motion; how well that is measured, where it is
 GRIDS_DEG, GRID_SHARES = (0.1, 0.2, 0.25, 0.5, 1.0), (0.3, 0.1, 0.1, 0.4, 0.1)
 WAYS = {"nearest": (0.5, 0.7), "cut": (0.0, 0.15), "upward": (1.0, 0.15)}  # added before it is cut; share of readers
+AIR_DENSITY, AIR_VISCOSITY = 1.20, 1.81e-5
+AIRY_SHARE = 0.7  # of benches that stand in air; the others say that they do not
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,11 @@ class Reading:
         return (lines * self.grid_deg).round(4)
 
     def mean_sd_deg(self, sd_deg: float, count: int) -> float:
-        """sd of the mean of `count` readings of angles that scatter by sd_deg: what a grid leaves of a scatter much smaller than
-        itself does not average out, a sine of amplitude (g/π) exp(−2π² sd²/g²) over a line's distance."""
+        """sd of the mean of `count` readings that scatter by sd_deg.
+
+        What a grid leaves of a small scatter does not average out: a sine of amplitude
+        (g/π) exp(−2π² sd²/g²) over a line's distance.
+        """
         stays = self.grid_deg / np.pi * np.exp(-2 * (np.pi * sd_deg / self.grid_deg) ** 2)
         return float(np.sqrt((sd_deg**2 + self.grid_deg**2 / 12) / count + stays**2 / 2))
 
@@ -99,19 +104,18 @@ def without_absent_keys(bench: Bench, absent: frozenset[str]) -> Bench:
     """The bench without what it does not state; what tells recordings apart is stated."""
     values_of = {key: {_value(made.toml, key) for made in bench.recordings} for key in DISTINGUISHING}
     absent = absent - {key for key, values in values_of.items() if len(values) > 1}
-    return Bench(_without(bench.toml, absent), tuple(_recording_without(made, absent) for made in bench.recordings))
+    columns, recordings = {key.removeprefix("track.") for key in absent if "track." in key}, []
+    for made in bench.recordings:
+        track = made.track
+        if track is not None:
+            track = track.drop(columns=[c for c in track.columns if c in columns])
+        recordings.append(replace(made, toml=_without(made.toml, absent), track=track))
+    return Bench(_without(bench.toml, absent), tuple(recordings))
 
 
 def _value(toml: dict, key: str) -> str:
     section, _, name = key.partition(".")
     return str(toml[section].get(name) if name and section in toml else toml.get(key))
-
-
-def _recording_without(made: Recording, absent: frozenset[str]) -> Recording:
-    track = made.track
-    if track is not None:
-        track = track.drop(columns=[c for c in track.columns if f"track.{c}" in absent])
-    return replace(made, toml=_without(made.toml, absent), track=track)
 
 
 def _without(toml: dict, absent: frozenset[str]) -> dict:
@@ -123,3 +127,9 @@ def _without(toml: dict, absent: frozenset[str]) -> dict:
         if key not in gone and value != {}:
             out[key] = value
     return out
+
+
+def drag_scale(axes_mm: tuple[float, float, float], density: float) -> tuple[float, float]:
+    """(ρ A/2m [1/m], Re at 1 m/s) of the sphere of a seed's volume, axes (3,) full."""
+    d = float(np.prod(axes_mm)) ** (1 / 3) * 1e-3
+    return 0.75 * AIR_DENSITY / density / d, AIR_DENSITY * d / AIR_VISCOSITY

@@ -12,9 +12,8 @@ from diagnose.engine.alarm import ALARM_P
 from diagnose.engine.problem import fit
 from diagnose.rigs.drop.diagnose import diagnose_drop
 from diagnose.rigs.drop.flight_model import FELT, LAWS, STARTS, build, forces, predict, push_slopes, pushed
-from diagnose.rigs.drop.flight_problem import known_sd, problem_of
 from diagnose.rigs.drop.nuisances import OFF_CENTRE, PRIORS
-from diagnose.rigs.drop.reduction import STEP, row_slopes, side_slopes
+from diagnose.rigs.drop.reduction import STEP, known_sd, problem_of, row_slopes, side_slopes
 from diagnose.rigs.drop.session import assemble
 from diagnose.rigs.drop.trajectories import POINTS, accelerations, positions_at_nodes
 from twin.tracks import one_scale
@@ -36,7 +35,7 @@ def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
     assert told.explanations[0][0] == () and told.p_verdict > 0.5
     # correlated noise estimated from 2,000 rows: σ² to 3 %, so χ² per degree of freedom to 10 %
     base = fitted(LIGHT, 1)
-    assert base.chi2 / base.freedom == pytest.approx(1, abs=0.12)
+    assert base.chi2 / base.problem.freedom == pytest.approx(1, abs=0.12)
 
 
 @pytest.mark.parametrize("stated_mm", [2000.0, None])
@@ -75,7 +74,7 @@ def test_the_lens_centre_is_less_certain_where_seeds_fly_to_one_side():
     session = assemble(tracks(LIGHT, 3, np.random.default_rng(1)))
     for aside in (0.0, 2.0):
         there = replace(session, view=replace(session.view, fall=-aside * session.view.reach))
-        assert known_sd(there)["lens.x"] == pytest.approx(PRIORS["lens"][0] * np.hypot(OFF_CENTRE, aside / np.sqrt(3)))
+        assert known_sd(there)["lens.x"] == pytest.approx(PRIORS["lens"] * np.hypot(OFF_CENTRE, aside / np.sqrt(3)))
 
 
 def test_errors_within_stated_uncertainty_raise_no_alarm():

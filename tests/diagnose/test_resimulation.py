@@ -60,7 +60,7 @@ def test_the_twin_gets_reported_values_and_several_effects_at_once():
 
 def test_a_parameter_that_follows_a_condition_is_each_recordings_own():
     """Slope of −0.01 per % in numbers; of words each level's own."""
-    contact = Contact("restitution", "e", 0.1, 1.0, "impact", "restitution")
+    contact = Contact("restitution", "e", 0.1, 1.0, "impact")
     moisture, plates = [9.0, 11.0, 13.0, 15.0], ["steel", "glass", "glass", "steel"]
     tracks = [falling_track(f"drop-{k}", {"moisture_pct": m, "plate": p}) for k, (m, p) in enumerate(zip(moisture, plates, strict=True))]
     spread = conditions_of([t.description for t in tracks], [""] * 4)[0][0].spread

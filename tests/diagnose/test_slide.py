@@ -22,7 +22,7 @@ def test_clean_slides_raise_no_alarm_and_their_chi2_is_right():
     finding = diagnose_slide(seen, np.random.default_rng(0))
     assert finding.verdict == "none" and not finding.alarm
     base = fit(alternatives(prepare(assemble(seen)), (), None)[0].problem)
-    assert base.chi2 / base.freedom == pytest.approx(1, abs=0.15)  # about 1,000 rows of correlated noise
+    assert base.chi2 / base.problem.freedom == pytest.approx(1, abs=0.15)  # about 1,000 rows of correlated noise
 
 
 def test_slow_noise_is_estimated_from_the_rest():

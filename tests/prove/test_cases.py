@@ -7,8 +7,7 @@ import pytest
 
 from prove.baselines.drops import bounces, read_drops
 from prove.baselines.methods import METHODS, diagnose
-from prove.cases.bench import Request
-from prove.cases.folder import write_bench
+from prove.cases.bench import Request, write_bench
 from prove.cases.pile import photograph
 from prove.cases.roll import travel
 from prove.cases.snr import Visibility

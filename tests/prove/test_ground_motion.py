@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from prove.cases import ground_motion as ground
-from prove.cases.air import drag_scale
 from prove.cases.flight_laws import drag_number
 from prove.cases.roll import slip_friction
+from prove.cases.stated import drag_scale
 
 G = ground.G_M_S2
 

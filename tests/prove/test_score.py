@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from prove.figures import reliability_figure
-from prove.intervals import binomial_interval, power_curve
+from prove.intervals import EDGES, FLOOR, binomial_interval, log_score, power_curve, reliability
 from prove.judge import Judged, judge
 from prove.make import Concealed, Key
-from prove.reliability import EDGES, FLOOR, log_score, reliability
 from prove.score import table
 from prove.solve import Attempt
 

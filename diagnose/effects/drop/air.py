@@ -8,7 +8,7 @@ from diagnose.effects.effect import Counterpart, Effect
 
 
 def draught_acceleration(motion: Motion, value: float) -> np.ndarray:
-    """a = −k(|v − u|)(v − u) + k(|v|) v with the drag of the stated seed in room air, u = (`value`, 0) [m/s]."""
+    """Drag of the stated seed in room air with v − u less that with v, u = (`value`, 0) [m/s]."""
     wind = np.array([value, 0.0])
 
     def drag(velocity):
@@ -19,11 +19,7 @@ def draught_acceleration(motion: Motion, value: float) -> np.ndarray:
 
 
 def magnus_acceleration(motion: Motion, value: float) -> np.ndarray:
-    """a = C (ρ A r/2m) ω × v, C = `value` [-], ω anticlockwise in the picture: ω × v = ω (−v_z,
-    v_x).
-
-    Includes the usual spin that goes with speed along the line of sight.
-    """
+    """a = C (ρ A r/2m) ω × v, C = `value` [-], with the usual spin about the line of sight."""
     vx, vz = motion.velocity[..., 0], motion.velocity[..., 1]
     unseen = (motion.rolled * motion.aside_square)[..., None] * np.array([0.0, 1.0])
     return value * motion.lift[..., None] * (motion.spin[..., None] * np.stack([-vz, vx], axis=-1) + unseen)

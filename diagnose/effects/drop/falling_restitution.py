@@ -1,7 +1,7 @@
 """Restitution that falls with impact speed: a general law and three specific ones.
 
-e falls by c v^(1/5) for viscous solids and compliant plates, has a term c v^(−1/4) for yielding
-ones, or falls as ln v. The parameter is e(0.5 m/s) − e(2 m/s); a constant is fitted beside it.
+e falls by c v^(1/5) for viscous solids and compliant plates, by c v^(−1/4) for yielding ones, or as
+ln v. The parameter is e(0.5 m/s) − e(2 m/s); a constant is fitted beside it.
 """
 
 from collections.abc import Callable

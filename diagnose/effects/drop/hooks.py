@@ -7,61 +7,43 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Motion:
-    """Seeds in flight at many moments.
+    """Seeds in flight at many moments (f, n)."""
 
-    velocity (f, n, 2) [m/s]: x right, z up; aside_square (f, 1) [m²/s²]: of the speed along the
-    line of sight, an estimate that may be < 0; rolled (f, 1) [rad/m]: spin over that speed. spin
-    (f, 1) [rad/s], anticlockwise; reynolds, lift, room (f, 1): see air.Air; g [m/s²]; slope: see
-    air.drag_shape.
-    """
-
-    velocity: np.ndarray
-    aside_square: np.ndarray
-    rolled: np.ndarray
-    spin: np.ndarray
-    reynolds: np.ndarray
+    velocity: np.ndarray  # (f, n, 2) [m/s]: x right, z up
+    aside_square: np.ndarray  # (f, 1): of the speed along the line of sight, may be < 0
+    rolled: np.ndarray  # (f, 1) [rad/m]: spin over that speed
+    spin: np.ndarray  # (f, 1) [rad/s], anticlockwise
+    reynolds: np.ndarray  # this and the next (f, 1): see air.Air
     lift: np.ndarray
     room: np.ndarray
     g: float
-    slope: float
+    slope: float  # see air.drag_shape
 
 
 @dataclass(frozen=True)
 class View:
-    """What the camera looks at.
+    """What the camera looks at."""
 
-    middle (2,) and reach [m], from there to the top of the view; angle (n,) of the seed [rad], 0
-    unknown; phase (n, 2): place in pixels times 2π, 0 without a scale; pixel [m]; fall [m]: of the
-    seeds beside the middle.
-    """
-
-    middle: np.ndarray
-    reach: float
-    angle: np.ndarray
-    phase: np.ndarray
-    pixel: float
-    fall: float = 0.0
+    middle: np.ndarray  # (2,) [m]
+    reach: float  # from there to the top of the view [m]
+    angle: np.ndarray  # (n,) of the seed [rad], 0 unknown
+    phase: np.ndarray  # (n, 2): place in pixels times 2π, 0 without a scale
+    pixel: float  # [m]
+    fall: float = 0.0  # of the seeds beside the middle [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Impacts (n,).
+    """Impacts (n,)."""
 
-    speed: closing speed of the point of contact [m/s]; count: number of the impact, from 1; lever:
-    change of Δv_x/Δv_n by 1 rad of tilt (1: no friction); drift (2, n): speed across over closing
-    speed, before and after.
-    """
-
-    speed: np.ndarray
-    count: np.ndarray
-    lever: np.ndarray
-    drift: np.ndarray
+    speed: np.ndarray  # closing speed of the point of contact [m/s]
+    count: np.ndarray  # number of the impact, from 1
+    lever: np.ndarray  # change of Δv_x/Δv_n by 1 rad of tilt (1: no friction)
+    drift: np.ndarray  # (2, n): speed across over closing speed, before and after
 
 
 def turned(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """Places (n, 2) in axes along the stated plumb line if the true one is `value` [deg]
-    clockwise.
-    """
+    """Places (n, 2) along the stated plumb line if the true one is `value` [deg] clockwise."""
     c, s = np.cos(np.radians(value)), np.sin(np.radians(value))
     x, z = (places - view.middle).T
     return view.middle + np.column_stack([x * c + z * s, z * c - x * s])
@@ -73,11 +55,7 @@ def scaled(places: np.ndarray, view: View, value: float) -> np.ndarray:
 
 
 def keystone(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """True place over 1 + `value` (z − z_middle): mm per px grows by `value` [1/m] per metre of
-    height.
-
-    Verticals lean in such a picture, except the one along which seeds fall.
-    """
+    """True place over 1 + `value` (z − z_middle): mm per px grows by `value` [1/m]."""
     about = view.middle + np.array([view.fall, 0.0])
     return about + (places - about) / (1 + value * (places[:, 1:] - view.middle[1]))
 
@@ -99,7 +77,7 @@ def wobbled(phase: int):
 
 
 def tilted_kick(hits: Hits, tilt_deg) -> np.ndarray:
-    """Δv_x/Δv_n = α lever, α = `tilt_deg` positive where the plate falls towards +x; without friction Δv_x = (1 + e) v α."""
+    """Δv_x/Δv_n = α lever, α = `tilt_deg` positive where the plate falls towards +x."""
     return np.radians(tilt_deg) * hits.lever
 
 

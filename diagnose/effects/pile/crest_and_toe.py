@@ -1,6 +1,4 @@
-"""Crest and toe: sticking grains steepen both, running or creeping grains round the crest and
-lengthen the toe.
-"""
+"""Crest and toe: sticking grains steepen both, running or creeping ones round and lengthen."""
 
 import math
 from collections.abc import Callable
@@ -25,9 +23,7 @@ def _seen_in_turn(photos: tuple) -> np.ndarray:
 
 
 def _film(seed: dict, pile: dict, stated: dict, strength: float) -> tuple[dict, dict, dict]:
-    """A film whose pull at strength 1 is the weight of a seed of mean length; it grows as seeds
-    do.
-    """
+    """A film that pulls at strength 1 with the weight of a seed of mean length, ∝ size."""
     volume_mm3 = math.pi / 6 * seed["length_mm"] * seed["width_mm"] * seed["thickness_mm"]
     pull = strength * 9.80665e-9 * volume_mm3 * seed["density_kg_m3"] * (seed["mean_mm"] / seed["length_mm"]) ** 2
     return seed, pile, {"film_adhesion": {"pull": float(f"{pull:.6g}"), "rupture": 1e-3 * RUPTURE * seed["width_mm"]}}

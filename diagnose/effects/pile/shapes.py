@@ -1,8 +1,4 @@
-"""Shapes along a flank, and laws of heaps.
-
-u: share of the flank's way, 0 at the crest, 1 where its line meets the plate; surfaces in shares of
-the height.
-"""
+"""Shapes along a flank, and laws of heaps; u: share of the flank's way, 0 at the crest."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -32,28 +28,21 @@ def middle(u: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Law:
-    """Change of a photo (rigs.pile.flanks.Photo) by one unit of a parameter, times `weight`.
+    """Change of a Photo (rigs.pile.flanks) by one unit of a parameter, times `weight`.
 
-    surface(u) → (n,): added to the surface; angle_deg: added to every flank's angle.
-    turn_deg, plate_deg: by how much flanks (by Photo.reference) and plate turn clockwise;
-    turn_after_deg: the same if it happened after the heap was poured.
-    creep_deg: flattening from first to last photo.
-    weight(photos) → (R,): how strongly it acts in each, 1 on average.
-    known_deg(photos): sd of it on a good bench.
-    twin(seed, pile, stated pile, strength) → (seed, pile, laws) of a simulated heap; strengths: at
-    which heaps are simulated.
+    twin(seed, pile, stated pile, strength) → (seed, pile, laws) of a simulated heap.
     """
 
-    surface: Callable[[np.ndarray], np.ndarray] | None = None
-    angle_deg: float = 0.0
-    turn_deg: dict[str, float] = field(default_factory=dict)
-    turn_after_deg: dict[str, float] = field(default_factory=dict)
-    plate_deg: float = 0.0
-    creep_deg: float = 0.0
-    weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))
-    known_deg: Callable[[tuple], float] | None = None
+    surface: Callable[[np.ndarray], np.ndarray] | None = None  # (u) → (n,) in shares of the height
+    angle_deg: float = 0.0  # of every flank
+    turn_deg: dict[str, float] = field(default_factory=dict)  # of flanks by Photo.reference
+    turn_after_deg: dict[str, float] = field(default_factory=dict)  # after the heap was poured
+    plate_deg: float = 0.0  # clockwise, of the plate
+    creep_deg: float = 0.0  # flattening from first to last photo
+    weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))  # (R,)
+    known_deg: Callable[[tuple], float] | None = None  # (photos) → sd on a good bench
     twin: Callable[[dict, dict, dict, float], tuple[dict, dict, dict]] | None = None
-    strengths: tuple[float, ...] = ()
+    strengths: tuple[float, ...] = ()  # at which heaps are simulated
 
 
 @dataclass(frozen=True)

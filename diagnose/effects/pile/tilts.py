@@ -1,7 +1,4 @@
-"""Tilts: a plate that is not level turns its line in the picture, a rolled camera turns everything.
-
-Flanks of a heap poured on a tilted plate keep their angle to gravity; tilted later, they turn too.
-"""
+"""A plate that is not level turns its line in the picture, a rolled camera everything."""
 
 from diagnose.effects.pile.shapes import HeapEffect, Law
 

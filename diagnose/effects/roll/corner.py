@@ -1,14 +1,12 @@
 """The corner at the end of the incline: speed lost at once, or slip.
 
-Every seed loses speed there: only angular momentum about the new point of contact is kept. A ball
-at a sharp corner of β loses (1 − cos β)/(1 + I/(m r²)), 0.024 at 15°; rolling friction μ adds μ sin
-β/(1 + I/(m r²)); a rounded corner takes nothing. This range is part of the baseline; loss beyond it
-is `corner-loss`, whose parameter is the total.
+Only angular momentum about the new point of contact is kept: a ball at a sharp corner of β loses
+(1 − cos β)/(1 + I/(m r²)), 0.024 at 15°; rolling friction μ adds μ sin β/(1 + I/(m r²)); a rounded
+corner takes nothing. This range is part of the baseline; `corner-loss` is the total loss.
 
-While it slips, friction takes speed and gives spin: from slip speed u a seed ends slower by
-u (1 − 1/c), c = 1 + I/(m r²), after u (1 − 1/c)/(μ g). On the incline a seed that slips in
-proportion to speed, u = s v, accelerates by c/(1 + (c − 1)(1 − s)) of rolling, without rolling
-friction.
+From slip speed u a seed ends slower by u (1 − 1/c), c = 1 + I/(m r²), after u (1 − 1/c)/(μ g). On
+the incline a seed that slips in proportion to speed, u = s v, accelerates by c/(1 + (c − 1)(1 − s))
+of rolling, without rolling friction.
 """
 
 import math
@@ -24,13 +22,9 @@ GRIP = 0.15  # friction that ends the slip on the level
 GRIP_SPREAD = 1.5  # of ln: friction of 0.03 to 0.7
 
 
-def most(incline: float, inertia: float, rolling: float) -> float:
-    """Greatest usual loss of speed at a corner of `incline` [rad]; inertia: 1 + I/(m r²)."""
-    return (1 - math.cos(incline)) / inertia + rolling * math.sin(incline) / inertia
-
-
-def usual(most: float, rank: float) -> float:
-    """Loss of speed, uniform from 0 to `most`; rank: standard normal."""
+def usual_loss(incline: float, inertia: float, rolling: float, rank: float) -> float:
+    """Loss at a corner [rad], uniform from 0 to a sharp one's; rank: standard normal."""
+    most = (1 - math.cos(incline)) / inertia + rolling * math.sin(incline) / inertia
     return most * float(ndtr(rank))
 
 

@@ -9,11 +9,7 @@ REFERENCE_SPEED_M_S = 0.5
 
 
 def drag_over_weight(speed: np.ndarray, value: float, reynolds_per_speed: float, exponent: float = 0.0) -> np.ndarray:
-    """`value` at 0.5 m/s, elsewhere as C_d(Re) v² of a ball times (v/0.5 m/s)^exponent; speed
-    [m/s].
-
-    A plate nearby and a seed's shape change its C_d(Re).
-    """
+    """`value` at 0.5 m/s, elsewhere as C_d(Re) v² of a ball times (v/0.5 m/s)^exponent."""
     over = speed / REFERENCE_SPEED_M_S
     at_half = drag_shape(REFERENCE_SPEED_M_S, reynolds_per_speed)
     return value * drag_shape(speed, reynolds_per_speed) * over / at_half * np.maximum(over, 1e-6) ** exponent

@@ -1,9 +1,4 @@
-"""Shape barrier: the centre rises and falls twice a turn and stops in a trough.
-
-    h = ½ (c cos φ + s sin φ),  φ = 2 (rotation);  rise √(c² + s²)
-
-Each recording has its own phase: c and s are two further globals for each.
-"""
+"""The centre rises and falls twice a turn: h = ½ (c cos φ + s sin φ), rise √(c² + s²)."""
 
 import numpy as np
 

@@ -1,6 +1,4 @@
-"""Slope: the level plate is not level; for seeds that stay on their incline, the apparatus
-leans.
-"""
+"""Slope: the level plate is not level; where seeds stay on their incline, all leans."""
 
 import math
 
@@ -8,9 +6,7 @@ from diagnose.effects.effect import Counterpart, Effect
 
 
 def drive(value: float, sign: float) -> float:
-    """Weight's share along the motion: −sin of `value` [deg], rising along +x; sign: of the
-    direction.
-    """
+    """Weight's share along the motion, −sign sin of `value` [deg], rising along +x."""
     return -sign * math.sin(math.radians(value))
 
 

@@ -1,4 +1,4 @@
-"""Friction that differs in motion: less than at rest, falling with speed, or growing with it.
+"""Friction that differs in motion: less than at rest, falling or growing with speed.
 
 μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v in motion. Sources: Armstrong-Hélouvry, Dupont, Canudas de Wit
 (1994), Automatica 30, 1083; Bo & Pavelescu (1982), Wear 82, 277 (n = 1).

@@ -1,6 +1,4 @@
-"""Drops, from tracks to a finding: flights and impacts as one problem, alternatives of its
-baseline.
-"""
+"""Drops, from tracks to a finding: flights and impacts as one problem, and its alternatives."""
 
 from dataclasses import replace
 from functools import partial
@@ -8,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from diagnose.effects.drop import EFFECTS
-from diagnose.effects.drop.shape_conversion import SHAPE
+from diagnose.effects.drop.impacts import SHAPE
 from diagnose.effects.effect import separating_recordings
 from diagnose.engine.conditions import Contact, conditions_of, with_conditions
 from diagnose.engine.explanation import Alternative, Explanation, ln_bayes_bound
@@ -16,9 +14,9 @@ from diagnose.engine.posterior import LISTED_ODDS
 from diagnose.engine.problem import Fit, Problem, fit, ln_evidence
 from diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
 from diagnose.rigs.drop import impact_problem
-from diagnose.rigs.drop.elongation import elongation_test
+from diagnose.rigs.drop.flight_model import predict
 from diagnose.rigs.drop.impact_problem import elongation_of
-from diagnose.rigs.drop.impact_quantities import impact_quantities
+from diagnose.rigs.drop.impact_quantities import elongation_test, impact_quantities
 from diagnose.rigs.drop.impacts import Impacts, impacts_from_times
 from diagnose.rigs.drop.joint_problem import (
     JointModel,
@@ -30,20 +28,17 @@ from diagnose.rigs.drop.joint_problem import (
     with_impacts,
 )
 from diagnose.rigs.drop.nuisances import DISTANCES_M
-from diagnose.rigs.drop.report_curves import curves_of, impact_curves
 from diagnose.rigs.drop.track_noise import UNSEEN_M
 from diagnose.rigs.drop.unlisted import law_in_words, windows_of
 
-RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact", "restitution")
+RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
 LEAST_WEIGHT = 1e-3  # weight of a distance beside the likeliest, below which it is dropped
 FEW = "too few impacts were seen to tell an effect from their scatter"
+AXES = ("place across", "height")
 
 
 def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
-    """Finding of all drops of a bench (twin.tracks.SeenTrack, of one or more sessions).
-
-    Tracks without rows have the times of their impacts only. ValueError where nothing can be used.
-    """
+    """Finding of drops (twin.tracks.SeenTrack): with rows, or with times of impacts only."""
     usable = [t for t in tracks if not t.trouble]
     filmed, listened = [t for t in usable if len(t.frame)], [t for t in usable if not len(t.frame) and len(t.contacts_s)]
     if not filmed and not listened:
@@ -59,7 +54,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     few = alternatives[0].problem.model.impacts is None
     contact = {} if few else {RESTITUTION.name: restitution}
     asked = DiagnosisTask(
-        "drop", tuple(alternatives), windows_of, _curves, contact, law_in_words, partial(separating_recordings, EFFECTS),
+        "drop", tuple(alternatives), windows_of, curves_of, contact, law_in_words, partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
     )  # fmt: skip
     return finding_of(asked, rng)
@@ -112,11 +107,7 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
 
 
 def _same(plain: Problem, longer: Problem) -> float:
-    """ln likelihood of the plain baseline less that of the longer seed.
-
-    Takes the impacts' rows out of the comparison: the wider scatter would count twice, here and in
-    p.
-    """
+    """ln likelihood of the plain baseline less that of the longer seed: scatter counts in p."""
     return ln_evidence(fit(plain)) - ln_evidence(fit(longer))
 
 
@@ -135,7 +126,44 @@ def restitution(e: Explanation) -> tuple[float, float]:
     return here, float(np.sqrt(slope @ e.fit.covariance[np.ix_(joint.own_spot, joint.own_spot)] @ slope))
 
 
-def _curves(base: Fit, model: Fit) -> tuple[Curve, ...]:
+def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
+    """Places over time, and restitution and kicks over impact speed, of each recording."""
     pairs = zip(session_fits(base), session_fits(model), strict=True)
-    flights = tuple(curve for one, two in pairs for curve in curves_of(one, two))
-    return (*flights, *impact_curves(base, model)) if base.problem.model.impacts is not None else flights
+    curves = [curve for pair in pairs for curve in _flight_curves(*pair)]
+    if base.problem.model.impacts is not None:
+        curves += _impact_curves(base, model)
+    return tuple(curves)
+
+
+def _flight_curves(before: Fit, after: Fit) -> list[Curve]:
+    """Two curves a recording, across and up [mm], over the time [s] since its first row."""
+    s = before.problem.model.session
+    left = [1e3 * (s.places - predict(of.problem.model, of.starts, of.by_name)[0]) for of in (before, after)]
+    time, whose = s.middle[s.flight] + s.tau, s.recording[s.flight]
+    out = []
+    for r, name in enumerate(s.names):
+        rows = np.flatnonzero(whose == r)
+        if not len(rows):
+            continue  # none of its flights could be used
+        rows = rows[np.argsort(time[rows], kind="stable")]
+        for axis, quantity in enumerate(AXES):
+            part = [values[rows, axis] for values in (1e3 * s.places, *left)]
+            out.append(Curve(name, quantity, "mm", "t_s", time[rows] - time[rows].min(), *part))
+    return out
+
+
+def _impact_curves(before: Fit, after: Fit) -> list[Curve]:
+    models = [of.problem.model.impacts_at(of.starts, of.values) for of in (before, after)]
+    model, left = models[0], []
+    for of, struck in zip((before, after), models, strict=True):
+        at = {n: of.by_name[n] for n in of.problem.model.own_names}
+        left.append(struck.y - impact_problem.predict(struck, at))
+    out = []
+    for r, recording in enumerate(model.impacts.names):
+        for rows, first, quantity in ((model.e_rows, 0, "restitution"), (model.kick_rows, len(model.e_rows), "sideways kick")):
+            own = np.flatnonzero(model.impacts.recording[rows] == r)
+            if len(own):
+                own = own[np.argsort(model.bounces.speed[rows[own]])]
+                parts = [values[first + own] for values in (model.y, *left)]
+                out.append(Curve(recording, quantity, "1", "v_m_s", model.bounces.speed[rows[own]], *parts))
+    return out

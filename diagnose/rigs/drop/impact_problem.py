@@ -1,8 +1,8 @@
-"""Impacts as a problem: rows of restitution and sideways kick about a constant e and a level plate.
+"""Impacts as a problem: rows of restitution and kick about a constant e and a level plate.
 
 Rows have measuring errors and the bounces' own scatter (variance_components.py), which grows with
-elongation. The mean effect of shape is a nuisance: a seed dropped flat bounces differently at first
-than later, when it turns.
+elongation. The mean effect of shape is a nuisance: a seed dropped flat bounces differently at
+first.
 """
 
 from dataclasses import dataclass, replace
@@ -12,8 +12,16 @@ import numpy as np
 from diagnose.effects.drop import EFFECTS
 from diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
 from diagnose.engine.linear import Reduced
-from diagnose.rigs.drop.friction import KICK_FLOOR, NEARLY_ROUND, Friction, friction_of, sticking, stuck
-from diagnose.rigs.drop.impact_quantities import ImpactQuantities, impact_quantities
+from diagnose.rigs.drop.impact_quantities import (
+    KICK_FLOOR,
+    NEARLY_ROUND,
+    Friction,
+    ImpactQuantities,
+    friction_of,
+    impact_quantities,
+    sticking,
+    stuck,
+)
 from diagnose.rigs.drop.impacts import Impacts
 from diagnose.rigs.drop.variance_components import Scatter, scatter_of
 
@@ -39,25 +47,20 @@ NUISANCES = {
 
 @dataclass(frozen=True, eq=False)
 class ImpactModel:
-    """Impacts with their quantities.
-
-    e_rows, kick_rows: which impacts stand in which rows (e first); y (m,): those rows; blocks: rows
-    and inverse Cholesky factor of their covariance, for each recording; smooth (m, s); middle: e
-    about which "e" counts; level_sd: sd of the logarithm of the scatter.
-    """
+    """Impacts with their quantities."""
 
     impacts: Impacts
     bounces: ImpactQuantities
-    e_rows: np.ndarray
+    e_rows: np.ndarray  # which impacts stand in which rows, e first
     kick_rows: np.ndarray
-    y: np.ndarray
-    blocks: tuple[tuple[np.ndarray, np.ndarray], ...]
-    smooth: np.ndarray
-    middle: float
+    y: np.ndarray  # (m,): those rows
+    blocks: tuple[tuple[np.ndarray, np.ndarray], ...]  # rows and inverse Cholesky factor
+    smooth: np.ndarray  # (m, s)
+    middle: float  # e about which "e" counts
     elongation: float
     spun: bool
     friction: Friction
-    level_sd: float
+    level_sd: float  # of the logarithm of the scatter
 
 
 def elongation_of(impacts: Impacts) -> float:
@@ -66,10 +69,7 @@ def elongation_of(impacts: Impacts) -> float:
 
 
 def model_of(impacts: Impacts, elongation: float | None = None, follows: np.ndarray | None = None) -> ImpactModel | None:
-    """None where too few impacts were seen to estimate a scatter.
-
-    follows (R, C): what e may follow from recording to recording, which is no scatter.
-    """
+    """None where impacts are too few; follows (R, C): of recordings, which is no scatter."""
     long = elongation_of(impacts) if elongation is None else elongation
     seen = impact_quantities(impacts, long)
     spun = bool(impacts.spin_seen.mean() > 0.5) if len(impacts) else False
@@ -81,17 +81,17 @@ def model_of(impacts: Impacts, elongation: float | None = None, follows: np.ndar
     if not found:
         return None
     e_rows, kick_rows = (rows if s is not None else rows[:0] for rows, s in ((e_rows, e_scatter), (kick_rows, kick_scatter)))
-    model = ImpactModel(
+    return ImpactModel(
         impacts, seen, e_rows, kick_rows, np.concatenate([seen.e[e_rows], seen.kick[kick_rows]]),
         _blocks(impacts, found), _smooth(seen, impacts, e_rows, kick_rows),
         float(np.median(seen.e[e_rows])) if len(e_rows) else 0.5, long, spun, push, max(s.log_level_sd for _, s in found),
     )  # fmt: skip
-    return model
 
 
 def globals_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, float]]:
     """Effects that these impacts can show, names of all globals, and the baseline's sds."""
-    effects = {n: e for n, e in IN_IMPACTS.items() if _rows_of(n, model)}
+    rows = {True: len(model.kick_rows), False: len(model.e_rows)}
+    effects = {n: e for n, e in IN_IMPACTS.items() if rows[e.kick is not None]}
     return effects, (*effects, *NUISANCES), known_sd(model)
 
 
@@ -103,10 +103,6 @@ def updated(model: ImpactModel, impacts: Impacts) -> ImpactModel:
     return replace(model, impacts=impacts, bounces=seen, y=np.where(np.isfinite(y), y, model.y))
 
 
-def _rows_of(effect: str, model: ImpactModel) -> bool:
-    return bool(len(model.kick_rows if IN_IMPACTS[effect].kick else model.e_rows))
-
-
 def _scatter(rows, y, design, error, components, floor, **about) -> Scatter | None:
     """The scatter of some rows about a law."""
     here = np.ix_(rows, rows)
@@ -116,13 +112,9 @@ def _scatter(rows, y, design, error, components, floor, **about) -> Scatter | No
 def _scatter_of_e(
     rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts, long: float, follows: np.ndarray | None
 ) -> Scatter | None:
-    """About the law that the data support by AICc, with the seed's attitude if that is better
-    still.
-
-    A ball's later bounces do not scatter more than its first.
-    """
+    """About the law of least AICc, with the seed's attitude if that is better still."""
     floor, most = E_FLOOR + E_FLOOR_LONG * long**2, E_FLOOR + TURNING_M_S * long
-    parts = [np.diag((impacts.number > 1) / seen.speed**2), _same_seed(impacts)]
+    parts = [np.diag((impacts.number > 1) / seen.speed**2), _one_seed(impacts)]
 
     def about(law: np.ndarray) -> Scatter | None:
         return _scatter(rows, seen.e, law, seen.e_error, parts, floor, asked=1, most=most)
@@ -139,11 +131,7 @@ def _scatter_of_e(
 
 
 def _scatter_of_kicks(rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts, push: Friction, long: float) -> Scatter | None:
-    """Beside what friction is known to make of them, and as much of its uncertainty as the rows
-    support.
-
-    A nearly round seed hardly turns, and is touched on the same side of its centre again.
-    """
+    """Beside what friction makes of them, and as much of its uncertainty as rows support."""
     later, sure = impacts.number > 1, push.turn_sd < 0.5
     aside = ASIDE_FLOOR + ASIDE_LONG * long
     usual = (aside, 0.0, AGAIN * aside * (long < NEARLY_ROUND)) if not push.sticks else ()
@@ -151,19 +139,17 @@ def _scatter_of_kicks(rows: np.ndarray, seen: ImpactQuantities, impacts: Impacts
     design = _kick_design(seen, later, push)
     while design.shape[1] > 1 and len(rows) < 4 * design.shape[1]:
         design = design[:, :-1]
-    return _scatter(rows, beside, design, seen.kick_error, [np.diag(later * 1.0), _same_seed(impacts)], KICK_FLOOR, usual=usual)
+    parts = [np.diag(later * 1.0), _one_seed(impacts)]
+    return _scatter(rows, beside, design, seen.kick_error, parts, KICK_FLOOR, usual=usual)
 
 
-def _same_seed(impacts: Impacts) -> np.ndarray:
-    """(n, n): 1 where two impacts are of one recording, that is of one seed."""
+def _one_seed(impacts: Impacts) -> np.ndarray:
+    """(n, n): 1 where two impacts are of one recording."""
     return (impacts.recording[:, None] == impacts.recording).astype(float)
 
 
 def _e_designs(seen: ImpactQuantities, number: np.ndarray) -> list[np.ndarray]:
-    """Laws about which e scatters, from a constant to one in speed and count.
-
-    Speed is in steps: within a step it is what scatter of the bounce before has made it.
-    """
+    """Laws about which e scatters, from a constant to one in speed (in steps) and count."""
     ln = np.log(seen.speed)
     step = STEP_LN_SPEED * np.round(ln / STEP_LN_SPEED)
     one, later, slow, count = np.ones(len(step)), (number > 1) * 1.0, np.exp(-2 * step), np.minimum(number, 5)

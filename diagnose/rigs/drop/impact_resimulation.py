@@ -41,10 +41,11 @@ def strikes_again(again: Resimulation, finding: Finding, tracks: list, sessions:
     key = "kick" if names and all(EFFECTS[n].kick for n in names) else "e"
     recorded = observed(seen)
     unit, off = "m/s" if key == "kick" else "1", [recorded[key] - twin[key] for twin in (before, after)]
-    rows = tuple(
-        Comparison(name, COLUMNS[key], unit, _rms(off[0][mine]), _rms(off[1][mine]), "impacts")
-        for r, name in enumerate(seen.names) if (mine := seen.recording == r).any()
-    )  # fmt: skip
+    rows = []
+    for r, name in enumerate(seen.names):
+        if (mine := seen.recording == r).any():
+            rms = [float(np.sqrt((values[mine] ** 2).mean())) for values in off]
+            rows.append(Comparison(name, COLUMNS[key], unit, *rms, "impacts"))
     how = (
         f"each impact was run by the DEM at its recorded speed and spin, {WAYS} ways of lying averaged; so that bounces are as "
         f"high as recorded on average, restitution at {speeds:.2g} m/s is {old:.3f} in the old and {new:.3f} in the new twin"
@@ -54,10 +55,6 @@ def strikes_again(again: Resimulation, finding: Finding, tracks: list, sessions:
     points = {n: (-seen.before[:, 1], values[key]) for n, values in named.items()}
     figure = {"x": "impact speed (m/s)", "y": COLUMNS[key] + ("" if unit == "1" else " (m/s)"), "points": points}
     return replace(again, compared=(*again.compared, *rows), how=how, figure=figure)
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt((values**2).mean()))
 
 
 def impacts_seen(tracks: list, sessions: tuple[PreparedSession, ...]) -> Impacts:
@@ -79,11 +76,7 @@ def observed(seen: Impacts) -> dict[str, np.ndarray]:
 
 
 def outcome(seen: Impacts, told: dict, e: float, anchor: float, values: dict[str, float]) -> dict[str, np.ndarray]:
-    """The same from the simulation with restitution `e` at the speed `anchor` [m/s], averaged over
-    attitudes.
-
-    values: of effects, by name; the attitudes are the same for all laws.
-    """
+    """The same simulated with restitution `e` at `anchor` [m/s], averaged over attitudes."""
     change = simulation_settings("drop", values)
     laws: dict[str, dict] = {"drag": {"factor": 0.0}}  # no air, but the same compiled kernels
     for law, numbers in change.get("laws", {}).items():

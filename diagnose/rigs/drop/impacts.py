@@ -9,7 +9,6 @@ from diagnose.air import G_M_S2, air_of, stated_sizes_mm
 from diagnose.engine.problem import Fit
 from diagnose.rigs.drop.flight_model import STARTS, Model, predict, pushed, velocities
 from diagnose.rigs.drop.reduction import whitened
-from diagnose.rigs.drop.session import Session
 from diagnose.rigs.drop.track_noise import TrackNoise
 
 SLOWEST_M_S = 0.15  # slower contacts are of a rolling or rocking seed
@@ -21,43 +20,30 @@ HEIGHT_SD_M = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Seeds:
-    """Of each recording (R,), from the stated sizes.
+    """Of each recording (R,), from the stated sizes."""
 
-    radius [m] of the stated volume, NaN where no size is stated; elongation (a − c)/(a + c); reach
-    a − c of the half axes [m]; gyration² I/m in the picture plane [m²]; tilt [deg] of the plate as
-    stated, falling towards +x.
-    """
-
-    radius: np.ndarray
-    elongation: np.ndarray
-    reach: np.ndarray
-    gyration: np.ndarray
-    tilt: np.ndarray
+    radius: np.ndarray  # of the stated volume [m], NaN where no size is stated
+    elongation: np.ndarray  # (a − c)/(a + c)
+    reach: np.ndarray  # a − c of the half axes [m]
+    gyration: np.ndarray  # its square, I/m in the picture plane [m²]
+    tilt: np.ndarray  # of the plate as stated [deg], falling towards +x
 
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """n impacts of R recordings.
-
-    recording (n,); number (n,): 1 for the first after release.
-    before, after (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise], NaN where not seen.
-    flights (n, 2): numbers of the flights before and after; flight_sd (F, 3): sd of v_x, v_z, ω.
-    time_sd (n,) [s]: of the contact; plumb_sd [rad]: of the vertical once the flights are fitted.
-    steep (n,): −cos 2α of the silhouette's long axis at the contact, −1 lying, 1 on end, NaN
-    unseen.
-    """
+    """n impacts of R recordings."""
 
     names: tuple[str, ...]
-    recording: np.ndarray
-    number: np.ndarray
-    before: np.ndarray
+    recording: np.ndarray  # (n,)
+    number: np.ndarray  # (n,): 1 for the first after release
+    before: np.ndarray  # (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise], NaN unseen
     after: np.ndarray
-    flights: np.ndarray
-    flight_sd: np.ndarray
-    time_sd: np.ndarray
-    plumb_sd: float
+    flights: np.ndarray  # (n, 2): numbers of the flights before and after
+    flight_sd: np.ndarray  # (F, 3): sd of v_x, v_z, ω
+    time_sd: np.ndarray  # (n,) [s]: of the contact
+    plumb_sd: float  # of the vertical once the flights are fitted [rad]
     seeds: Seeds
-    steep: np.ndarray
+    steep: np.ndarray  # (n,): −cos 2α of the silhouette's long axis, −1 lying, NaN unseen
 
     def __len__(self) -> int:
         return len(self.recording)
@@ -77,12 +63,15 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
     number = [1 + int(np.argmin(np.abs(used[r].contacts_s - t))) for r, t in zip(recording, s.joint_time, strict=True)]
     spin = np.where(np.isfinite(s.spin) & s.spin_seen, s.spin, np.nan)
     gain = np.abs(speed[count:, 1] - speed[:count, 1])
+    turned = s.spin_seen & s.spin[s.joint].any(axis=1)
+    ends = np.array([s.stop[s.joint[:, 0]] - 1, s.first[s.joint[:, 1]]])  # rows beside contacts
     return Impacts(
         names=s.names, recording=recording, number=np.array(number, dtype=int), flights=s.joint,
         before=np.column_stack([speed[:count], spin[s.joint[:, 0]]]), after=np.column_stack([speed[count:], spin[s.joint[:, 1]]]),
         flight_sd=np.column_stack([_flight_sds(fit, noise), s.spin_sd]),
         time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
-        plumb_sd=math.radians(fit.sd("plumb")), seeds=seeds_of([t.description for t in used]), steep=_steep(s),
+        plumb_sd=math.radians(fit.sd("plumb")), seeds=seeds_of([t.description for t in used]),
+        steep=np.where(turned, -np.cos(2 * s.angle[ends]).mean(axis=0), np.nan),
     )  # fmt: skip
 
 
@@ -97,14 +86,6 @@ def with_speeds(impacts: Impacts, speeds: np.ndarray) -> Impacts:
     before, after = impacts.before.copy(), impacts.after.copy()
     before[:, :2], after[:, :2] = speeds[:count], speeds[count:]
     return replace(impacts, before=before, after=after)
-
-
-def _steep(s: Session) -> np.ndarray:
-    """(J,) from the last row before each contact and the first after it."""
-    if not s.spin_seen:
-        return np.full(len(s.joint), np.nan)
-    ends = np.array([s.stop[s.joint[:, 0]] - 1, s.first[s.joint[:, 1]]])
-    return np.where(s.spin[s.joint].any(axis=1), -np.cos(2 * s.angle[ends]).mean(axis=0), np.nan)
 
 
 def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
@@ -146,7 +127,7 @@ def subset(impacts: Impacts, rows: np.ndarray) -> Impacts:
 
 
 def impacts_from_times(tracks) -> Impacts:
-    """From tracks' times of successive impacts, and the stated heights.
+    """From times of successive impacts, and the stated heights.
 
     A hop of duration T leaves and lands at g T/2, times 1 + κ/4 and 1 − κ/4 for air, κ drag over
     weight at that speed (first order in κ).
@@ -171,12 +152,12 @@ def impacts_from_times(tracks) -> Impacts:
     found = np.array(rows).reshape(-1, 4)
     unseen = np.full(len(found), np.nan)
     table = Impacts(
-        tuple(t.recording for t in tracks),
-        found[:, 0].astype(int), found[:, 1].astype(int), np.column_stack([unseen, -found[:, 2], unseen]),
-        np.column_stack([unseen, found[:, 3], unseen]), np.array(flights, dtype=int).reshape(-1, 2),
+        tuple(t.recording for t in tracks), found[:, 0].astype(int), found[:, 1].astype(int),
+        np.column_stack([unseen, -found[:, 2], unseen]),
+        np.column_stack([unseen, found[:, 3], unseen]),
+        np.array(flights, dtype=int).reshape(-1, 2),
         np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]), np.zeros(len(found)), 0.0,
-        seeds_of([t.description for t in tracks]),
-        np.full(len(found), np.nan),
+        seeds_of([t.description for t in tracks]), unseen,
     )  # fmt: skip
     return subset(table, usable_rows(table))
 

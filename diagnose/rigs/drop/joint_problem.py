@@ -1,13 +1,12 @@
-"""All drops of a bench as one problem: flights session by session, and impacts at the fitted
-speeds.
+"""All drops of a bench as one problem: flights by session, impacts at the fitted speeds.
 
-Physics is common to all. Each session has its own camera, so effects of the picture or the clock
-have one value a session, freed together; reported is that of the session with most rows. Impacts
-are computed anew from the flights at every linearisation; the flights' uncertainty is in their
-covariance.
+Each session has its own camera, so effects of the picture or the clock have one value a session,
+freed together; reported is that of the session with most rows. Impacts are computed anew from the
+flights at every linearisation; the flights' uncertainty is in their covariance.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -18,9 +17,9 @@ from diagnose.engine.noise import block_mean_noise
 from diagnose.engine.problem import Fit, Problem, fit
 from diagnose.rigs.drop import impact_problem
 from diagnose.rigs.drop.flight_model import LAWS, STARTS, build
-from diagnose.rigs.drop.flight_problem import MAX_ITERATIONS, problem_of
 from diagnose.rigs.drop.impact_problem import ImpactModel, updated
 from diagnose.rigs.drop.impacts import Impacts, concatenated, impacts_of, speeds_at_contacts, subset, usable_rows, with_speeds
+from diagnose.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from diagnose.rigs.drop.second_contacts import without_second_contacts
 from diagnose.rigs.drop.session import assemble, block_of
 from diagnose.rigs.drop.track_noise import TrackNoise, estimate_noise
@@ -36,10 +35,7 @@ class PreparedSession:
 
 
 def prepare_sessions(tracks, unstated_m: float = np.inf) -> tuple[tuple[PreparedSession, ...], tuple[str, ...]]:
-    """One a session, and notes on those left out; ValueError where none can be used.
-
-    unstated_m: see `assemble`.
-    """
+    """One a session, and notes on those left out; ValueError where none can be used."""
     found, notes = [], []
     for session in dict.fromkeys(t.session for t in tracks):
         own = tuple(t for t in tracks if t.session == session)
@@ -71,21 +67,16 @@ def at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
 
 @dataclass(frozen=True, eq=False)
 class JointModel:
-    """parts: the sessions' problems; spots: where the globals of each part are among the joint
-    ones; cuts: bounds of each part's locals.
-
-    table: all impacts, of which `kept` are used; impacts: their model, None where there are too
-    few; own_names, own_spot: its globals.
-    """
+    """The sessions' problems as one, and all impacts."""
 
     parts: tuple[Problem, ...]
-    spots: tuple[np.ndarray, ...]
-    cuts: np.ndarray
-    table: Impacts | None = None
-    kept: np.ndarray | None = None
-    impacts: ImpactModel | None = None
+    spots: tuple[np.ndarray, ...]  # where each part's globals are
+    cuts: np.ndarray  # bounds of each part's locals
+    table: Impacts | None = None  # all impacts
+    kept: np.ndarray | None = None  # those used
+    impacts: ImpactModel | None = None  # None where there are too few
     own_names: tuple[str, ...] = ()
-    own_spot: np.ndarray | None = None
+    own_spot: np.ndarray | None = None  # where its globals are
 
     def split(self, starts: np.ndarray, values: np.ndarray):
         """(part, its starts, its values) for every session."""
@@ -115,7 +106,8 @@ def joint_flights(sessions: tuple[PreparedSession, ...]) -> Problem:
     for rank, k in enumerate(order):
         spot = []
         for n in parts[k].names:
-            own = n if rank == 0 or not _of_camera(n) else f"{n}@{k + 1}"
+            of_camera = LAWS[n].picture is not None or LAWS[n].clock is not None
+            own = f"{n}@{k + 1}" if rank and of_camera else n
             if own not in names:
                 names.append(own)
                 known[own] = parts[k].known_sd.get(n, 0.0)
@@ -128,17 +120,10 @@ def joint_flights(sessions: tuple[PreparedSession, ...]) -> Problem:
     return _problem(joint, tuple(names), effects, known)
 
 
-def _of_camera(name: str) -> bool:
-    return LAWS[name].picture is not None or LAWS[name].clock is not None
-
-
 def with_impacts(
     flights: Fit | None, sessions: tuple[PreparedSession, ...], heard: Impacts | None, follows, long: float | None = None
 ) -> Problem | None:
-    """The flights' problem with impacts, seen and heard; without them where these are too few.
-
-    long: elongation of the seeds, None: as stated; follows: see impact_problem.model_of.
-    """
+    """The flights' problem, with impacts if enough; long: elongation of seeds, None: as stated."""
     joint = flights.problem.model if flights else JointModel((), (), np.zeros(1, dtype=int))
     fits = session_fits(flights) if flights else ()
     parts = [impacts_of(part, s.noise, s.tracks) for part, s in zip(fits, sessions, strict=True)] if flights else []
@@ -161,10 +146,8 @@ def _problem(joint: JointModel, names: tuple[str, ...], effects: dict, known: di
     parts = joint.parts
     recordings = _filmed(joint)
     if joint.impacts is not None:
-        recordings = tuple(n for n in joint.impacts.impacts.names if n in recordings or n not in _named(joint))
-
-    def reduce(starts: np.ndarray, values: np.ndarray, extra=None):
-        return _reduced(joint, len(names), starts, values, extra)
+        struck = joint.impacts.impacts.names
+        recordings = tuple(n for n in struck if n in recordings or n not in _named(joint))
 
     def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
         assert joint.impacts is not None
@@ -174,13 +157,15 @@ def _problem(joint: JointModel, names: tuple[str, ...], effects: dict, known: di
 
     freedom = sum(p.freedom for p in parts) + (len(joint.impacts.y) if joint.impacts else 0)
     return Problem(
-        "drop", recordings, effects, names, known, np.vstack([np.zeros((0, STARTS)), *(p.starts for p in parts)]), reduce, freedom,
+        "drop", recordings, effects, names, known,
+        np.vstack([np.zeros((0, STARTS)), *(p.starts for p in parts)]),
+        partial(_reduced, joint, len(names)), freedom,
         max((p.level_sd for p in parts), default=joint.impacts.level_sd if joint.impacts else 0.0), joint, MAX_ITERATIONS,
         unknown_scatter=unknown_scatter if joint.impacts is not None else None,
     )  # fmt: skip
 
 
-def _reduced(joint: JointModel, count: int, starts: np.ndarray, values: np.ndarray, extra):
+def _reduced(joint: JointModel, count: int, starts: np.ndarray, values: np.ndarray, extra=None):
     """See Problem.reduce; extra: (K accelerations of each session, K' columns on impact rows)."""
     pushes, struck_columns = extra if extra is not None else ([None] * len(joint.parts), None)
     more = 0 if not pushes or pushes[0] is None else len(pushes[0])
@@ -240,11 +225,11 @@ def _filmed(joint: JointModel) -> tuple[str, ...]:
 
 def session_fits(whole: Fit) -> tuple[Fit, ...]:
     """The fit of each session's flights within a joint fit."""
-    joint, out = whole.problem.model, []
-    for k, (part, starts, values) in enumerate(joint.split(whole.starts, whole.values)):
-        spot = joint.spots[k]
-        out.append(Fit(part, whole.prior_sd[spot], values, whole.covariance[np.ix_(spot, spot)], starts, whole.chi2, ()))
-    return tuple(out)
+    joint, prior, covariance = whole.problem.model, whole.prior_sd, whole.covariance
+    return tuple(
+        Fit(part, prior[at], values, covariance[np.ix_(at, at)], starts, whole.chi2, ())
+        for at, (part, starts, values) in zip(joint.spots, joint.split(whole.starts, whole.values))
+    )
 
 
 def fit_flights(sessions: tuple[PreparedSession, ...], near: Fit | None = None) -> Fit:

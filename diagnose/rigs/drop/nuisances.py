@@ -1,8 +1,4 @@
-"""Nuisance parameters of every drop, with priors: camera, lens, pixels, air; 0 at the baseline's
-centre.
-
-A stated key (mm_per_px_sd, plumb_sd_deg, distance_mm) replaces the sd in this table.
-"""
+"""Nuisance parameters of every drop, with priors; a stated key replaces the sd here."""
 
 import numpy as np
 
@@ -11,19 +7,18 @@ from diagnose.effects.drop.hooks import View, distorted, keystone, scaled, turne
 from diagnose.effects.effect import Effect
 from diagnose.engine.noise import LOCK_PX
 
-# name: sd, unit, why
-PRIORS = {
-    "scale": (5e-4, "1", "g varies over the earth and acts as the scale does; plus the stated (or 1 %) uncertainty"),
-    "plumb": (0.0, "deg", "the stated (or 0.5°) uncertainty of the plumb line"),
-    "keystone": (1e-3, "1/m", "change of the scale with height of a camera that looks straight on"),
-    "lens": (2e-4, "1", "distortion at the edge of the view of a good lens"),
-    "lens.x": (6e-5, "1", "the same about another middle: its axis lies within 0.3 of the view's reach; and where seeds fall"),
-    "lens.z": (6e-5, "1", "the same, upwards"),
-    "wobble": (0.01, "px", "of an outline's centre as it turns, which uneven light moves (problem.TRACKER_PX)"),
-    "wobble.other": (0.01, "px", "the same, the other phase"),
-    "air": (0.15, "1", "of a seed's drag beside a sphere's; 1 where no sizes are stated"),
-    "air-slope": (SLOPE_SD, "1", "d ln C_d/d ln v beside a sphere's: Haider & Levenspiel (1989)"),
-}  # fmt: skip
+PRIORS = {  # sds
+    "scale": 5e-4,  # of g over the earth, which acts as the scale; plus what is stated (or 1 %)
+    "plumb": 0.0,  # deg: as stated (or 0.5°)
+    "keystone": 1e-3,  # 1/m: change of the scale with height of a camera that looks straight on
+    "lens": 2e-4,  # distortion at the edge of the view of a good lens
+    "lens.x": 6e-5,  # the same about another middle: its axis lies within 0.3 of the view's reach
+    "lens.z": 6e-5,  # the same, upwards
+    "wobble": 0.01,  # px: of an outline's centre as it turns, which uneven light moves
+    "wobble.other": 0.01,  # the same, the other phase
+    "air": 0.15,  # of a seed's drag beside a sphere's; 1 where no sizes are stated
+    "air-slope": SLOPE_SD,  # d ln C_d/d ln v beside a sphere's: Haider & Levenspiel (1989)
+}
 DISTANCES_M = (0.45, 1.2, 3.3, 9.0)  # of a camera whose distance is not stated: log-uniform .3 to 20 m, as alternatives
 DEPTH_SD_M = 2e-3  # of the release beside the plane of the scale
 LOCK = "pixel-lock"
@@ -31,11 +26,7 @@ OFF_CENTRE = 0.3  # of the view's reach
 
 
 def _off_centre(axis: int):
-    """r → r + `value` (2 (r·n) r + r² n)/reach, n along the axis: `distorted` about another middle,
-    to first order.
-
-    Source: Brown, Photogrammetric Engineering 32 (1966) 444.
-    """
+    """r + `value` (2 (r·n) r + r² n)/reach: Brown, Photogrammetric Eng. 32 (1966) 444."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
         off = places - view.middle
@@ -58,8 +49,8 @@ def _lock(axis: int, wave):
 
 
 def _nuisance(name: str, picture=None, needs=None, sd: float | None = None) -> Effect:
-    size, unit, why = (sd, "px", "pixel lock") if sd else PRIORS[name]
-    return Effect(name, "nuisance", unit, why, size or 1.0, -np.inf, np.inf, why, picture=picture, needs=needs)
+    sd = sd or PRIORS[name] or 1.0
+    return Effect(name, "nuisance", "", "", sd, -np.inf, np.inf, "", picture=picture, needs=needs)
 
 
 _FOUND = (

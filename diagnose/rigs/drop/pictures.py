@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnose.air import stated_sizes_mm
-from diagnose.rerun import Comparison, Resimulation
+from diagnose.rerun import Comparison, Resimulation, differences
 from twin.drop_pictures import Seed, beside, camera_for, followed, moments
 
 MOMENTS = 11  # in one picture
@@ -24,7 +24,12 @@ def with_pictures(again: Resimulation, flown, old: np.ndarray, new: np.ndarray, 
     rows = rows[np.argsort(s.middle[s.flight[rows]] + s.tau[rows])]
     seen = {"recording": smoothed(s, rows, new), "old twin": old[rows], "new twin": new[rows]}
     say(f"drop: drawing {s.names[r]}")
-    drawn = replace(again, picture=strobe(flown, r, rows, seen), caption=caption(again, s.names[r]))
+    caption = (
+        f"{s.names[r]} at {MOMENTS} moments: where it was recorded, where the old twin is, and the "
+        f"new twin with {' and '.join(again.effects)}; right: what differs between recording and "
+        "twin, brightened"
+    )
+    drawn = replace(again, picture=strobe(flown, r, rows, seen), caption=caption)
     if not pictures:
         return drawn
     filmed = tuple(_filmed(flown, r, rows, seen, folder, say))
@@ -32,14 +37,6 @@ def with_pictures(again: Resimulation, flown, old: np.ndarray, new: np.ndarray, 
         f"{again.how} The old and the new twin of {s.names[r]} were also rendered, and followed by the code that measures films."
     )
     return replace(drawn, compared=(*again.compared, *filmed), how=how)
-
-
-def caption(again: Resimulation, name: str) -> str:
-    """What the picture of the simulation run again shows."""
-    return (
-        f"{name} at {MOMENTS} moments: where it was recorded, where the old twin is, and the new twin with "
-        f"{' and '.join(again.effects)}; right: what differs between recording and twin, brightened"
-    )
 
 
 def smoothed(s, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
@@ -72,18 +69,11 @@ def strobe(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray]) -> byte
     picked = np.unique([falling[np.argmin(np.abs(s.places[rows[falling], 1] - step))] for step in steps])
     camera = camera_for(s.places[rows[picked]], _seed(flown, r, rows, seen["recording"]).plate_z)
     drawn = [moments(_seed(flown, r, rows[picked], places[picked]), camera) for places in seen.values()]
-    gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
-    bright = 255 / max(40, *(int(g.max()) for g in gaps))
-    return beside(
-        [*drawn, *(np.minimum(bright * g, 255).astype(np.uint8) for g in gaps)],
-        [*seen, "recording - old", "recording - new"],
-    )
+    return beside([*drawn, *differences(drawn, 40)], [*seen, "recording - old", "recording - new"])
 
 
 def _filmed(flown, r: int, rows: np.ndarray, seen: dict[str, np.ndarray], folder: Path, say):
-    """Both simulations filmed with at most FRAMES frames and tracked; distances from the
-    recording.
-    """
+    """Both simulations filmed and tracked; distances from the recording."""
     s = flown.session
     time = s.middle[s.flight[rows]] + s.tau[rows]
     step = max(1, -(-round(np.ptp(time) / s.frame_s) // FRAMES))

@@ -6,15 +6,17 @@ spin and its silhouette's rotation. Smooth curves are Legendre polynomials of de
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from diagnose.air import SEED_DRAG
+from diagnose.air import G_M_S2, SEED_DRAG
 from diagnose.engine.linear import Reduced
 from diagnose.engine.noise import frame_lag, whiten
-from diagnose.rigs.drop.constraints import pushed_sides, side_rows, touching, unseen_rows
+from diagnose.engine.problem import Problem
 from diagnose.rigs.drop.flight_model import (
+    IN_FLIGHT,
     LAWS,
     NEARING,
     SMALL_M,
@@ -28,24 +30,27 @@ from diagnose.rigs.drop.flight_model import (
     places,
     push_slopes,
     pushed,
+    pushed_sides,
     rate_of,
+    side_rows,
     sides,
+    touching,
+    unseen_rows,
 )
-from diagnose.rigs.drop.nuisances import LOCK
-from diagnose.rigs.drop.track_noise import SMOOTH, TrackNoise, smooth_columns
+from diagnose.rigs.drop.nuisances import LOCK, NUISANCES, OFF_CENTRE, PRIORS
+from diagnose.rigs.drop.session import Session
+from diagnose.rigs.drop.track_noise import SMOOTH, TRACKER_PX, TrackNoise, estimate_noise, smooth_columns
 from diagnose.rigs.drop.trajectories import POINTS
 
 STEP = 1e-3  # of a global's prior sd, for derivatives
+MAX_ITERATIONS = 25  # large scale errors and strong winds converge slowly
 
 
 def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray | None = None):
-    """See Problem.reduce: Reduced of each recording, and a function from a change of θ to that of
-    starts.
+    """See Problem.reduce; pushes (K, F, POINTS, 2): accelerations at the flights' nodes.
 
     The last entry of each b is the residual that no parameter changes, so that χ² of points
     compare.
-    pushes (K, F, POINTS, 2): accelerations at the flights' nodes, columns behind those of the
-    globals.
     """
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
@@ -55,10 +60,7 @@ def reduce(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarr
 
 
 def _blocks(model: Model, noise: TrackNoise, starts: np.ndarray, values: np.ndarray, pushes: np.ndarray):
-    """Triangle of each flight's whitened rows, and rows of side conditions.
-
-    Columns: locals | G globals, K pushes | spin, where seen | 10 smooth | residual.
-    """
+    """Flights' triangles (locals | globals, pushes | spin | smooth | residual), and side rows."""
     s, at = model.session, dict(zip(model.names, values, strict=True))
     step = {n: STEP * LAWS[n].prior_sd for n in at}
     push = pushed(model, starts, at)
@@ -137,12 +139,6 @@ def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=2)
 
 
-def _own_sds(model: Model, recording: int) -> dict[int, float]:
-    """Globals (numbers) of which each recording has a deviation of its own, and its sd."""
-    locks = {k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)}
-    return ({model.names.index("air"): SEED_DRAG} if model.session.air[recording].share > 0 else {}) | locks
-
-
 def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
     """Reduced of each recording, and a function from a change of θ to that of starts."""
     session = model.session
@@ -154,7 +150,9 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         if not len(flights):
             continue
         spot = {int(f): i for i, f in enumerate(flights)}
-        owns = _own_sds(model, r)
+        # globals of which each recording has a deviation of its own, with its sd
+        owns = {model.names.index("air"): SEED_DRAG} if session.air[r].share > 0 else {}
+        owns |= {k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)}
         spins = each * len(flights) + len(owns)  # the first column of the flights' own spins, in sds
         local = spins + spun * len(flights)
         total = local + count + extra * len(flights) + 1
@@ -198,3 +196,41 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         return out
 
     return reduced, change
+
+
+def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
+    """The problem of a session, its noise estimated unless given."""
+    s = model.session
+    noise = noise or estimate_noise(s)
+    rows = 2 * len(s.tau) + int(np.isfinite(s.release).sum()) + len(s.joint)
+    effects = {n: IN_FLIGHT[n] for n in model.names if n in IN_FLIGHT}
+    return Problem(
+        "drop", s.names, effects, model.names, known_sd(s), _parabolas(model), partial(reduce, model, noise),
+        rows - 4 * len(s.middle), noise.level_sd, model, MAX_ITERATIONS,
+    )  # fmt: skip
+
+
+def known_sd(session: Session) -> dict[str, float]:
+    """Prior sd of every nuisance: as stated, else from PRIORS."""
+    known = {n: law.prior_sd if n.startswith(LOCK) else PRIORS[n] for n, law in NUISANCES.items()}
+    known["scale"] = float(np.hypot(session.scale_sd, known["scale"]))
+    known["plumb"] = session.plumb_sd_deg
+    known["air"] = float(np.median([a.sd / a.share if a.share else 0.0 for a in session.air]))
+    turning = 1e3 * float(np.hypot(TRACKER_PX * session.view.pixel, session.uneven_m))  # [mm] of an outline that turns
+    known |= {"wobble": turning, "wobble.other": turning}
+    # the optical axis lies between the fall and the middle of the view, uniformly
+    aside = abs(session.view.fall) / session.view.reach / np.sqrt(3)
+    return known | {"lens.x": PRIORS["lens"] * float(np.hypot(OFF_CENTRE, aside))}
+
+
+def _parabolas(model: Model) -> np.ndarray:
+    """Starts (F, 7): a straight line across and a parabola of g upwards."""
+    session = model.session
+    out = np.zeros((len(session.middle), STARTS))
+    for f in range(len(out)):
+        rows = slice(session.first[f], session.stop[f])
+        tau = session.tau[rows]
+        up = session.places[rows, 1] + G_M_S2 * tau**2 / 2
+        slope, level = np.polynomial.polynomial.polyfit(tau, np.column_stack([session.places[rows, 0], up]), 1)[::-1]
+        out[f, :5] = [*level, *slope, model.aside_square[f]]
+    return out

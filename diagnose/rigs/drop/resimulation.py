@@ -34,7 +34,10 @@ def resimulate(finding: Finding, tracks: list, folder: Path, pictures: bool, say
         pairs = [(f, f.read(without=in_flight), f.read()) for f in flights]
         rows = tuple(row for f, old, new in pairs for row in f.compared(old, new))
         how = "each flight was flown by the DEM from the start that the recording shows, old and new twin alike"
-        again = with_pictures(replace(again, compared=rows, how=how), *_most_mended(pairs), folder, pictures, say)
+        seen = [f.session.places for f in flights]
+        gains = [((s - a) ** 2 - (s - b) ** 2).sum() for s, (_, a, b) in zip(seen, pairs)]
+        best = pairs[int(np.argmax(gains))]
+        again = with_pictures(replace(again, compared=rows, how=how), *best, folder, pictures, say)
     if len(in_flight) < len(names):
         say("drop: striking the old and the new twin's plate")
         again = strikes_again(again, finding, tracks, tuple(f.prepared for f in flights))
@@ -49,10 +52,6 @@ def session_flights(filmed: list, names: tuple[str, ...]) -> list["Flights"]:
     return max(([Flights(s, names) for s in sessions] for sessions in at), key=lambda f: sum(ln_evidence(one.fit) for one in f))
 
 
-def _most_mended(flown: list[tuple["Flights", np.ndarray, np.ndarray]]) -> tuple["Flights", np.ndarray, np.ndarray]:
-    return max(flown, key=lambda f: float(((f[0].session.places - f[1]) ** 2 - (f[0].session.places - f[2]) ** 2).sum()))
-
-
 class Flights:
     """A session's flights fitted with what was named; `read` has the DEM fly them."""
 
@@ -63,11 +62,7 @@ class Flights:
         self.fit = fit(prepared.problem, free=free, start=fit(prepared.problem))
 
     def read(self, without: tuple[str, ...] = ()) -> np.ndarray:
-        """What the camera would read (n, 2) [m] of the DEM's flights, without the effects in
-        `without`.
-
-        Each recording has the globals that the others gave; the flights' starts are refitted.
-        """
+        """What the camera would read (n, 2) [m] of the DEM's flights, by the others' globals."""
         s, out = self.session, np.zeros_like(self.session.places)
         nil = np.isin(self.fit.names, [n for effect in without for n in self.fit.problem.columns_of(effect)])
         for r in range(len(s.names)):
@@ -133,11 +128,7 @@ def started(of: Fit, values: np.ndarray) -> np.ndarray:
 
 
 def laws_of(description: dict, air: Air, more: dict[str, float], speed: float) -> dict[str, dict]:
-    """The DEM's laws for a flight: drag of stated and missing air, wind, Magnus force.
-
-    more: see rerun.simulation_settings. The DEM's C_d(Re) is another fit to measured spheres; both
-    agree at `speed` [m/s].
-    """
+    """The DEM's laws for a flight; its C_d(Re) and ours agree at `speed` [m/s]."""
 
     def over(share: float, at_m_s: float) -> float:
         at, here = (float(drag_shape(v, air.reynolds_per_speed)) * v for v in (at_m_s, speed))

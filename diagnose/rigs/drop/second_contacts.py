@@ -1,5 +1,4 @@
-"""Flights that are not free: a seed's other end strikes some ms later, or it rocks or rolls to
-rest.
+"""Flights that are not free: a seed's other end strikes some ms later, or it rocks to rest.
 
 A sudden change of velocity within a flight is more than any force bends it by, and no force takes
 a tenth of its acceleration from one flight alone. Such flights are left out; one that was touched
@@ -26,10 +25,13 @@ HELD_SHARE, HELD_SD = 0.1, 5.0  # of the usual fall, and in its sds: by what one
 
 def without_second_contacts(tracks: tuple, session: Session, noise: TrackNoise) -> tuple[tuple, tuple[str, ...]]:
     """Tracks without such flights or ends, and notes; the same tracks where there are none."""
-    falls = np.array([_fall(session, noise, f) for f in range(len(session.middle))])
-    usual = _median(*falls.T)
-    held = np.abs(falls[:, 0] - usual) > np.maximum(HELD_SHARE * abs(usual), HELD_SD * falls[:, 1])
+    falls, sds = np.array([_fall(session, noise, f) for f in range(len(session.middle))]).T
+    order = np.argsort(falls)
+    weight = np.cumsum(1 / np.maximum(sds[order], 1e-12) ** 2)
+    usual = falls[order][np.searchsorted(weight, weight[-1] / 2)]  # median weighted by 1/sd²
+    held = np.abs(falls - usual) > np.maximum(HELD_SHARE * abs(usual), HELD_SD * sds)
     out, notes = list(tracks), []
+    left_out = "of its flights left out"
     for r, i in enumerate(i for i, t in enumerate(tracks) if not t.trouble):
         flights = np.flatnonzero(session.recording == r).tolist()
         whole, ends = [], []
@@ -39,26 +41,18 @@ def without_second_contacts(tracks: tuple, session: Session, noise: TrackNoise) 
                 whole.append((begin, end))
             elif f in session.joint[:, 0] and (early := _second_touch(session, noise, f, at_end=True)):
                 ends.append((end - early, end))
-        notes += [f"{tracks[i].recording}: {len(whole)} of its flights left out: second contact in flight"] if whole else []
-        notes += [f"{tracks[i].recording}: the ends of {len(ends)} of its flights left out: early second contact"] if ends else []
-        out[i] = _without(tracks[i], whole, ends)
+        name, time, flight = tracks[i].recording, tracks[i].time_s, tracks[i].flight.copy()
+        if whole:
+            notes.append(f"{name}: {len(whole)} {left_out}: second contact in flight")
+        if ends:
+            notes.append(f"{name}: the ends of {len(ends)} {left_out}: early second contact")
+        for begin, end in whole:
+            within = (time >= begin - 1e-9) & (time <= end + 1e-9)
+            flight[np.isin(flight, np.unique(flight[within]))] = -1
+        for begin, end in ends:
+            flight[(time >= begin - 1e-9) & (time <= end + 1e-9)] = -1
+        out[i] = replace(tracks[i], flight=flight)
     return tuple(out) if notes else tracks, tuple(notes)
-
-
-def _without(track, whole: list[tuple[float, float]], ends: list[tuple[float, float]]):
-    """The track without flights that have rows in `whole` (begin, end), and without rows in
-    `ends`.
-    """
-    flight = track.flight.copy()
-    for begin, end in whole:
-        flight[np.isin(flight, np.unique(flight[_within(track, begin, end)]))] = -1
-    for begin, end in ends:
-        flight[_within(track, begin, end)] = -1
-    return replace(track, flight=flight)
-
-
-def _within(track, begin: float, end: float) -> np.ndarray:
-    return (track.time_s >= begin - 1e-9) & (track.time_s <= end + 1e-9)
 
 
 def _fall(session: Session, noise: TrackNoise, flight: int) -> tuple[float, float]:
@@ -74,19 +68,8 @@ def _fall(session: Session, noise: TrackNoise, flight: int) -> tuple[float, floa
     return float(values[2] * size), float(sd * size)
 
 
-def _median(values: np.ndarray, sds: np.ndarray) -> float:
-    """Median weighted by 1/sd²."""
-    order = np.argsort(values)
-    weight = np.cumsum(1 / np.maximum(sds[order], 1e-12) ** 2)
-    return float(values[order][np.searchsorted(weight, weight[-1] / 2)])
-
-
 def _second_touch(session: Session, noise: TrackNoise, flight: int, *, at_end: bool = False) -> float:
-    """Time between a flight's first row, or its last, and a sudden change of velocity [s]; 0
-    without one.
-
-    Balls touch once: 0.
-    """
+    """Time between a flight's first or last row and a sudden change of velocity [s], or 0."""
     if session.elongation < ROUND:
         return 0.0
     rows = slice(session.first[flight], session.stop[flight])

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from diagnose.air import Air, air_of, stated_sizes_mm
 from diagnose.effects.drop.hooks import View
@@ -20,50 +21,37 @@ HEIGHT_SD_M = 1e-3  # how well a release height is known
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """R recordings, F flights, n rows. Lengths in m, x right, z up along the stated plumb line,
-    times in s.
-
-    recording (F,); middle, half (F,): of each flight; first, stop (F,): its rows.
-    spin, spin_sd (F,) [rad/s]: of the silhouette (0 unseen), and sd of the seed's own beside it.
-    own_spin, own_spin_sd (F,): spin about the line of sight given that, and its sd.
-    flight (n,), tau (n,): time after the flight's middle, places (n, 2), frame (n,), angle (n,)
-    [rad].
-    joint (J, 2): flights before and after each contact, joint_time (J,).
-    release (R,): stated fall, NaN where the release was not seen; release_sd (R,).
-    away (R,): distance of the camera; uneven_m: shift of a turning outline's middle by perspective.
-    elongation: (length − thickness)/(length + thickness) as stated, NaN if not.
-    rocking_m: how far a seed may move aside between its first and last touch at one contact.
-    """
+    """R recordings, F flights, n rows; [m, s], x right, z up along the stated plumb line."""
 
     names: tuple[str, ...]
-    recording: np.ndarray
+    recording: np.ndarray  # (F,), as the next nine
     middle: np.ndarray
     half: np.ndarray
-    spin: np.ndarray
-    spin_sd: np.ndarray
-    own_spin: np.ndarray
+    spin: np.ndarray  # of the silhouette [rad/s], 0 unseen
+    spin_sd: np.ndarray  # of the seed's own beside it
+    own_spin: np.ndarray  # about the line of sight, given that
     own_spin_sd: np.ndarray
-    first: np.ndarray
+    first: np.ndarray  # row
     stop: np.ndarray
-    flight: np.ndarray
-    tau: np.ndarray
-    places: np.ndarray
+    flight: np.ndarray  # (n,), as the next four
+    tau: np.ndarray  # time after the flight's middle
+    places: np.ndarray  # (n, 2)
     frame: np.ndarray
     angle: np.ndarray
-    joint: np.ndarray
-    joint_time: np.ndarray
-    release: np.ndarray
+    joint: np.ndarray  # (J, 2): flights before and after each contact
+    joint_time: np.ndarray  # (J,)
+    release: np.ndarray  # (R,): stated fall, NaN where the release was not seen
     release_sd: np.ndarray
     frame_s: float
-    away: np.ndarray
-    uneven_m: float
+    away: np.ndarray  # (R,): distance of the camera
+    uneven_m: float  # shift of a turning outline's middle by perspective
     air: tuple[Air, ...]
     view: View
     spin_seen: bool
     scale_sd: float
     plumb_sd_deg: float
-    elongation: float
-    rocking_m: float
+    elongation: float  # (length − thickness)/(length + thickness), NaN if not stated
+    rocking_m: float  # how far a seed may move aside at one contact
     notes: tuple[str, ...] = ()
 
     @property
@@ -73,10 +61,7 @@ class Session:
 
 
 def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Session:
-    """A session from tracks (twin.tracks.SeenTrack); ValueError where no flight is left.
-
-    unstated_m: distance of a camera whose own is not stated; block_s: over which rows are averaged.
-    """
+    """A session from tracks; unstated_m: distance of a camera whose own is not stated."""
     tracks = [t for t in tracks if not t.trouble]
     parts, notes, joints, fallen = [], [], [], []
     count = 0
@@ -101,7 +86,9 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
     low, high = rows["places"].min(0), rows["places"].max(0)
     about = [t.description for t in tracks]
     pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
-    middle, fall = (low + high) / 2, np.median(np.concatenate([part["places"][:, 0] for part in _first_of(parts)]))
+    first = {part["recording"]: part for part in reversed(parts)}.values()  # flight of each
+    middle = (low + high) / 2
+    fall = np.median(np.concatenate([part["places"][:, 0] for part in first]))
     view = View(middle, float(high[1] - low[1]) / 2, rows["angle"], rows["phase"], pixel, fall=float(fall - middle[0]))
     spin = np.array([p["turned"].rate for p in parts])
     trust, spin_sd = spin_calibration([p["turned"] for p in parts])
@@ -116,18 +103,14 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2), joint_time=np.array([j[2] for j in joints]),
         release=release, release_sd=release_sd, frame_s=float(np.median([_step(t) for t in tracks])),
         away=(away := np.array([1e-3 * (d["camera"].get("distance_mm") or 1e3 * unstated_m) for d in about])),
-        uneven_m=float(np.median([_uneven(d, m) for d, m in zip(about, away, strict=True)])),
+        uneven_m=float(np.median([_uneven_m(d) / m for d, m in zip(about, away, strict=True)])),
         air=tuple(air_of(d) for d in about), view=view, spin_seen=spin_seen,
         scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
-        elongation=float(np.median([_elongation(d) for d in about])), rocking_m=float(np.median([_rocking(d) for d in about])),
+        elongation=float(np.median([_elongation(d) for d in about])),
+        rocking_m=float(np.median([max(_shape_sd(d), LEAST_ROCKING_M) for d in about])),
         notes=tuple(notes),
     )  # fmt: skip
-
-
-def _first_of(parts: list[dict]) -> list[dict]:
-    """Each recording's first flight."""
-    return list({part["recording"]: part for part in reversed(parts)}.values())
 
 
 def block_of(track, block_s: float = BLOCK_S) -> int:
@@ -141,26 +124,24 @@ def _step(track) -> float:
 
 def _flights_of(track, recording: int, block_s: float) -> list[tuple[int, dict]]:
     """The flights of one track that have enough rows, with their number in it."""
-    turn = np.radians(track.description["camera"].get("plumb_deg", 0.0) or 0.0)
-    x, y = track.x_mm / 1000, track.y_mm / 1000
-    places = np.column_stack([x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)])
-    pixel = track.description["camera"].get("mm_per_px") or 0.0
-    phase = 2 * np.pi * np.column_stack([track.x_mm, track.y_mm]) / pixel if pixel else np.zeros_like(places)
-    block = block_of(track, block_s)
-    near = np.zeros(len(x), dtype=bool)
-    few = len(x) < FEW_ROWS
+    camera, block = track.description["camera"], block_of(track, block_s)
+    turn, pixel = np.radians(camera.get("plumb_deg") or 0.0), camera.get("mm_per_px") or 0.0
+    seen = np.column_stack([track.x_mm, track.y_mm])
+    c, s = np.cos(turn), np.sin(turn)
+    places = seen / 1000 @ np.array([[c, s], [-s, c]])
+    phase = 2 * np.pi * seen / pixel if pixel else np.zeros_like(places)
+    near = np.zeros(len(seen), dtype=bool)
+    few = len(seen) < FEW_ROWS
     least = 2 if few else LEAST_ROWS
     for contact in () if few else track.contacts_s:
         near |= np.abs(track.time_s - contact) <= GUARD_FRAMES * _step(track)
     found = []
     for k in range(int(track.flight.max(initial=-1)) + 1):
         rows = np.flatnonzero((track.flight == k) & ~near)
+        if len(rows) >= least and k and k == len(track.contacts_s) and not few:
+            rows = _before_landing(rows, places[rows, 1], track.description)
         if len(rows) < least:
             continue
-        if k and k == len(track.contacts_s) and not few:
-            rows = _before_landing(rows, places[rows, 1], track.description)
-            if len(rows) < least:
-                continue
         turned = silhouette_rotation(track.angle_deg, rows, track.time_s[rows])
         time, own, frame, angle, waves = _means(
             track.frame[rows], block, track.time_s[rows], places[rows], track.frame[rows], turned.angle, phase[rows]
@@ -197,14 +178,12 @@ def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.n
 
 def _roughness(part: dict) -> float:
     """rms [m] of a flight about a curve of degree 6."""
-    degree = min(6, len(part["tau"]) // 4)
-    basis = np.column_stack([np.polynomial.legendre.legvander(part["tau"] / part["half"], degree), *_twice(part["angle"])])
+    degree, angle = min(6, len(part["tau"]) // 4), part["angle"]
+    basis = legendre.legvander(part["tau"] / part["half"], degree)
+    if len(angle) > 30 and np.ptp(angle) > 0:
+        basis = np.column_stack([basis, np.cos(2 * angle), np.sin(2 * angle)])
     left = part["places"] - basis @ np.linalg.lstsq(basis, part["places"], rcond=None)[0]
     return float(np.sqrt((left**2).mean()))
-
-
-def _twice(angle: np.ndarray):
-    return (np.cos(2 * angle), np.sin(2 * angle)) if len(angle) > 30 and np.ptp(angle) > 0 else ()
 
 
 def _free_part(part: dict, usual: float) -> dict | None:
@@ -218,16 +197,14 @@ def _free_part(part: dict, usual: float) -> dict | None:
             return None
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         cut = part | {key: part[key][rows] for key in ("places", "frame", "angle", "phase")}
-        cut |= {"middle": middle, "half": half, "tau": time - middle, "phase": _smooth(cut["phase"], (time - middle) / half)}
+        tau = time - middle
+        basis = legendre.legvander(tau / half, min(SMOOTH_DEGREE, len(tau) // 4))
+        # smooth place among the pixels: a row's own reading would explain its own noise
+        phase = basis @ np.linalg.lstsq(basis, cut["phase"], rcond=None)[0]
+        cut |= {"middle": middle, "half": half, "tau": tau, "phase": phase}
         if _roughness(cut) < ROUGH * max(usual, 1e-7):
             return cut
     return None
-
-
-def _smooth(phase: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Smooth place among the pixels: a row's own reading would explain its own noise."""
-    basis = np.polynomial.legendre.legvander(at, min(SMOOTH_DEGREE, len(at) // 4))
-    return basis @ np.linalg.lstsq(basis, phase, rcond=None)[0]
 
 
 def _elongation(description: dict) -> float:
@@ -235,34 +212,21 @@ def _elongation(description: dict) -> float:
     return (max(sizes) - min(sizes)) / (max(sizes) + min(sizes)) if len(sizes) > 1 else float("nan")
 
 
-def _rocking(description: dict) -> float:
-    """Half of what the centre may sink by while the other end comes down [m]."""
-    return max(_shape_sd(description), LEAST_ROCKING_M)
-
-
 def _shape_sd(description: dict) -> float:
-    """(longest − shortest)/4 [m]; HEIGHT_SD_M where no sizes are stated."""
+    """(longest − shortest)/4 [m], half of what a centre may sink by; else HEIGHT_SD_M."""
     sizes = stated_sizes_mm(description)
     return (max(sizes) - min(sizes)) / 4000 if len(sizes) > 1 else 0.0 if sizes else HEIGHT_SD_M
 
 
-def _uneven(description: dict, away_m: float) -> float:
-    """A third of (l² − s²)/8d [m] for sizes l, s and distance d.
-
-    The middle of a leaning outline is off by that, its near end being larger, rms over a flight.
-    """
+def _uneven_m(description: dict) -> float:
+    """(l² − s²)/24: over the distance, by how much a leaning outline's middle is off, rms."""
     sizes = stated_sizes_mm(description) or (8.0, 6.0)
-    return float(1e-6 * (max(sizes) ** 2 - min(sizes) ** 2) / 8 / away_m / 3)
+    return float(1e-6 * (max(sizes) ** 2 - min(sizes) ** 2) / 8 / 3)
 
 
 def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
-    """Stated falls and their sds; a turning seed lands on another radius than it was released
-    at.
-    """
-    falls, sds = [], []
-    for t in tracks:
-        stated = t.description.get("drop", {}).get("height_mm")
-        usable = bool(stated) and t.release_seen and len(t.contacts_s) > 0
-        falls.append(stated / 1000 if usable else np.nan)
-        sds.append(float(np.hypot(HEIGHT_SD_M, _shape_sd(t.description))))
-    return np.array(falls), np.array(sds)
+    """Stated falls and sds; a turning seed lands on another radius than it was released at."""
+    stated = [t.description.get("drop", {}).get("height_mm") or np.nan for t in tracks]
+    seen = [t.release_seen and len(t.contacts_s) > 0 for t in tracks]
+    sds = np.hypot(HEIGHT_SD_M, [_shape_sd(t.description) for t in tracks])
+    return np.where(seen, np.array(stated) / 1000, np.nan), sds

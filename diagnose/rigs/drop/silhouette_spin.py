@@ -1,5 +1,4 @@
-"""Spin of a seed from its silhouette's rotation: angle row by row, mean rate, and spin given the
-rate.
+"""Spin of a seed from its silhouette's rotation.
 
 A silhouette rotates as its seed only where the seed spins about the line of sight. Otherwise it
 rotates unevenly, and its mean rate is the spin about the line of sight plus an error of the size of
@@ -19,23 +18,17 @@ LEAST_TRUST = 0.2  # part of the rates' variance that is the spins' at least
 
 @dataclass(frozen=True)
 class SilhouetteRotation:
-    """One flight: angle (n,) [rad], smoothed; rate [rad/s]; span_s.
+    """Rotation in one flight."""
 
-    white: variance of the rate by noise of the angle; uneven: variance of the rate from quarter to
-    quarter beyond that, possibly negative.
-    """
-
-    angle: np.ndarray
-    rate: float
-    white: float
-    uneven: float
+    angle: np.ndarray  # (n,) [rad], smoothed
+    rate: float  # [rad/s]
+    white: float  # variance of the rate by noise of the angle
+    uneven: float  # from quarter to quarter, beyond that
     span_s: float
 
 
 def silhouette_rotation(angle_deg: np.ndarray | None, rows: np.ndarray, time: np.ndarray) -> SilhouetteRotation:
-    """Of `rows` of a track at `time` (n,) [s]; no rotation where fewer than five angles were
-    seen.
-    """
+    """Of `rows` of a track; no rotation where fewer than five angles were seen."""
     angles = np.full(len(rows), np.nan) if angle_deg is None else angle_deg[rows]
     seen = np.isfinite(angles)
     if seen.sum() < 5:
@@ -50,12 +43,11 @@ def silhouette_rotation(angle_deg: np.ndarray | None, rows: np.ndarray, time: np
 
 
 def spin_calibration(found: list[SilhouetteRotation]) -> tuple[np.ndarray, np.ndarray]:
-    """Share (F,) of each flight's rate that counts as spin, and the sd (F,) [rad/s] of spin less
-    rate.
+    """Share (F,) of each rate that counts as spin, and sd (F,) [rad/s] of spin less rate.
 
     Half by the unevenness of all flights, half by each one's own. Spin given the rate is normal
-    about share · rate with sd √share · sd: an unbiased regressor (Carroll et al. 2006, Measurement
-    Error in Nonlinear Models, ch. 4).
+    about share · rate with sd √share · sd (Carroll et al. 2006, Measurement Error in Nonlinear
+    Models, ch. 4).
     """
     rate, white, uneven, weight = (np.array([getattr(t, key) for t in found]) for key in ("rate", "white", "uneven", "span_s"))
     weight = weight / max(weight.sum(), 1e-300)
@@ -67,11 +59,7 @@ def spin_calibration(found: list[SilhouetteRotation]) -> tuple[np.ndarray, np.nd
 
 
 def smoothed(angle: np.ndarray) -> np.ndarray:
-    """(n,) by straight lines over as many neighbours as agree with all shorter windows within the
-    noise.
-
-    Source: Goldenshluger, Nemirovski (1997), Math. Methods Statist. 6, 135.
-    """
+    """Straight lines over as many rows as agree (Goldenshluger & Nemirovski 1997)."""
     sd = noise_of(angle)
     best, low, high = angle.copy(), angle - CONSISTENT * sd, angle + CONSISTENT * sd
     open_ = np.full(len(angle), sd > 0)

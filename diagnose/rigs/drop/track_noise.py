@@ -1,6 +1,4 @@
-"""Noise of a session's tracks: residuals about a curve more flexible than any effect, in each
-flight.
-"""
+"""Noise of a session's tracks: residuals about a curve more flexible than any effect."""
 
 from dataclasses import dataclass
 
@@ -8,7 +6,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from diagnose.air import G_M_S2
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
+from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
 from diagnose.rigs.drop.session import LEAST_ROWS, Session
 
 TELLING = 20  # longest flights, which tell the correlation
@@ -21,9 +19,7 @@ SMOOTH = range(2, DEGREE + 1)  # degrees beyond a straight line
 
 @dataclass(frozen=True, eq=False)
 class TrackNoise:
-    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m] of each
-    recording.
-    """
+    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m]."""
 
     axes: tuple[Noise, Noise]
     sigma: np.ndarray
@@ -46,15 +42,8 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
     for axis in (0, 1):
         stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
         noise = known[axis] if known else estimate(sorted(stretches, key=lambda s: -len(s.data))[:TELLING])
-        power, freedom = np.zeros(len(session.names)), np.zeros(len(session.names))
-        for f, stretch in enumerate(stretches):
-            left, spare = stretch.residual(noise)
-            power[session.recording[f]] += left @ left
-            freedom[session.recording[f]] += spare
-        spread = np.sqrt(power / np.maximum(freedom, 1))
-        enough = freedom >= 10
-        pooled = np.sqrt(power.sum() / max(freedom.sum(), 1))
-        sigma[:, axis] = np.maximum(np.where(enough, spread, pooled), least)
+        found = spreads(stretches, session.recording, len(session.names), noise)
+        sigma[:, axis] = np.maximum(found, least)
         if np.ptp(session.places[:, axis]) < EXACT_M:
             sigma[:, axis] = UNSEEN_M
         axes.append(noise)

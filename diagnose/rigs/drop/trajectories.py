@@ -1,5 +1,4 @@
-"""Flights under gravity and any force that depends on velocity and spin, all at once, to spectral
-accuracy.
+"""Flights under gravity and any force that depends on velocity and spin, all at once.
 
 x(t) = x₀ + v₀ τ + ∬ a(v),  τ = t − middle of the flight: Picard iteration on a(v) at
 Chebyshev–Lobatto points, exact for parabolas and to 1e-9 of the fall for drag. Source: Clenshaw &
@@ -20,10 +19,7 @@ _SPEEDS_AT_NODES = chebyshev.chebvander(NODES, POINTS) @ _ONCE.T
 
 
 def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
-    """a (F, POINTS, 2) at the nodes of F flights that pass their middle with `speeds` (F, 2).
-
-    half (F,) [s]; force(velocity (F, POINTS, 2)) → acceleration. Converged to 1e-10 m/s.
-    """
+    """a (F, POINTS, 2) of a force(velocity) on flights that have `speeds` in their middle."""
     velocity = np.repeat(speeds[:, None, :], POINTS, axis=1)
     for _ in range(MAX_ITERATIONS):
         now = force(velocity)
@@ -36,11 +32,7 @@ def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
 
 
 def changes(velocity: np.ndarray, half: np.ndarray, force, speeds: np.ndarray, direct: np.ndarray) -> np.ndarray:
-    """Derivative of `accelerations`: change of a (K, F, POINTS, 2).
-
-    speeds (K, F, 2): change of the speeds in the middle; direct (K, F, POINTS, 2): change of the
-    force at the same `velocity` (F, POINTS, 2).
-    """
+    """Derivative of `accelerations` by those speeds (K, F, 2), and by the force itself (direct)."""
     now = force(velocity)
     slopes = [(force(velocity + small) - now) / SMALL_M_S for small in SMALL_M_S * np.eye(2)]
     out = direct
@@ -68,9 +60,7 @@ def speed_basis(tau: np.ndarray, half: np.ndarray) -> np.ndarray:
 
 
 def positions_at_nodes(starts: np.ndarray, half: np.ndarray, push: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places and velocities (F, POINTS, 2) for starts (F, ≥ 4: x, z, v_x, v_z) and
-    accelerations.
-    """
+    """Places and velocities (F, POINTS, 2) for starts and accelerations."""
     tau = half[:, None, None] * NODES[None, :, None]
     shift = np.einsum("ij,fjc->fic", chebyshev.chebvander(NODES, POINTS + 1) @ _TWICE.T, push) * half[:, None, None] ** 2
     return starts[:, None, :2] + starts[:, None, 2:4] * tau + shift, speeds_at_nodes(starts[:, 2:4], half, push)

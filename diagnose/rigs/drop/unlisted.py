@@ -1,6 +1,4 @@
-"""Unlisted physics of drops: forces in flight, a drifting clock, e and kicks by speed, count,
-attitude; and power laws for them.
-"""
+"""Unlisted physics of drops: forces in flight, a drifting clock, e and kicks; power laws."""
 
 from itertools import pairwise
 
@@ -28,9 +26,7 @@ LAWS = (
 
 
 def windows_of(fit: Fit) -> Windows:
-    """Unit accelerations in every bin, along the motion and aside; a drifting clock; e and kick
-    likewise.
-    """
+    """Unit accelerations in every bin; a drifting clock; changes of e and kick likewise."""
     joint: JointModel = fit.problem.model
     parts = session_fits(fit)
     about = [_axes(part) for part in parts]
@@ -54,9 +50,7 @@ def windows_of(fit: Fit) -> Windows:
 
 
 def _axes(part: Fit) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Where the flights' nodes (F, POINTS) lie on each axis; places and velocities (F, POINTS,
-    2).
-    """
+    """Where the flights' nodes (F, POINTS) lie on each axis; places and velocities there."""
     s = part.problem.model.session
     places, speeds = positions_at_nodes(part.starts, s.half, pushed(part.problem.model, part.starts, part.by_name))
     begun = np.array([s.middle[s.recording == r].min() - s.half[s.recording == r].max() for r in s.recording])
@@ -92,7 +86,6 @@ def _impact_windows(model) -> tuple[np.ndarray, tuple[Bin, ...]]:
         "v_m_s": (speed, list(pairwise(np.unique(np.quantile(speed, np.linspace(0, 1, IMPACT_BINS + 1)))))),
         "n_bounce": (np.minimum(count, 5), [(k - 0.5, k + 0.5) for k in np.unique(np.minimum(count, 5))]),
     }
-    smooth = [(f"{what} by {axis}", v) for what, axis, v in _singles(model)]
     for kind in ("e", "kick"):
         for axis, (values, found) in axes.items():
             for low, high in found:
@@ -100,18 +93,18 @@ def _impact_windows(model) -> tuple[np.ndarray, tuple[Bin, ...]]:
                 if not inside.all():
                     columns.append(_on_rows(model, inside, kind))
                     bins.append(Bin(axis, float(low), float(high), kind, "impact"))
-    for name, values in smooth:
+    for name, values in _singles(model).items():
         columns.append(_on_rows(model, values, "e"))
-        bins.append(Bin("n_bounce", 0.5, float(count.max()) + 0.5, name, "impact"))
+        bins.append(Bin("n_bounce", 0.5, float(count.max()) + 0.5, f"e by {name}", "impact"))
     return np.array(columns).reshape(-1, len(model.y)), tuple(bins)
 
 
-def _singles(model) -> list[tuple[str, str, np.ndarray]]:
+def _singles(model) -> dict[str, np.ndarray]:
     """Linear regressors of e: spin over speed, and −cos 2α of the silhouette's long axis."""
-    radius = model.impacts.seeds.radius[model.impacts.recording]
-    spin = np.abs(np.nan_to_num(model.impacts.before[:, 2])) * np.nan_to_num(radius) / model.bounces.speed
-    found = [("e", "spin", np.minimum(spin, 1.0)), ("e", "attitude", np.nan_to_num(model.impacts.steep))]
-    return [(w, a, v - v.mean()) for w, a, v in found if np.ptp(v) > 0]
+    radius = np.nan_to_num(model.impacts.seeds.radius[model.impacts.recording])
+    spin = np.abs(np.nan_to_num(model.impacts.before[:, 2])) * radius / model.bounces.speed
+    found = {"spin": np.minimum(spin, 1.0), "attitude": np.nan_to_num(model.impacts.steep)}
+    return {name: v - v.mean() for name, v in found.items() if np.ptp(v) > 0}
 
 
 def _on_rows(model, values: np.ndarray, kind: str) -> np.ndarray:
@@ -150,18 +143,19 @@ def _of_impacts(fit: Fit) -> list[Family]:
     """Restitution and kick as powers of speed and count; restitution by spin and attitude."""
     model = fit.problem.model.impacts_at(fit.starts, fit.values)
     none = [np.zeros((0, *_axes(part)[2].shape)) for part in session_fits(fit)]
-    families = []
-    for kind in ("e", "kick"):
-        for quantity, values in (("speed of impact", model.bounces.speed), ("number of impacts before", model.impacts.number - 1.0)):
-            if np.ptp(values) > 0:
-                families.append(_power(model, none, kind, quantity, values))
-    for _, axis, values in _singles(model):
-        words = {"spin": "with spin over speed", "attitude": "from a seed that lies to one on end"}[axis]
+    before = model.impacts.number - 1.0
+    axes = {"speed of impact": model.bounces.speed, "number of impacts before": before}
+    families = [
+        _power(model, none, kind, quantity, values)
+        for kind in ("e", "kick") for quantity, values in axes.items() if np.ptp(values) > 0
+    ]  # fmt: skip
+    said = {"spin": "with spin over speed", "attitude": "from a seed that lies to one on end"}
+    for name, values in _singles(model).items():
 
         def columns(exponents: np.ndarray, values: np.ndarray = values):
             return none, _on_rows(model, values, "e") * np.ones((len(exponents), 1))
 
-        def say(rises: bool, power: str, words: str = words) -> str:
+        def say(rises: bool, power: str, words: str = said[name]) -> str:
             return f"the restitution {'rises' if rises else 'falls'} {words}, in impacts only"
 
         families.append(Family(say, columns, (1.0,)))

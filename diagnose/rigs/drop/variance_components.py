@@ -1,8 +1,7 @@
-"""Scatter of bounces: variance components by REML, beside measuring errors and about a flexible
-law.
+"""Scatter of bounces: variance components by REML, beside measuring errors and a law.
 
-A long seed exchanges translation and spin in a bounce, so e and kicks vary widely. The scatter is
-estimated from the impacts themselves. Source: Patterson & Thompson (1971), Biometrika 58, 545.
+A long seed exchanges translation and spin in a bounce, so e and kicks vary widely.
+Source: Patterson & Thompson (1971), Biometrika 58, 545.
 """
 
 import math
@@ -27,15 +26,11 @@ VAGUE = 0.1  # prior information on ln of a variance component
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """covariance (m, m) of the rows, measuring errors included, widened as Student's t at 95 %.
+    """Scatter of rows about a law."""
 
-    log_level_sd: uncertainty beyond that, in the far tails; aicc: of the law about which it was
-    read.
-    """
-
-    covariance: np.ndarray
-    log_level_sd: float
-    aicc: float
+    covariance: np.ndarray  # (m, m), measuring included, widened as Student's t at 95 %
+    log_level_sd: float  # uncertainty beyond that
+    aicc: float  # of the law
 
 
 def scatter_of(
@@ -48,13 +43,11 @@ def scatter_of(
     most: float = math.inf,
     usual: tuple[float, ...] = (),
 ) -> Scatter | None:
-    """Scatter of rows y (m,) about a law `design` (m, p).
+    """Scatter of rows y (m,) about a law `design` (m, p); None where too few rows remain.
 
     asked: column from which on an effect may be asked about; measured (m, m): covariance of
-    measuring;
-    components (m, m): of unit size, the first at least floor² large, the second at most most²;
-    usual: expected sds of components, each worth USUAL_ROWS rows, 0 for none. None where too few
-    rows remain.
+    measuring; components (m, m): of unit size, the first at least floor² large, the second at most
+    most²; usual: expected sds of components, each worth USUAL_ROWS rows, 0 for none.
     """
     design = _independent(design)
     if len(y) - design.shape[1] < LEAST_FREEDOM:
@@ -66,7 +59,9 @@ def scatter_of(
     few = max(_freedom(measured, parts, design, asked) * (1 - SCALE_LOSS * (loss - 1) / (MOST_LOSS - 1)), 1.0)
     wider = loss * (stats.t.ppf(0.975, few) / stats.norm.ppf(0.975)) ** 2
     level_sd = 0.5 * float(np.sqrt(polygamma(1, few / 2)))
-    return Scatter(wider * (measured + sum(parts)), level_sd, _aicc(likelihood, len(y), design.shape[1] + 1))
+    numbers = design.shape[1] + 1  # Akaike's criterion: Hurvich & Tsai (1989), Biometrika 76, 297
+    aicc = -2 * likelihood + 2 * numbers * len(y) / max(len(y) - numbers - 1, 0.5)
+    return Scatter(wider * (measured + sum(parts)), level_sd, aicc)
 
 
 def _independent(design: np.ndarray) -> np.ndarray:
@@ -78,15 +73,8 @@ def _independent(design: np.ndarray) -> np.ndarray:
     return design[:, kept]
 
 
-def _aicc(likelihood: float, rows: int, numbers: int) -> float:
-    """Akaike's criterion for few rows. Source: Hurvich & Tsai (1989), Biometrika 76, 297."""
-    return -2 * likelihood + 2 * numbers * rows / max(rows - numbers - 1, 0.5)
-
-
 def _settled(y, design, measured, components, bounds: tuple[float, float], usual: tuple[float, ...], weight: np.ndarray):
-    """Student weights and variances in turn: ln likelihood, components at their sizes, squared
-    residuals.
-    """
+    """Student weights and variances in turn: likelihood, components, squared residuals."""
     at = None
     for _ in range(MAX_ITERATIONS):
         rows = [components[0] / weight, components[1] / weight, *components[2:]]  # diagonal components have outliers
@@ -117,11 +105,7 @@ def _weights(square: np.ndarray) -> np.ndarray:
 
 
 def _loss_of_weighting(square: np.ndarray) -> float:
-    """Variance inflation of an estimate with Student weights.
-
-    mean w · mean ψ² / (mean ψ')², ψ = w x (Huber 1964, Ann. Math. Stat. 35, 73): 1.4 for Student's
-    t, 1.1 for normal scatter.
-    """
+    """Variance inflation by weights, mean w mean ψ²/(mean ψ')², ψ = w x (Huber 1964)."""
     weight = _weights(square)
     slope = float(((TAILS + 1) * (TAILS - square) / (TAILS + square) ** 2).mean())
     loss = float(weight.mean() * (weight**2 * square).mean()) / max(slope, 0.3) ** 2

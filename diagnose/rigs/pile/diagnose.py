@@ -18,7 +18,7 @@ ONE = "one photo: nothing can be held out, and nothing is named for certain"
 NO_SCALE = "no scale in {}: places are shares of the flank, and the toe is not compared with the size of a seed"
 SAME = "all photos show one kind of heap: friction, rolling, grain shape and walls all set its angle; no photo tells them apart"
 AGAIN = "the same heap again, and a heap with two flanks"
-REPOSE = Contact("repose_angle_deg", "repose", 5.0, 1.0, "middle", "the angle of repose")
+REPOSE = Contact("repose_angle_deg", "repose", 5.0, 1.0, "middle")
 WIDTH = 0.2  # of a window, over the flank's way
 BREAKS = (0.35, 0.5, 0.65)  # of the flank's way, as where two kinds of grains lie over each other
 LEAST_FALL = 12.0  # of χ², for a law to be reported
@@ -26,9 +26,7 @@ SIDES = {-1: "left flank", 1: "right flank"}
 
 
 def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
-    """Finding of one bench's heaps (twin.piles.SeenPile); ValueError where no photo shows a
-    flank.
-    """
+    """Finding of heaps (twin.piles.SeenPile); ValueError where no photo shows a flank."""
     photos, refused = photos_of(recordings)
     follows, said = conditions_of([{"conditions": p.conditions} for p in photos], [p.session for p in photos])
     rising = [q for q, v in differing(photos).items() if (np.diff(v) >= 0).all() or (np.diff(v) <= 0).all()]
@@ -37,7 +35,8 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         said = (*said, f"{' and '.join(rising)} goes with the order of the recordings: the two cannot be told apart")
     scatter = scatter_of(photos)
     orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)  # no plumb: a later tilt shows nothing
-    alternatives = tuple(Alternative(with_conditions(problem_of(photos, scatter, after=a), REPOSE, follows)) for a in orders)
+    problems = [problem_of(photos, scatter, after=after) for after in orders]
+    alternatives = tuple(Alternative(with_conditions(p, REPOSE, follows)) for p in problems)
     notes = (*refused, *_notes(photos), *said)
     asked = DiagnosisTask(
         "pile", alternatives, windows_of, curves_of, {REPOSE.name: repose_deg}, law_of,
@@ -52,9 +51,7 @@ def repose_deg(e: Explanation) -> tuple[float, float]:
 
 
 def windows_of(fit: Fit) -> Windows:
-    """Triangular windows along the flank, and flanks that break at BREAKS; places in the photos'
-    unit.
-    """
+    """Triangular windows along the flank, and flanks that break at BREAKS."""
     photos = fit.problem.model.photos
     flanks = [f for p in photos for f in p.flanks]
     scaled = all(p.unit == "mm" for p in photos)
@@ -95,9 +92,7 @@ def law_of(fit: Fit) -> str | None:
 
 
 def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
-    """Height of each flank above the plate, from the crest outwards, [mm] or [px]; residuals
-    without locals.
-    """
+    """Height of each flank above the plate, from the crest outwards; residuals without locals."""
     out = []
     for r, photo in enumerate(before.problem.model.photos):
         left = [of.problem.model.predict(r, of.starts[r], of.by_name) for of in (before, after)]

@@ -2,18 +2,17 @@
 
     u = (distance out from the top of the flank's line) / (its way to the plate),   v = height / H
 
-A straight flank is v = 1 − u: crest at u = 0, toe at u = 1. The line is that through 20–80 % of the
-crest's height. Two flanks: the top is where their lines meet. One flank: the wall's foot; a heap
-whose top never moved (its line passes above it at the wall) starts where the line reaches the
-crest's height, and its crest is not used, nor half a seed next to a wall.
+A straight flank is v = 1 − u. The line is that through 20–80 % of the crest's height. Two flanks:
+the top is where their lines meet. One flank: the wall's foot; a heap whose top never moved (its
+line passes above it at the wall) starts where the line reaches the crest's height, and its crest
+is not used, nor half a seed next to a wall.
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-
-from diagnose.rigs.pile.creep import creep_deg
 
 LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
 STEP, REACH = 0.0125, 1.4  # of u
@@ -22,57 +21,47 @@ WALL_JUMP = 0.12  # of the crest's height
 LEAST_ROWS = 40
 EDGE = 0.03  # of the flank's way, where no seed's size is known: half a seed, of which at a wall only the round side is seen
 SAME_SIZE = 0.2  # of ln
+SAME_VIEW = 0.5  # correlation of the grains' outline between photos that follow each other
+GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
 @dataclass(frozen=True, eq=False)
 class Flank:
-    """side: +1 right, −1 left; u, v (n,): the surface; angle_deg: of its line against the
-    horizontal.
+    """One flank in shares of its own size."""
 
-    height, length: H and the line's way, in the photo's unit; start: where u = 0 lies along x.
-    """
-
-    side: int
-    u: np.ndarray
+    side: int  # +1 right, −1 left
+    u: np.ndarray  # this and v (n,): the surface
     v: np.ndarray
-    angle_deg: float
-    height: float
-    length: float
-    start: float
+    angle_deg: float  # of its line
+    height: float  # H, in the photo's unit
+    length: float  # the line's way
+    start: float  # where u = 0 lies along x
 
 
 @dataclass(frozen=True, eq=False)
 class Photo:
-    """One heap in one photo, or the mean of several.
-
-    reference: what angles count from: "plumb" (stated), "plate" (its line) or "rows" (of the
-    picture).
-    plate_deg: the plate's line against a stated plumb, clockwise, NaN if unknown; plate_sd_deg.
-    creep_deg: see creep.py; rig_mm: size of what was emptied; the rest as stated, NaN where not.
-    """
+    """One heap in one photo, or the mean of several; as stated, NaN where not."""
 
     recording: str
     session: str
     unit: str
     flanks: tuple[Flank, ...]
-    reference: str
-    plate_deg: float
+    reference: str  # of angles: "plumb" (stated), "plate" (line) or "rows" (picture)
+    plate_deg: float  # the plate's line against a stated plumb, clockwise
     plate_sd_deg: float
     plumb_sd_deg: float
     gate_speed_mm_s: float
     photo_s: float
     width_mm: float
     seed_mm: float
-    rig_mm: float
+    rig_mm: float  # size of what was emptied
     notes: tuple[str, ...]
     conditions: dict
-    creep_deg: float = float("nan")
+    creep_deg: float = float("nan")  # flattening between photos, see creep_deg
 
     @property
     def stated(self) -> tuple:
-        """Known quantities that may differ; photos of equal `stated` are repeats (rig size in
-        steps).
-        """
+        """Known quantities that may differ; photos of equal `stated` are repeats."""
         size = np.round(np.log(self.rig_mm) / SAME_SIZE)
         known = np.nan_to_num([self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, size], nan=-1.0)
         return (*known.tolist(), *sorted(self.conditions.items()))
@@ -89,7 +78,10 @@ def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
             photos.append(photo)
             kept.append(seen)
         else:
-            refused.append(f"{seen.recording}: {seen.trouble or _why_none(seen)}")
+            doubts = "; ".join(n for n in seen.notes if "cut by" in n or "slope" in n)
+            none = f"no flank of at least {LEAST_ROWS} steps between crest and toe"
+            none += f": {doubts}" if doubts else ""
+            refused.append(f"{seen.recording}: {seen.trouble or none}")
     if not photos:
         raise ValueError("no photo shows a flank from crest to toe" + "".join(f"\n  {r}" for r in refused))
     return tuple(_by_heap(photos, kept)), tuple(refused)
@@ -97,13 +89,12 @@ def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
 
 def _by_heap(photos: list[Photo], piles: list) -> list[Photo]:
     """Photos of one heap in one state, averaged: the same grains, packed once."""
-    groups: dict[tuple, list[int]] = {}
-    for k, (photo, seen) in enumerate(zip(photos, piles, strict=True)):
-        groups.setdefault((seen.heap or seen.recording, photo.photo_s if np.isfinite(photo.photo_s) else None), []).append(k)
-    return [
-        replace(_mean([photos[k] for k in group]), creep_deg=creep_deg([piles[k] for k in group], [photos[k] for k in group]))
-        for group in groups.values()
-    ]
+    groups: dict[tuple, list[tuple]] = {}
+    for photo, seen in zip(photos, piles, strict=True):
+        since = photo.photo_s if np.isfinite(photo.photo_s) else None
+        groups.setdefault((seen.heap or seen.recording, since), []).append((seen, photo))
+    pairs = [tuple(map(list, zip(*group))) for group in groups.values()]
+    return [replace(_mean(mine), creep_deg=creep_deg(seen, mine)) for seen, mine in pairs]
 
 
 def _mean(photos: list[Photo]) -> Photo:
@@ -125,11 +116,6 @@ def _mean_flank(flanks: list[Flank]) -> Flank:
     v = np.mean([np.interp(at, f.u, f.v) for f in flanks], axis=0)
     means = (float(np.mean([getattr(f, k) for f in flanks])) for k in ("angle_deg", "height", "length", "start"))
     return Flank(flanks[0].side, at, v, *means)
-
-
-def _why_none(seen) -> str:
-    doubts = "; ".join(n for n in seen.notes if "cut by" in n or "slope" in n)
-    return f"no flank of at least {LEAST_ROWS} steps between crest and toe{': ' + doubts if doubts else ''}"
 
 
 def photo_of(seen) -> Photo:
@@ -155,17 +141,13 @@ def photo_of(seen) -> Photo:
 
 
 def _rig_mm(pile: dict) -> float:
-    """Diameter or length of what was emptied, geometric mean with the fill height; NaN if not
-    stated.
-    """
+    """√(width × fill height) of what was emptied, or its width; NaN if not stated."""
     across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
     return float(np.sqrt(across * pile["fill_height_mm"])) if "fill_height_mm" in pile else float(across)
 
 
 def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places along the reference horizontal and heights above the plate's line (n,), gaps left
-    out.
-    """
+    """Places along the reference horizontal and heights above the plate's line (n,)."""
     there = np.isfinite(seen.z)
     x, z = seen.x[there], seen.z[there] - seen.base_z
     c, s = np.cos(np.radians(level_deg)), np.sin(np.radians(level_deg))
@@ -264,3 +246,40 @@ def _rows(u: np.ndarray, v: np.ndarray, low: float, high: float) -> tuple[np.nda
     count = np.bincount(cell, minlength=len(edges) - 1)
     mean = np.bincount(cell, v[inside], minlength=len(edges) - 1) / np.maximum(count, 1)
     return (edges[:-1] + STEP / 2)[count > 0], mean[count > 0]
+
+
+def creep_deg(piles: list, photos: list) -> float:
+    """By how much flanks [deg] flatten from first to last photo; NaN where not comparable."""
+    angles = [_angle_deg(photo) for photo in photos]
+    if len(piles) < 2 or not np.isfinite(angles).all() or min(_alike(a, b) for a, b in pairwise(piles)) < SAME_VIEW:
+        return float("nan")
+    turns = np.arange(len(angles))
+    return float(-np.polyfit(turns, angles, 1)[0] * turns[-1])
+
+
+def _angle_deg(photo) -> float:
+    """Mean angle of the flanks against the plate, NaN where the camera's tilt is unknown."""
+    known = np.isfinite(photo.plate_deg)
+    if len(photo.flanks) < 2 and photo.reference != "plate" and not known:
+        return float("nan")
+    lean = photo.plate_deg if known else 0.0
+    return float(np.mean([f.angle_deg - f.side * lean for f in photo.flanks]))
+
+
+def _alike(one, other) -> float:
+    """Correlation of the short waves of two surfaces."""
+    count = min(len(one.z), len(other.z))
+    if count < 2 or one.unit != other.unit or abs(one.x[0] - other.x[0]) > abs(one.x[1] - one.x[0]):
+        return 0.0
+    high = max(3, round(GRAINS * float(np.nanmax(one.z - one.base_z)) / float(one.x[1] - one.x[0]))) | 1
+    a, b = (_grains(seen.z[:count], high) for seen in (one, other))
+    there = np.isfinite(one.z[:count]) & np.isfinite(other.z[:count])
+    a, b = a[there], b[there]
+    return float(np.corrcoef(a, b)[0, 1]) if len(a) > 2 and a.std() > 0 and b.std() > 0 else 0.0
+
+
+def _grains(z: np.ndarray, wide: int) -> np.ndarray:
+    """A surface (n,) less its mean over `wide` columns."""
+    there = np.isfinite(z)
+    whole = np.interp(np.arange(len(z)), np.flatnonzero(there), z[there])
+    return whole - uniform_filter1d(whole, wide)

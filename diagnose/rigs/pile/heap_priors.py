@@ -1,8 +1,4 @@
-"""Priors of the usual heap: mean shape, variation between materials, scatter of packings.
-
-From simulated heaps (benchmarks/pile_emulator.py) of several frictions, widened for real ones: a
-heap eight seeds high has a toe one seed high, a fine-grained one hardly any.
-"""
+"""Priors of the usual heap, from simulated ones (benchmarks/pile_emulator.py), widened."""
 
 import numpy as np
 
@@ -55,9 +51,7 @@ def spread(u: np.ndarray, seeds_high: float) -> np.ndarray:
 
 
 def bumps(u: np.ndarray, seeds_high: float) -> np.ndarray:
-    """(n, COLUMNS): smooth columns whose sum has sd `spread` for unit coefficients, and aprons
-    at the toe.
-    """
+    """Smooth columns (n, COLUMNS) whose sum has sd `spread`, and aprons at the toe."""
     shape = np.exp(-0.5 * ((u[:, None] - BUMPS) / BUMP_WIDTH) ** 2)
     smooth = spread(u, seeds_high)[:, None] * shape / np.sqrt((shape**2).sum(1, keepdims=True))
     return np.column_stack([smooth, TAIL_SD * np.exp(-np.abs(u[:, None] - 1) / np.array(TAILS))])

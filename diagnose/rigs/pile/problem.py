@@ -31,17 +31,15 @@ DIFFERS = 1.1  # times another's: a stated quantity that differs
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """centre_deg: mean angle; names (G,) of the globals; base (R): what the usual heap shows;
-    columns (R): (n_r, G) of the globals; own (R): (n_r, L) of the packing's locals.
-    """
+    """All linear: base + own @ locals + columns @ globals."""
 
     photos: tuple[Photo, ...]
     scatter: Scatter
-    centre_deg: float
-    names: tuple[str, ...]
-    base: tuple[np.ndarray, ...]
-    columns: tuple[np.ndarray, ...]
-    own: tuple[np.ndarray, ...]
+    centre_deg: float  # mean angle
+    names: tuple[str, ...]  # (G,) of the globals
+    base: tuple[np.ndarray, ...]  # (R): what the usual heap shows
+    columns: tuple[np.ndarray, ...]  # (R): (n_r, G)
+    own: tuple[np.ndarray, ...]  # (R): (n_r, L) of packings
 
     def predict(self, r: int, own: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """What photo r shows."""
@@ -61,12 +59,13 @@ def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> P
     effects: dict[str, Effect] = {n: EFFECTS[n] for n in acted}
     made = series_problem("pile", series, own, model.predict, effects, known, known | stated, model, max_iterations=2)
     repeats = len(photos) - len({p.stated for p in photos})
-    return replace(made, unknown_scatter=None if repeats >= REPEATS else _unknown_scatter)
 
+    def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
+        """Rows' change by one sd of a packing's angle."""
+        steeper = stacked(reduced)[0][:, problem.names.index("repose")]
+        return UnknownScatter(steeper * scatter.even["angle"])
 
-def _unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
-    """Rows' change by one sd of a packing's angle."""
-    return UnknownScatter(stacked(reduced)[0][:, problem.names.index("repose")] * problem.model.scatter.even["angle"])
+    return replace(made, unknown_scatter=None if repeats >= REPEATS else unknown_scatter)
 
 
 def differing(photos: tuple[Photo, ...]) -> dict[str, np.ndarray]:
@@ -79,8 +78,7 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
     """sd of each nuisance, and its columns, one a photo.
 
     repose: all flanks steeper; lopsided: one steeper, one flatter; bump-k: the material's own
-    shape;
-    settling: all flatter with time; quantity:part: usual variation with a stated quantity.
+    shape; settling: all flatter with time; quantity:part: usual variation with a stated quantity.
     """
     found = {
         "repose": [rows(p, angle=lambda side: 1.0) for p in photos],
@@ -91,11 +89,10 @@ def _nuisances(photos: tuple[Photo, ...]) -> dict[str, tuple[float, list[np.ndar
     bumps = [rows(p, lambda u, p=p: heap_priors.bumps(u, seeds_high(p))) for p in photos]
     out |= {f"bump-{k}": (1.0, [b[:, k] for b in bumps]) for k in range(heap_priors.COLUMNS)}
     for quantity, stated in differing(photos).items():
-        crest, toe, angle = NATURAL[quantity]
         log = np.log(stated) - np.log(stated).mean()
-        out[f"{quantity}:crest"] = crest, [x * rows(p, PARTS["crest"]) for x, p in zip(log, photos, strict=True)]
-        out[f"{quantity}:toe"] = toe, [x * rows(p, PARTS["toe"]) for x, p in zip(log, photos, strict=True)]
-        out[f"{quantity}:angle"] = angle, [x * rows(p, angle=lambda side: 1.0) for x, p in zip(log, photos, strict=True)]
+        for part, sd in zip(("crest", "toe", "angle"), NATURAL[quantity], strict=True):
+            laws = (PARTS[part], None) if part in PARTS else (None, lambda side: 1.0)
+            out[f"{quantity}:{part}"] = sd, [x * rows(p, *laws) for x, p in zip(log, photos)]
     return out
 
 
@@ -119,9 +116,7 @@ def _acted(photos: tuple[Photo, ...], effect: HeapEffect, after: bool) -> list[n
 
 
 def rows(photo: Photo, surface=None, angle=None, plate: float = 0.0, creep: float = 0.0) -> np.ndarray:
-    """Rows (n_r,) or (n_r, k) of a photo from surfaces (u), angles (side), plate's line and
-    creep.
-    """
+    """Rows (n_r,) or (n_r, k) from surface(u), angle(side), the plate's line and creep."""
     parts = [surface(f.u) if surface else np.zeros(len(f.u)) for f in photo.flanks]
     last = [angle(f.side) if angle else 0.0 for f in photo.flanks]
     last += [plate] * int(np.isfinite(photo.plate_deg)) + [creep] * int(np.isfinite(photo.creep_deg))
@@ -135,9 +130,7 @@ def seeds_high(photo: Photo) -> float:
 
 
 def _own(photo: Photo) -> np.ndarray:
-    """(n_r, 12): level and slope of each flank; crest, toe, bow and angle of both alike, and
-    opposed.
-    """
+    """(n_r, 12): level and slope of each flank; crest, toe, bow, angle of both, and opposed."""
     out = np.zeros((len(rows(photo)), 12))
     first, lines = 0, sum(len(f.u) for f in photo.flanks)
     for k, f in enumerate(photo.flanks):

@@ -1,5 +1,4 @@
-"""Heaps run again in the DEM, with the friction between seeds that gives the recorded angle, and
-with an effect.
+"""Heaps run again in the DEM, with the friction that gives the recorded angle, and an effect.
 
 The response to friction and effect is interpolated from a few heaps with equal packings. Both are
 fitted to half of the recordings and compared with the other half.
@@ -34,9 +33,7 @@ HOW = (
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """Recordings with equal stated quantities, and simulated shapes at FRICTIONS and at effect
-    strengths.
-    """
+    """Recordings with equal stated quantities; shapes simulated at FRICTIONS and at strengths."""
 
     recordings: tuple[SeenPile, ...]
     frictions: tuple[Shape, ...]

@@ -21,16 +21,13 @@ LEVEL_DOUBT = 0.15  # of ln of the noise's power: packings are not Gaussian, and
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """noise: common to all flanks; sigma (R,): of surface rows; lags (n,): of each (photo, flank).
+    """Roughness of surfaces and scatter of packings."""
 
-    even, odd: sds of PACKING_SD's parts, of both flanks alike and opposed; creep_deg: sd of creep.
-    """
-
-    noise: Noise
-    sigma: tuple[float, ...]
-    lags: dict[tuple[int, int], np.ndarray]
-    even: dict[str, float]
-    odd: dict[str, float]
+    noise: Noise  # common to all flanks
+    sigma: tuple[float, ...]  # (R,)
+    lags: dict[tuple[int, int], np.ndarray]  # (n,) of each (photo, flank)
+    even: dict[str, float]  # sds of PACKING_SD's parts, of both flanks alike
+    odd: dict[str, float]  # and opposed
     creep_deg: float
 
 
@@ -60,17 +57,14 @@ def _each(photos: tuple[Photo, ...]) -> list[tuple[tuple[int, int], Photo, Flank
 
 
 def _lags(photos: tuple[Photo, ...]) -> tuple[dict[tuple[int, int], np.ndarray], float]:
-    """Distances of rows of each flank in units of equal correlation, and one unit in seeds or
-    NaN.
-    """
+    """Distances of rows of each flank, of equal correlation; one unit in seeds or NaN."""
     seeds = {at: f.length / _grain(p) for at, p, f in _each(photos)}
     one = STEP * float(np.mean(list(seeds.values())))
     return {at: frame_lag(f.u / STEP if np.isnan(one) else f.u * seeds[at] / one) for at, _, f in _each(photos)}, one
 
 
 def _roughness(photos: tuple[Photo, ...], lags, one: float) -> tuple[Noise, tuple[float, ...]]:
-    """Noise common to all flanks, and each photo's sd, in proportion to seed over height where
-    known.
+    """Noise common to all flanks, and each photo's sd, ∝ seed over height where known.
 
     Its power is that of waves just shorter than a flexible curve absorbs, and of the longer ones
     that repeats differ by beyond the packing's parts.
@@ -131,11 +125,7 @@ def _packing(photos: tuple[Photo, ...], lags, noise: Noise, sigma) -> tuple[dict
 
 
 def pooled_sd(values: np.ndarray, errors: np.ndarray, group: list, prior_sd: float) -> float:
-    """sd of `values` (n,) about group means beyond `errors` (n,); the prior is worth PRIOR_REPEATS
-    repeats.
-
-    Values are weighted by the square of the scatter's share in their variance.
-    """
+    """sd of `values` about group means beyond `errors`, weighted by its share, with a prior."""
     least = 0.1 * PRIOR_REPEATS * prior_sd**2
     sums, freedom = PRIOR_REPEATS * prior_sd**2, PRIOR_REPEATS
     for key in dict.fromkeys(group):

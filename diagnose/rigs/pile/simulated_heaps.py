@@ -1,7 +1,4 @@
-"""Simulated heaps of a recorded rig, with an effect at a given strength.
-
-Of a wide box a slice between smooth sides is run. Strengths are found from heaps at a few of them.
-"""
+"""Simulated heaps of a recorded rig, with an effect; of a wide box a slice."""
 
 from dataclasses import dataclass
 
@@ -32,26 +29,32 @@ class HeapSettings:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """surface (n,) at AT in shares of the height, NaN unseen; angle_deg: mean over flanks and
-    heaps.
-    """
+    """surface (n,) at AT in shares of the height, NaN unseen; angle_deg: mean of flanks."""
 
     surface: np.ndarray
     angle_deg: float
 
 
 def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float):
-    """(recording to be like, parameters) of a heap; mean_mm: mean seed length of all recordings.
-
-    ValueError where the rig is not stated or needs too many seeds.
-    """
+    """(recording to be like, parameters) of a heap; ValueError without a feasible rig."""
     stated = description.get("pile", {})
-    seed = _seed(description.get("seed", {}))
+    told = description.get("seed", {})
+    sizes = [told.get(f"{n}_mm") for n in ("length", "width", "thickness")]
+    if None in sizes:
+        sizes = [(sizes[0] or SOYBEAN_MM[0]) / SOYBEAN_MM[0] * v for v in SOYBEAN_MM]
+    seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), sizes))
+    seed["density_kg_m3"] = told.get("density_kg_m3", DENSITY)
     twin = EFFECTS[settings.effect].law.twin
     assert twin is not None  # effects with a counterpart have one
     seed, pile, laws = twin(seed | {"mean_mm": mean_mm}, _rig(stated, seed), stated, settings.strength)
     del seed["mean_mm"]
-    _affordable(pile, seed)
+    box = pile.get("box_mm")
+    base = box[0] * box[1] if box else np.pi / 4 * pile["cylinder_mm"][0] ** 2
+    volume_mm3 = np.pi / 6 * seed["length_mm"] * seed["width_mm"] * seed["thickness_mm"]
+    count = PACKED * base * pile["fill_height_mm"] / volume_mm3
+    if count > MOST_SEEDS:
+        said = f"a heap of about {count:.0f} seeds takes too long"
+        raise ValueError(f"{said}; up to {MOST_SEEDS} are run again")
     wide = pile["plate_mm"][0]
     camera = {
         "mm_per_px": PX_MM, "width_px": int((wide + 40) / PX_MM), "height_px": int(1.2 * pile["fill_height_mm"] / PX_MM) + 200,
@@ -59,14 +62,6 @@ def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float)
     }  # fmt: skip
     made = like("pile", {"seed": seed, "pile": pile, "camera": camera, "air": description.get("air", {})})
     return made, Parameters(seed_static_friction=float(f"{settings.friction:.4g}"), laws=laws)
-
-
-def _seed(stated: dict) -> dict:
-    whole = [stated.get(f"{n}_mm") for n in ("length", "width", "thickness")]
-    if None in whole:
-        scale = (whole[0] or SOYBEAN_MM[0]) / SOYBEAN_MM[0]
-        whole = [scale * v for v in SOYBEAN_MM]
-    return dict(zip(("length_mm", "width_mm", "thickness_mm"), whole)) | {"density_kg_m3": stated.get("density_kg_m3", DENSITY)}
 
 
 def _rig(stated: dict, seed: dict) -> dict:
@@ -84,15 +79,6 @@ def _rig(stated: dict, seed: dict) -> dict:
     plate = stated.get("plate_mm", [2 * x])[0]
     box = {"box_mm": [x, slab, z], "gate_mm": [slab, z], "plate_mm": [plate, slab], "slab": True}
     return kept | box | {"fill_height_mm": min(fill, z)}
-
-
-def _affordable(pile: dict, seed: dict) -> None:
-    box = pile.get("box_mm")
-    base = box[0] * box[1] if box else np.pi / 4 * pile["cylinder_mm"][0] ** 2
-    volume_mm3 = np.pi / 6 * seed["length_mm"] * seed["width_mm"] * seed["thickness_mm"]
-    count = PACKED * base * pile["fill_height_mm"] / volume_mm3
-    if count > MOST_SEEDS:
-        raise ValueError(f"a heap of about {count:.0f} seeds takes too long; up to {MOST_SEEDS} are run again")
 
 
 def simulate_heap(description: dict, settings: HeapSettings, seed_mm: float, packing: int) -> SeenPile:

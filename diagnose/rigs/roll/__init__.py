@@ -1,3 +1,1 @@
-"""A seed that rolls down an incline and out on the level: diagnose_roll(read_rolls(folder), rng)
-→ Finding.
-"""
+"""A seed that rolls down an incline and out on the level."""

@@ -11,9 +11,7 @@ from scipy.optimize import minimize
 
 @dataclass(frozen=True)
 class Path:
-    """Times [s] of release, corner, stop; place at release [m]; acceleration down the incline
-    [m/s²].
-    """
+    """Times [s] of release, corner, stop; place at release [m]; acceleration [m/s²]."""
 
     release: float
     corner: float
@@ -76,7 +74,7 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
 
 
 def path_on_incline(time: np.ndarray, x: np.ndarray) -> Path:
-    """Of a seed that stays on its incline: a parabola; corner and stop lie after the last row."""
+    """Of a seed that stays on its incline: a parabola; corner and stop lie behind it."""
     going = int(np.argmax(x > x[0] + 0.02 * np.ptp(x)))
     first = max(min(going - 1, len(x) - 3), 0)
     at = time.mean()

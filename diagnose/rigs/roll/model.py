@@ -2,8 +2,7 @@
 
 Locals of a run (OWN): time and place of release [s, m], way on the incline beside the stated one
 [m], incline [deg] and rolling friction (relative) beside the common ones, drag (relative) beside
-that of the stated sizes, depth [m] and direction of the run beside the plane of the scale. Globals
-by name, 0 at the baseline's centre; mu is relative to where the fit began.
+that of the stated sizes, depth [m] and direction of the run beside the plane of the scale.
 """
 
 import math
@@ -12,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from diagnose.effects.effect import Effect
-from diagnose.effects.roll.corner import most, usual
+from diagnose.effects.roll.corner import usual_loss
 from diagnose.effects.roll.resistance import drag_over_weight
 from diagnose.effects.roll.shape_barrier import ripple
 from diagnose.effects.roll.slope import drive
@@ -26,28 +25,23 @@ OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag", "depth_m
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """runs, seed; mu: initial rolling friction; incline [rad], length [m] (R,): stated, or from the
-    motion.
-
-    turn (R,) [1/m], phase (R,): argument of the ripple of a seed that is not round; names: of the
-    globals; top: greatest speed [m/s]; seen: cache of predictions.
-    """
+    """The runs of a session, and what does not change in a fit."""
 
     runs: tuple[Run, ...]
     seed: Seed
-    mu: float
-    incline: np.ndarray
-    length: np.ndarray
-    turn: np.ndarray
+    mu: float  # initial rolling friction
+    incline: np.ndarray  # (R,) [rad], stated or from the motion
+    length: np.ndarray  # (R,) [m]
+    turn: np.ndarray  # (R,) [1/m]; with phase: argument of the ripple
     phase: np.ndarray
-    names: tuple[str, ...]
-    top: float
+    names: tuple[str, ...]  # of the globals
+    top: float  # greatest speed [m/s]
     effects: dict[str, Effect] = field(default_factory=dict)
-    seen: dict = field(default_factory=dict)
+    seen: dict = field(default_factory=dict)  # cache of predictions
 
     def usual_loss(self, r: int, rank: float) -> float:
         """Share of the speed that the corner takes of run r; rank: the nuisance `corner`."""
-        return usual(most(self.incline[r], self.seed.inertia, self.mu), rank)
+        return usual_loss(self.incline[r], self.seed.inertia, self.mu, rank)
 
     def relevant(self, r: int) -> tuple[str, ...]:
         """Globals on which run r depends: no other session's scale, no other run's parameter."""
@@ -60,17 +54,13 @@ class Model:
 
 @dataclass(frozen=True)
 class Context:
-    """What an effect's law may use: run, seed, all globals (`at`); speed [m/s] at the end of the
-    incline.
-
-    resisted: share of the drive on the incline that rolling friction takes.
-    """
+    """What an effect's law may use."""
 
     run: Run
     seed: Seed
-    speed: float
-    resisted: float
-    at: dict[str, float]
+    speed: float  # at the end of the incline [m/s]
+    resisted: float  # share of the drive on the incline that rolling friction takes
+    at: dict[str, float]  # all globals
 
 
 def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:

@@ -9,7 +9,6 @@ from scipy import stats
 from scipy.optimize import least_squares
 
 from diagnose.air import SEED_DRAG
-from diagnose.effects.effect import Effect
 from diagnose.effects.roll import EFFECTS
 from diagnose.effects.roll.shape_barrier import NAME, quadratures
 from diagnose.engine.evidence import UnknownScatter
@@ -40,9 +39,7 @@ PUSH = 1e-6  # over weight, for derivatives: 1e-4 of friction
 
 
 def build(runs: tuple[Run, ...], seed: Seed, turn: np.ndarray, phase: np.ndarray, *, ripple: bool) -> Model:
-    """The model with all globals that this session can say something about; turn, phase: see
-    Model.
-    """
+    """The model with all globals that this session can say something about."""
     f = weight_over_inertia(seed)
     told = [r.way.slowing / f for r in runs if not r.stays]
     told = told or [math.tan(r.incline) - r.way.acceleration / f / math.cos(r.incline) for r in runs if math.isfinite(r.incline)]
@@ -55,19 +52,14 @@ def build(runs: tuple[Run, ...], seed: Seed, turn: np.ndarray, phase: np.ndarray
         length.append(max(longer, run.length) if run.stays and math.isfinite(run.length) else longer)
     speeds = [math.sqrt(2 * f * max(math.sin(b) - mu * math.cos(b), 0.01) * s) for b, s in zip(incline, length, strict=True)]
     sessions = tuple(dict.fromkeys(f"scale.{run.session}" for run in runs))
-    effects = effects_of(runs, seed, ripple=ripple)
+    effects = {n: e for n, e in EFFECTS.items() if e.needs is None or e.needs(runs, seed)}
+    effects = {n: e for n, e in effects.items() if not e.group or e.group in effects}
+    effects = effects | quadratures(len(runs)) if ripple else effects
+    if not ripple:
+        effects.pop(NAME, None)
     gates = tuple(dict.fromkeys(run.gate(k) for run in runs if run.gates for k in range(len(run.x))))
     names = (*effects, "mu", "incline", "level", "inertia", "corner", *sessions, *(("air",) if seed.drag else ()), *gates)
     return Model(runs, seed, mu, np.array(incline), np.array(length), turn, phase, names, 1.6 * max(speeds), effects)
-
-
-def effects_of(runs, seed: Seed, *, ripple: bool) -> dict[str, Effect]:
-    """Effects that these recordings can show."""
-    found = {n: e for n, e in EFFECTS.items() if e.needs is None or e.needs(runs, seed)}
-    found = {n: e for n, e in found.items() if not e.group or e.group in found}
-    if not ripple:
-        return {n: e for n, e in found.items() if n != NAME}
-    return found | quadratures(len(runs))
 
 
 def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
@@ -137,17 +129,13 @@ def locals_of(model: Model) -> Locals:
 
 
 def incline_scatter_deg(runs: tuple[Run, ...], starts: np.ndarray) -> float:
-    """Upper bound of the sd of a run's incline about the common one; inf for too few runs alike."""
-    square, freedom = _within_kinds(runs, starts[:, OWN.index("incline_deg")])
-    if freedom < 2:
-        return math.inf
-    return max(STEADY_DEG, math.sqrt(square / freedom) * stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975))
-
-
-def _within_kinds(runs: tuple[Run, ...], values: np.ndarray) -> tuple[float, int]:
-    """Sum of squares of `values` (R,) about their mean among runs of one direction and incline, and its freedom."""
+    """Upper bound of the sd of a run's incline about that of runs alike; inf for too few."""
     kinds: dict[tuple, list[float]] = {}
-    for run, value in zip(runs, values, strict=True):
+    for run, value in zip(runs, starts[:, OWN.index("incline_deg")], strict=True):
         kinds.setdefault((run.sign, run.incline, run.length), []).append(value)
     square = sum(float(((np.array(v) - np.mean(v)) ** 2).sum()) for v in kinds.values())
-    return square, len(runs) - len(kinds)
+    freedom = len(runs) - len(kinds)
+    if freedom < 2:
+        return math.inf
+    wider = stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975)
+    return max(STEADY_DEG, math.sqrt(square / freedom) * wider)

@@ -7,7 +7,7 @@ import numpy as np
 from diagnose.air import air_of, drag_shape
 from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
 from diagnose.finding import Finding
-from diagnose.path_comparison import MOST, TwinPair, compared, with_frame_rate
+from diagnose.path_comparison import MOST, TwinPair, compared, way_from_rest, with_frame_rate
 from diagnose.rerun import Resimulation, change_in_words, secant, values_by_recording
 from diagnose.rigs.roll.session import FEW_ROWS, stays
 from twin.flights import drag_factor
@@ -24,7 +24,7 @@ def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool,
         raise ValueError("no track from the release to the stop is there to run again: the twin's rolls go from end to end")
     values = values_by_recording(finding)
     chosen = [r for r in seen if r.recording in values][:MOST]
-    paths = [_path(r) for r in chosen]
+    paths = [Path1D(r.time_s, way_from_rest(r, 100)) for r in chosen]
     whole = [values[r.recording] for r in chosen]
     say("roll: finding the twin's rolling friction")
     old = friction(chosen, paths, [{}] * len(chosen))
@@ -44,12 +44,6 @@ def resimulate(finding: Finding, recordings: list, folder: Path, pictures: bool,
 def length_mm(r) -> float:
     """Way on the incline."""
     return r.description.get("roll", {}).get("incline_length_mm", LENGTH_MM)
-
-
-def _path(r) -> Path1D:
-    """From rest: the first places are the release's."""
-    start = float(np.median(r.x_mm[: max(3, len(r.x_mm) // 100)]))
-    return Path1D(r.time_s, r.x_mm - start)
 
 
 def _made(r, mu: float, values: dict[str, float]) -> tuple[Recording, Parameters]:

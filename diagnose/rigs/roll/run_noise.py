@@ -7,7 +7,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import block_diag
 
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
+from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
 from diagnose.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # floor for simulated tracks
@@ -29,22 +29,13 @@ class RunNoise:
 
 
 def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """ρ and white share by REML over all runs, σ of each run; runs of few rows share one σ.
-
-    turn (R,) [1/m]: argument of the ripple.
-    """
+    """ρ and white share by REML over all runs, σ of each; short runs share one σ."""
     if any(has_few_rows(run) for run in runs):
         return _noise_of_few(runs, turn)
-    stretches = [_stretches(run, turn[r]) for r, run in enumerate(runs)]
-    noise = estimate([s for own in stretches for s in own])
-    power, spare = np.zeros(len(runs)), np.zeros(len(runs))
-    for r, own in enumerate(stretches):
-        for s in own:
-            left, freedom = s.residual(noise)
-            power[r] += left @ left
-            spare[r] += freedom
-    pooled = np.sqrt(power.sum() / max(spare.sum(), 1))
-    sigma = np.where(spare >= 10, np.sqrt(power / np.maximum(spare, 1)), pooled)
+    found = [(r, s) for r, run in enumerate(runs) for s in _stretches(run, turn[r])]
+    stretches = [s for _, s in found]
+    noise = estimate(stretches)
+    sigma = spreads(stretches, [r for r, _ in found], len(runs), noise)
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
 
 
@@ -62,16 +53,17 @@ def row_weight(run: Run) -> np.ndarray:
 
 
 def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """White noise, as stated or from residuals of parabolas; runs past the same gates share a
-    mean.
-    """
+    """White noise, stated or of residuals; runs past the same gates share a mean."""
     long = [r for r, run in enumerate(runs) if not has_few_rows(run)]
     others = estimate_noise(tuple(runs[r] for r in long), turn[long]) if long else None
     power, spare = 0.0, 0.0
     left: dict[tuple | str, list[tuple[np.ndarray, int]]] = {}
     for run in (run for run in runs if has_few_rows(run)):
         unknowns = 3 if run.stays else 5
-        design = _few_columns(run)[:, :unknowns] / row_weight(run)[:, None]
+        t, way = run.time_s, run.way
+        columns = [np.ones(len(t)), t - t.mean(), (t - t.mean()) ** 2]
+        columns += [np.maximum(t - way.corner, 0) ** 2, np.maximum(t - way.stop, 0) ** 2]
+        design = np.column_stack(columns[:unknowns]) / row_weight(run)[:, None]
         data = run.x / row_weight(run)
         rest = data - design @ np.linalg.lstsq(design, data, rcond=1e-12)[0]
         key = (run.sign, run.session, tuple(run.x)) if run.gates else run.recording
@@ -93,12 +85,6 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
     level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / max(spare, 1.0))
     noise = Noise(0.0, 0.0, level) if others is None else others.noise
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
-
-
-def _few_columns(run: Run) -> np.ndarray:
-    t, way = run.time_s, run.way
-    columns = [np.ones(len(t)), t - t.mean(), (t - t.mean()) ** 2]
-    return np.column_stack([*columns, np.maximum(t - way.corner, 0) ** 2, np.maximum(t - way.stop, 0) ** 2])
 
 
 def _stretches(run: Run, turn: float) -> list[Stretch]:

@@ -1,11 +1,10 @@
-"""Rolls of one bench for fitting: SI units, rows averaged to a few hundred, stated keys with
-their sds.
-"""
+"""Rolls of one bench for fitting: SI units, averaged rows, stated keys with their sds."""
 
 import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from diagnose.air import G_M_S2, Air, air_of, drag_shape, stated_sizes_mm
 from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S
@@ -28,32 +27,24 @@ DRAG_DOUBT = 4.0  # over the sd in free flight: plate and spin double the drag
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One recording.
-
-    time_s, x (n,) [m]: means of some rows each; spread_s (n,): sd of their times; lag (n,): in
-    averaged frames; way: initial path; sign: +1 towards +x; incline [rad], length [m]: stated, or
-    NaN.
-    turning: (slope [1/m], angle at x = 0 [rad]) of the orientation over travel, None if not seen.
-    drag: of its seed over the session's; away [m]: distance of the camera; stays: on its incline;
-    gates: light gates; sd_m (n,): stated sd of rows, NaN if not.
-    """
+    """One recording."""
 
     recording: str
     session: str
-    time_s: np.ndarray
+    time_s: np.ndarray  # this and x [m] (n,): means of some rows each
     x: np.ndarray
-    spread_s: np.ndarray
-    lag: np.ndarray
-    way: Path
-    sign: float
-    incline: float
-    length: float
-    turning: tuple[float, float] | None
-    drag: float = 1.0
-    away: float = math.inf
-    stays: bool = False
-    gates: bool = False
-    sd_m: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    spread_s: np.ndarray  # (n,): sd of their times
+    lag: np.ndarray  # (n,): in averaged frames
+    way: Path  # initial path
+    sign: float  # +1 towards +x
+    incline: float  # stated [rad], or NaN
+    length: float  # stated [m], or NaN
+    turning: tuple[float, float] | None  # slope [1/m] and start of orientation over x
+    drag: float = 1.0  # of its seed over the session's
+    away: float = math.inf  # distance of the camera [m]
+    stays: bool = False  # on its incline
+    gates: bool = False  # light gates
+    sd_m: np.ndarray = field(default_factory=lambda: np.zeros(0))  # (n,): stated, or NaN
     notes: tuple[str, ...] = field(default=())
 
     def gate(self, k: int) -> str:
@@ -63,26 +54,22 @@ class Run:
 
 @dataclass(frozen=True)
 class Seed:
-    """What is stated of the seed.
+    """What is stated of the seed."""
 
-    radius [m] it rolls on; inertia: 1 + I/(m r²), inertia_sd relative; rise_mm of its centre, NaN
-    if the shape is not stated; drag: over weight at 0.5 m/s in stated air, drag_sd;
-    reynolds_per_speed; round: stated to be a ball.
-    """
-
-    radius: float
-    inertia: float
-    inertia_sd: float
-    rise_mm: float
-    drag: float
+    radius: float  # on which it rolls [m]
+    inertia: float  # 1 + I/(m r²)
+    inertia_sd: float  # relative
+    rise_mm: float  # of its centre, NaN if the shape is not stated
+    drag: float  # over weight at 0.5 m/s in stated air
     drag_sd: float
     reynolds_per_speed: float
-    round: bool
+    round: bool  # stated to be a ball
 
 
 def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
     """Usable runs, the seed, notes. ValueError where no run can be used."""
-    told = first_seed_description([r.description for r in rolls if len(r.x_mm)])
+    about = [r.description for r in rolls if len(r.x_mm)]
+    told = next((d for d in about if d.get("seed")), about[0] if about else {})
     seed = seed_of(told)
     runs, notes = [], []
     past = [tuple(r.x_mm) for r in rolls if 0 < len(r.x_mm) < FEW_ROWS]
@@ -152,8 +139,7 @@ def run_of(roll, seed: Seed) -> Run:
 def _no_spikes(x: np.ndarray) -> np.ndarray:
     """Rows (indices) near the median of their neighbours."""
     half = NEIGHBOURS // 2
-    padded = np.pad(x, half, mode="edge")
-    off = np.abs(x - np.median(np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS), axis=1))
+    off = np.abs(x - median_filter(x, NEIGHBOURS, mode="nearest"))
     step = np.median(np.abs(np.diff(x)))
     usual = 1.4826 * np.median(off) + 1e-9
     return np.flatnonzero(off <= SPIKE_SD * usual + half * 3 * step)
@@ -181,15 +167,8 @@ def _turning(time, x, angle_deg, way: Path) -> tuple[float, float] | None:
     return (float(slope), float(level)) if 100 < abs(slope) < 5000 and left.std() < 0.5 else None
 
 
-def first_seed_description(descriptions: list[dict]) -> dict:
-    """The first description that has a seed, for all of the session."""
-    return next((d for d in descriptions if d.get("seed")), descriptions[0] if descriptions else {})
-
-
 def relative_drag(description: dict, told: dict) -> float:
-    """Drag over weight of a recording's seed over the session's; 1 where sizes are not
-    comparable.
-    """
+    """Drag over weight of a recording's seed over the session's; 1 if not comparable."""
     own, other = ({n for n in OF_DRAG if d.get("seed", {}).get(n)} for d in (description, told))
     return air_of(description).room / air_of(told).room if own == other else 1.0
 

@@ -1,18 +1,18 @@
-"""Unlisted physics of rolls: resistance in windows of time, travel, speed or phase, and laws for
-it.
-"""
+"""Unlisted physics of rolls: resistance in windows of an axis, and laws for it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
 
-from diagnose.engine.linear import beside_globals, fall_of_chi2
+from diagnose.engine.linear import beside_globals, chance, fall_of_chi2
 from diagnose.engine.problem import Fit
 from diagnose.engine.unlisted import Bin, Windows
 from diagnose.rigs.roll.model import run_motion, way_of
 from diagnose.rigs.roll.motion import Table
 from diagnose.rigs.roll.problem import PUSH
+from diagnose.rigs.roll.run_noise import has_few_rows
+from diagnose.rigs.roll.session import Run, Seed
 
 BINS = 6
 POINTS = 400
@@ -20,6 +20,12 @@ POWERS = (-1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0)
 PARTS = 10  # of the run-out, for what acts on one part of the plate
 WITHIN = 3.84
 SECOND_TERM = 12.0  # fall of χ² that a further term must bring
+RADII = 0.82, 1.18  # of the stated radius: sizes in one lot, and the axis of rolling
+MOST_RADII = 61
+NEARER = 9  # radii between neighbours of the best one
+POINTS_A_TURN = 24
+AT_ONCE = 5  # radii
+SEEN_P = 0.01  # p of as great a ripple by chance below which it is a candidate
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,23 +68,21 @@ def windows_of(fit: Fit) -> Windows:
     top = max(float(s.max()) for s in at.speed)
     corner, passing = max(way.corner - way.x0 for way in at.ways), any(not run.stays for run in model.runs)
     where, columns = [], []
-    for axis, reach, unit in (("t_s", reach_t, 1.0), ("x_mm", reach_x, 1e3), ("v_m_s", top, 1.0)):
+    axes = {"t_s": ("time", reach_t, 1.0), "x_mm": ("place", reach_x, 1e3)}
+    axes["v_m_s"] = ("more", top, 1.0)
+    for axis, (kind, reach, unit) in axes.items():
         for low, high in pairwise(np.linspace(0.0, reach, BINS + 1)):
             table = bump(low, high, 1.3 * reach)
+            if kind == "more":  # a resistance, not a push
+                table = table._replace(values=-table.values)
             sector = "onset" if passing and axis == "x_mm" and high <= corner + 0.5 * (high - low) else "run-out"
             where.append(Bin(axis, float(low * unit), float(high * unit), "resistance", sector))
-            columns.append([_at_axis(fit, at, r, axis, table) for r in range(len(model.runs))])
+            columns.append([response(fit, at, r, **{kind: table}) for r in range(len(model.runs))])
     if np.all(model.turn > 0) and all(run.turning for run in model.runs):
         for low, high in pairwise(np.linspace(0.0, 2 * np.pi, BINS + 1)):
             where.append(Bin("phase", float(low), float(high), "resistance", "run-out"))
             columns.append([response(fit, at, r, place=_phase(model, at, r, low, high)) for r in range(len(model.runs))])
     return Windows([np.column_stack(c) for c in zip(*columns, strict=True)], tuple(where))
-
-
-def _at_axis(fit: Fit, at: FittedRuns, r: int, axis: str, table: Table) -> np.ndarray:
-    if axis == "v_m_s":
-        return response(fit, at, r, more=replace(table, values=-table.values))
-    return response(fit, at, r, **{"time" if axis == "t_s" else "place": table})
 
 
 def _phase(model, at: FittedRuns, r: int, low: float, high: float) -> Table:
@@ -141,7 +145,7 @@ def _column(base: Fit, at: FittedRuns, r: int, term: Term, reach: float) -> np.n
     way = at.ways[r]
     length = law_begins_at(way, base.problem.model.runs[r]) - way.x0
     if term.family == "corner":
-        return response(base, at, r, way=replace(way, keep=way.keep * (1 - PUSH)))
+        return response(base, at, r, way=way._replace(keep=way.keep * (1 - PUSH)))
     if term.family == "part":
         return response(base, at, r, place=bump(length + term.part[0] / 1e3, length + term.part[1] / 1e3, 1.3 * (length + reach)))
     top = max(float(s.max()) for s in at.speed)
@@ -173,3 +177,71 @@ def _words(term: Term, size: float, terms: list[Term], falls: np.ndarray | None)
         power += f" (between {min(kept):g} and {max(kept):g})" if len(kept) > 1 else ""
     greatest = {"speed": "the greatest speed", "travel": "the end of the way", "time": "the end"}[term.family]
     return f"a force {how} the motion as {term.family} to the power {power}, {abs(size):.2g} of the weight at {greatest}"
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """p of as great a ripple by chance; turn, phase (R,): its argument is turn x + phase."""
+
+    p: float
+    turn: np.ndarray
+    phase: np.ndarray
+
+
+def arguments(runs: tuple[Run, ...], seed: Seed, radius: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """turn, phase (R,): twice the seen orientation, or 2/r; radius: over the stated one."""
+    turn, phase = [], []
+    for run in runs:
+        if run.turning:
+            slope, level = (np.sign(run.turning[0]) * value for value in run.turning)
+            turn.append(2 * slope)
+            phase.append(2 * level)
+        else:
+            turn.append(2 / (seed.radius * radius))
+            phase.append(-turn[-1] * float(np.mean(run.x)))
+    return np.array(turn), np.array(phase)
+
+
+def find_ripple(base: Fit, rng: np.random.Generator) -> Ripple:
+    """For a fitted baseline without ripple."""
+    model = base.problem.model
+    if any(has_few_rows(run) for run in model.runs):
+        return Ripple(1.0, *arguments(model.runs, model.seed))
+    doubt, at = np.exp(base.problem.level_sd * rng.standard_normal(4000)), fitted_runs(base)
+    if all(run.turning for run in model.runs):
+        own = arguments(model.runs, model.seed)
+        return Ripple(chance(*_falls(base, at, [own])[0], doubt), *own)
+    way = max(float(seen[-1] - (w.x0 if run.stays else w.corner)) for seen, w, run in zip(at.seen, at.ways, model.runs, strict=True))
+    count = int(np.clip((RADII[1] - RADII[0]) * way / model.seed.radius, 9, MOST_RADII))  # neighbours differ by 2 rad at the end of the way
+    radii = np.linspace(*RADII, count)
+    falls = _falls_by_radius(base, at, radii)
+    best = int(np.argmax([fall for fall, _ in falls]))
+    p = min(1.0, count * chance(*falls[best], doubt))
+    if p < SEEN_P:
+        radii = radii[best] + (radii[1] - radii[0]) * np.linspace(-1, 1, NEARER)
+        best = int(np.argmax([fall for fall, _ in _falls_by_radius(base, at, radii)]))
+    return Ripple(p, *arguments(model.runs, model.seed, radii[best]))
+
+
+def _falls_by_radius(base: Fit, at: FittedRuns, radii: np.ndarray) -> list[tuple[float, int]]:
+    """Fall of χ² and degrees of freedom at each radius over the stated one."""
+    asked, found = [arguments(base.problem.model.runs, base.problem.model.seed, radius) for radius in radii], []
+    for some in (asked[k : k + AT_ONCE] for k in range(0, len(asked), AT_ONCE)):
+        found += _falls(base, at, some)
+    return found
+
+
+def _falls(base: Fit, at: FittedRuns, asked) -> list[tuple[float, int]]:
+    """Fall of χ² and degrees of freedom for each (turn, phase), each run with its own ripple."""
+    model, count = base.problem.model, len(base.problem.model.runs)
+    extra = [np.zeros((len(run.time_s), 2 * count * len(asked))) for run in model.runs]
+    for k, (turn, phase) in enumerate(asked):
+        for r in range(count):
+            reach = 1.1 * float(at.seen[r][-1] - at.ways[r].x0)
+            grid = np.linspace(0.0, reach, max(50, int(reach * turn[r] / (2 * np.pi) * POINTS_A_TURN)))
+            phi = turn[r] * (grid + at.ways[r].x0) + phase[r]
+            for j, wave in enumerate((np.cos, np.sin)):
+                push = Table(0.0, float(grid[1]), PUSH * wave(phi))
+                extra[r][:, 2 * (k * count + r) + j] = response(base, at, r, place=push)
+    columns, project, b = beside_globals(base.problem.reduce(base.starts, base.values, extra)[0], base.prior_sd)
+    return [fall_of_chi2(part, project, b) for part in np.split(columns, len(asked), axis=1)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from diagnose.effects.effect import separating_recordings
 from diagnose.effects.slide import EFFECTS
-from diagnose.effects.slide.plate_motion import SHAKEN, STEPPED
+from diagnose.effects.slide.load_and_plate import SHAKEN, STEPPED
 from diagnose.effects.slide.tilt_reading import RATE
 from diagnose.engine.conditions import Condition, Contact, conditions_of, with_conditions
 from diagnose.engine.explanation import Alternative, Explanation, ln_bayes_bound
@@ -23,7 +23,7 @@ from diagnose.rigs.slide.vibration import Vibration, vibration
 ROTATING_PLATE_ODDS, FIXED_PLATE_ODDS = 0.7, 0.3
 UNUSUAL_GRID_ODDS = 0.01  # that somebody reads angles to a grid of unusual resolution
 FIXED_PLATE_NOTE = "the block moves as on a fixed plate under a rotating gravity vector, as some simulations do"
-FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset", "static friction")
+FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset")
 
 
 def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
@@ -32,7 +32,11 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     session = prepared.session
     sessions = [*(r.session for r in session.runs), *(r.session for r in session.reads)]
     follows, said = conditions_of(list(session.stated), sessions)
-    follows = (*follows, *_rates(session))
+    rates = [r.tilt.rate_deg_s for r in session.runs] + [r.rate_deg_s for r in session.reads]
+    if np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1:  # friction may age at rest
+        z = np.log(rates) - np.log(rates).mean()
+        spread = float(z.std())
+        follows = (*follows, Condition("ln_tilt_rate", z[:, None] / spread, spread, unlisted=True))
     heard = vibration(prepared)
     notes = (*session.notes, *said)
     notes += (f"the travel ripples at {heard.hertz:.3g} Hz in all runs",) if heard else ()
@@ -44,9 +48,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
 
 
 def alternatives(prepared: Prepared, follows: tuple[Condition, ...], heard: Vibration | None) -> tuple[Alternative, ...]:
-    """Rotating or fixed plate (where no hinge is stated), even or stepped tilt, audible
-    vibration.
-    """
+    """Rotating or fixed plate (no hinge stated), even or stepped tilt, vibration."""
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not session.runs or any(run.from_hinge for run in session.runs)
@@ -91,16 +93,6 @@ def _at(problem, name: str, value: float) -> np.ndarray:
     """Globals (G,) at 0 but for one effect, its shape parameters at their low ends."""
     values = {n: problem.effects[n].low for n in problem.columns_of(name)} | {name: value}
     return np.array([values.get(n, 0.0) for n in problem.names])
-
-
-def _rates(session: Session) -> tuple[Condition, ...]:
-    """The tilt rate as a condition, since friction may depend on time at rest."""
-    rates = np.array([*(r.tilt.rate_deg_s for r in session.runs), *(r.rate_deg_s for r in session.reads)])
-    if not np.isfinite(rates).all() or np.ptp(np.log(rates)) < 0.1:
-        return ()
-    z = np.log(rates) - np.log(rates).mean()
-    spread = float(z.std())
-    return (Condition("ln_tilt_rate", z[:, None] / spread, spread, unlisted=True),)
 
 
 def static_friction(e: Explanation) -> tuple[float, float]:

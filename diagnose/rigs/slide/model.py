@@ -1,10 +1,9 @@
 """From parameters to what is seen of a slide: travel in the picture, or the angle read off.
 
-Globals by name, 0 at the baseline's centre: effects, which act on the laws of motion, on the
-recorded tilt and on readings; and the nuisances of problem.PRIORS. Locals of a run: place at rest
-[mm], onset [s since the tilt's origin], level and rate of its tilt [sd], phase of a shaken plate or
-place on a step at which it lets go [sd], two waves of pixel lock [px]. Its friction follows from
-its onset; that it is near the pair's is one more row. A reading is a recording with idle locals.
+Locals of a run: place at rest [mm], onset [s since the tilt's origin], level and rate of its tilt
+[sd], phase of a shaken plate or place on a step at which it lets go [sd], two waves of pixel lock
+[px]. Its friction follows from its onset; that it is near the pair's is one more row. A reading is
+a recording with idle locals.
 """
 
 import math
@@ -27,25 +26,24 @@ CLIMB_S = 0.07  # median time in which a plate climbs a step
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """friction: initial, of the pair; effects: those that this session can show; stair_deg: height
-    of the steps in which the plate is raised, 0 for none; turning: 1 for a plate that turns with
-    the block, 0 for a fixed plate under rotating gravity (no Coriolis acceleration); shaking:
-    amplitude [m/s²] and frequency [Hz] heard; seen: cache of motions.
-    """
+    """A session and its baseline."""
 
     session: Session
-    friction: float
-    effects: dict[str, Effect] = field(default_factory=dict)
-    stair_deg: float = 0.0
-    turning: float = 1.0
-    shaking: tuple[float, float] = (0.0, 1.0)
-    seen: dict = field(default_factory=dict)
+    friction: float  # initial, of the pair
+    effects: dict[str, Effect] = field(default_factory=dict)  # that this session can show
+    stair_deg: float = 0.0  # steps in which the plate is raised, 0 for none
+    turning: float = 1.0  # 0 for a fixed plate under rotating gravity
+    shaking: tuple[float, float] = (0.0, 1.0)  # amplitude [m/s²] and frequency [Hz] heard
+    seen: dict = field(default_factory=dict)  # cache of motions
 
 
 def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:
     """All that acts on a run, except its friction."""
+    amid = 0.25 * math.log(run.air.count)  # each of n seeds feels n^−¼ (n^−½ to 1) of a lone one's
+    off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
     laws = Laws(
-        turning=model.turning, from_hinge=run.from_hinge or HINGE_M, air=air_size(run, values), slow_air=run.air.slow,
+        turning=model.turning, from_hinge=run.from_hinge or HINGE_M,
+        air=run.air.size * math.exp(-amid) * (1 + off), slow_air=run.air.slow,
         stair=math.radians(model.stair_deg), lag=min(max(LAG + LAG_SD * own[4], 0.01), 0.99), wave_chance=own[4],
         shake=model.shaking[0], omega=2 * math.pi * model.shaking[1],
         climb=CLIMB_S * math.exp(min(max(values.get("climb", 0.0), -4.0), 2.0)),
@@ -54,15 +52,6 @@ def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -
         if effect.act and (effect.group or values.get(name)):
             laws = effect.act(laws, run, values.get(name, 0.0))
     return laws
-
-
-def air_size(run: Run, values: dict[str, float]) -> float:
-    """Drag coefficient [1/m] of a block of n seeds: per seed n^−¼ of a lone one's, from n^−½ to
-    1.
-    """
-    amid = 0.25 * math.log(run.air.count)
-    off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
-    return run.air.size * math.exp(-amid) * (1 + off)
 
 
 def tilt_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> np.ndarray:

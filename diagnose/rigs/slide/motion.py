@@ -25,32 +25,26 @@ SHARE, SCATTER = 0.85, 0.2  # initial speed of a shaken block over a/ω: mean, a
 
 
 class Laws(NamedTuple):
-    """All that acts, SI.
+    """All that acts, SI; symbols as above."""
 
-    friction μ_k; static_excess: friction lost at once; stribeck Δ, stribeck_speed v_s, exponent n;
-    viscous k; press F/m; inertia κ; turning c; from_hinge r₀; air d [1/m], slow_air s [√(m/s)];
-    stair [rad]: step height (0: even), each climbed within `climb` [s]; lag: place on a step at
-    which it lets go; shake a [m/s²], omega [rad/s], wave_chance [sd]: of a vibrating plate.
-    """
-
-    friction: float = 0.0
-    static_excess: float = 0.0
-    stribeck: float = 0.0
-    stribeck_speed: float = 0.05
-    exponent: float = 1.0
-    viscous: float = 0.0
-    press: float = 0.0
-    inertia: float = 0.0
-    turning: float = 1.0
-    from_hinge: float = 0.0
-    air: float = 0.0
-    slow_air: float = 0.0
-    stair: float = 0.0
-    lag: float = 0.0
-    shake: float = 0.0
-    omega: float = 188.5
-    wave_chance: float = 0.0
-    climb: float = 0.05
+    friction: float = 0.0  # μ_k
+    static_excess: float = 0.0  # friction lost at once
+    stribeck: float = 0.0  # Δ
+    stribeck_speed: float = 0.05  # v_s
+    exponent: float = 1.0  # n
+    viscous: float = 0.0  # k
+    press: float = 0.0  # F/m
+    inertia: float = 0.0  # κ
+    turning: float = 1.0  # c
+    from_hinge: float = 0.0  # r₀
+    air: float = 0.0  # d [1/m]
+    slow_air: float = 0.0  # s [√(m/s)]
+    stair: float = 0.0  # step height [rad], 0: even
+    lag: float = 0.0  # place on a step at which it lets go
+    shake: float = 0.0  # a [m/s²], of a vibrating plate
+    omega: float = 188.5  # [rad/s]
+    wave_chance: float = 0.0  # [sd]
+    climb: float = 0.05  # time to climb a step [s]
 
 
 def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
@@ -105,12 +99,7 @@ def _step(t: float, s: float, x: float, v: float, onset: float, tilt: np.ndarray
 
 @njit(cache=True)
 def _crept(laws: Laws, growth: float, until: float) -> tuple[float, float]:
-    """Way [m] and mean speed [m/s] of a shaken block's slips, `until` [s] ≤ 0 before pull equals
-    friction.
-
-    growth [m/s³] of the pull: v = a/ω (1 − s)^2.5, s = −growth until/a from 1 to 0 (within 0.02
-    a/ω).
-    """
+    """Way [m], speed [m/s] of a shaken block's slips: v = a/ω (1 − s)^2.5, s = −growth until/a."""
     left = 1.0 + growth * until / laws.shake if laws.shake > 0.0 and growth > 0.0 else 0.0
     if left <= 0.0:
         return 0.0, 0.0

@@ -56,7 +56,7 @@ def prepare(session: Session) -> Prepared:
     """Noise of all runs: about the place of rest, and about a flexible curve from the onset on."""
     if not session.runs:
         return Prepared(session, _white(session), ())
-    noise = estimate([part for run in session.runs for part in _stretches(run)])
+    noise = estimate([part for run in session.runs for part in stretches(run)])
     kept, sigma = [], []
     pooled = _pooled([run for run in session.runs if has_few_rows(run)])
     for run in session.runs:
@@ -64,7 +64,7 @@ def prepare(session: Session) -> Prepared:
             kept.append(run)
             sigma.append(np.full(len(run.time), pooled))
             continue
-        good = np.concatenate([~outliers(part.residual(noise)[0]) for part in _stretches(run)])
+        good = np.concatenate([~outliers(part.residual(noise)[0]) for part in stretches(run)])
         rest = int(good[: run.rest].sum())
         clean = replace(run, time=run.time[good], travel=run.travel[good], frame=run.frame[good], rest=rest, lock=run.lock[good])
         kept.append(clean)
@@ -74,12 +74,13 @@ def prepare(session: Session) -> Prepared:
 
 def _pooled(runs: list[Run]) -> float:
     """σ [mm] of rows of all short runs, about a parabola each."""
-    found = [part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in _stretches(run)]
+    found = [part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in stretches(run)]
     spare = sum(n for _, n in found)
     return max(math.sqrt(sum(float(v @ v) for v, _ in found) / spare), EXACT_MM) if spare else FEW_SD_MM
 
 
-def _stretches(run: Run) -> list[Stretch]:
+def stretches(run: Run) -> list[Stretch]:
+    """Rest, if seen, and motion of a run."""
     out = []
     for part, degree in ((slice(0, run.rest), 0), (slice(run.rest, None), DEGREE)):
         t = run.time[part]
@@ -87,7 +88,10 @@ def _stretches(run: Run) -> list[Stretch]:
             continue
         t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
         degree = min(degree, FEW_DEGREE if has_few_rows(run) else max(len(t) // 6, 0))
-        design = np.column_stack([legendre.legvander(t, degree), _ripple(run, part)])
+        design = legendre.legvander(t, degree)
+        crossed = float(np.ptp(run.travel[part])) > DEGREE * float(np.hypot(*run.lock[0]))
+        if crossed and run.lock.any() and not has_few_rows(run):  # waves finer than the curve
+            design = np.column_stack([design, run.lock[part]])
         out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out
 
@@ -97,22 +101,9 @@ def has_few_rows(run: Run) -> bool:
     return len(run.time) < LEAST_SLIDING + LEAST_REST
 
 
-def _ripple(run: Run, part: slice) -> np.ndarray:
-    """Pixel lock (m, 2) where a block crosses more pixels than the curve follows; else (m, 0)."""
-    if has_few_rows(run):
-        return run.lock[part, :0]
-    crossed = float(np.ptp(run.travel[part])) > DEGREE * float(np.hypot(*run.lock[0]))
-    return run.lock[part] if crossed and run.lock.any() else run.lock[part, :0]
-
-
-def motion_of(run: Run) -> Stretch:
-    """The moving part of a run as a stretch."""
-    return _stretches(run)[-1]
-
-
 def _sigma(run: Run, noise: Noise) -> np.ndarray:
     """At rest and in motion separately where both are long, else together."""
-    found = [part.residual(noise) for part in _stretches(run)]
+    found = [part.residual(noise) for part in stretches(run)]
     left, spare = [float((r**2).sum()) for r, _ in found], [n for _, n in found]
     both = math.sqrt(sum(left) / max(sum(spare), 1))
     apart = all(n >= 60 for n in spare)
@@ -210,10 +201,7 @@ def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]
 
 
 def initial_onsets_with_jump(prepared: Prepared, model: Model, starts: np.ndarray) -> tuple[np.ndarray, float]:
-    """Starts where each run may gain an acceleration at its onset, and the median friction lost.
-
-    Without one, a block that lets go with a jump seems to let go earlier: a separate minimum of χ².
-    """
+    """Starts of runs that lose friction at onset, another minimum of χ²; median loss."""
     starts, lost = starts.copy(), []
     for k in range(len(prepared.session.runs)):
         starts[k, 0], starts[k, 1], _, jump, _ = _onset(model, prepared, k, jump=True)
@@ -222,9 +210,7 @@ def initial_onsets_with_jump(prepared: Prepared, model: Model, starts: np.ndarra
 
 
 def _onset(model: Model, prepared: Prepared, r: int, *, jump: bool) -> tuple[float, float, float, float, float]:
-    """Of one run: place at rest [mm], onset [s], friction, friction lost at the onset, place on
-    a step [sd].
-    """
+    """Of a run: place at rest [mm], onset [s], friction, its loss, place on a step [sd]."""
     run, sigma = prepared.session.runs[r], prepared.sigma[r]
     time = run.time - run.tilt.origin
 

@@ -1,6 +1,4 @@
-"""Slides run again in the DEM, let go at the recorded angle, or by the friction of their
-conditions.
-"""
+"""Slides run again in the DEM, let go at the recorded angle, or by their conditions."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnose.finding import Finding
-from diagnose.path_comparison import MOST, TwinPair, compared, with_frame_rate
+from diagnose.path_comparison import MOST, TwinPair, compared, way_from_rest, with_frame_rate
 from diagnose.rerun import Comparison, Resimulation, change_in_words, condition_shifts, simulation_settings, values_by_recording
 from diagnose.rigs.slide.diagnose import FRICTION
 from diagnose.words import followed_condition
@@ -63,8 +61,7 @@ def _let_go(again: Resimulation, twins: list[TwinPair], beside: dict[str, float]
 
 def travelled(r) -> Path1D:
     """Travel [mm] from rest."""
-    start = float(np.median(r.x_mm[: max(3, len(r.x_mm) // 50)]))
-    way = r.x_mm - start
+    way = way_from_rest(r, 50)
     return Path1D(r.time_s, way if way[-1] >= 0 else -way)
 
 
@@ -89,7 +86,7 @@ def rate_of(r) -> float:
 
 
 def let_go_deg(r, parameters: Parameters, number: int):
-    """The angle [°] at which the twin's block has gone BEGUN_MM, and the recording that it was run like."""
+    """Angle [°] at which the twin's block has gone BEGUN_MM; the recording it was like."""
     start = float(np.degrees(np.arctan(parameters.static_friction))) - BEFORE_DEG
     about = {"start_deg": float(np.clip(start, 0.0, 79.0)), "tilt_rate_deg_s": float(np.clip(rate_of(r), 0.05, 90.0))}
     recording = with_frame_rate(like("slide", r.description, **about), r.time_s)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
-from diagnose.rigs.slide.pixel_lock import lock
 from diagnose.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 
 MASS_OF_ELLIPSOID = math.pi / 6
@@ -18,49 +17,43 @@ FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is re
 ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
 ABRAHAM = 9.06  # of √Re in C_d
 BESIDE_PLATE_SD, UNSTATED_SD = 0.5, 1.0  # relative: of a seed's drag beside a plate; of one of which sizes or mass are not stated
+POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
+EARLIEST, LATEST = -0.1, 0.25  # of the slide's duration, after the onset as first guessed
+ONSETS, MAX_ITERATIONS = 9, 3  # grid search for the onset, refined to 1e-3 of the duration
+ENOUGH = 200  # rows used for the onset
 
 
 @dataclass(frozen=True)
 class AirDrag:
-    """Air on one seed in free flight: size (v + slow √v)² [m/s²], size [1/m], slow [√(m/s)].
+    """Air on one seed in free flight: size (v + slow √v)² [m/s²]."""
 
-    sd: relative, of drag beside a plate; count: seeds in the block.
-    """
-
-    size: float = 0.0
-    slow: float = 0.0
-    sd: float = 0.0
-    count: int = 1
+    size: float = 0.0  # [1/m]
+    slow: float = 0.0  # [√(m/s)]
+    sd: float = 0.0  # relative, of drag beside a plate
+    count: int = 1  # seeds in the block
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One track, cut to the slide and as long a rest before it.
-
-    time (n,) [s], travel (n,) [mm] downhill from 0, frame (n,); rest: rows before the first guess
-    of the onset; mass_g of the block, NaN unknown; from_hinge [m], 0 unknown; scale_sd: relative;
-    lock (n, 2) [mm]: see pixel_lock.py.
-    """
+    """One track, cut to the slide and as long a rest before it."""
 
     recording: str
     session: str
-    time: np.ndarray
-    travel: np.ndarray
+    time: np.ndarray  # (n,) [s]
+    travel: np.ndarray  # (n,) [mm] downhill from 0
     frame: np.ndarray
-    rest: int
+    rest: int  # rows before the first guess of the onset
     tilt: Tilt
-    mass_g: float
-    from_hinge: float
+    mass_g: float  # of the block, NaN unknown
+    from_hinge: float  # [m], 0 unknown
     air: AirDrag
-    scale_sd: float
-    lock: np.ndarray
+    scale_sd: float  # relative
+    lock: np.ndarray  # (n, 2) [mm]: see `lock`
 
 
 @dataclass(frozen=True, eq=False)
 class Read:
-    """Angles (m,) [deg] read by eye, one a slide; rate_deg_s, mass_g NaN if unknown; grid_deg:
-    reading grid.
-    """
+    """Angles (m,) [deg] read by eye, one a slide; NaN if unknown; grid_deg: reading grid."""
 
     recording: str
     session: str
@@ -72,9 +65,7 @@ class Read:
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """Tracks and readings of one pair of materials; stated: their descriptions, tracks first;
-    notes.
-    """
+    """Tracks and readings of one pair; stated: their descriptions, tracks first."""
 
     runs: tuple[Run, ...]
     reads: tuple[Read, ...]
@@ -115,13 +106,10 @@ def assemble(recordings) -> Session:
 
 
 def grid_of(readings: list[np.ndarray]) -> float:
-    """The coarsest usual resolution, or else any spacing, on which all readings lie; else
-    FINEST_DEG.
+    """The coarsest usual resolution, else any spacing, on which all lie; else FINEST_DEG.
 
     >>> grid_of([np.array([21.5, 22.0, 22.0, 22.5, 21.5, 22.0, 21.5, 22.0])])
     0.5
-    >>> grid_of([np.array([21.5, 22.1, 21.9, 22.6, 21.7, 22.0])])
-    0.1
     >>> grid_of([np.array([21.75, 23.31, 21.75, 21.75, 23.31, 20.19])])
     1.56
     """
@@ -220,9 +208,7 @@ def _sliding(time: np.ndarray, travel: np.ndarray, noise: float, told: dict) -> 
 
 
 def mass_of(description: dict) -> float:
-    """Of the whole block [g], from mass_g, or ellipsoid and density, times count; NaN if not
-    stated.
-    """
+    """Of the block [g], from mass_g or ellipsoid and density, times count; NaN if not stated."""
     seed = description.get("seed", {})
     one = seed.get("mass_g")
     sizes = [seed.get(f"{side}_mm") for side in ("length", "width", "thickness")]
@@ -232,9 +218,35 @@ def mass_of(description: dict) -> float:
 
 
 def _air_drag(description: dict) -> AirDrag:
-    """What air does to one seed of it in free flight."""
     air = air_of(description)
     slow = ABRAHAM / math.sqrt(air.reynolds_per_speed) if air.reynolds_per_speed else 0.0
     at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
     known = BESIDE_PLATE_SD if air.sd < air.share else UNSTATED_SD
     return AirDrag(air.share * G_M_S2 / at_2, slow, known if air.share else 0.0, int(description.get("seed", {}).get("count") or 1))
+
+
+def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.ndarray:
+    """Error of x (n, 2) [mm] for A = 1 px and B = 1 px; rest: rows before the onset."""
+    if not pixel_mm:
+        return np.zeros((len(time), 2))
+    phase = 2 * np.pi * smooth(time, x_mm, rest) / pixel_mm
+    return pixel_mm * np.column_stack([np.sin(phase), np.cos(phase)])
+
+
+def smooth(time: np.ndarray, x: np.ndarray, rest: int) -> np.ndarray:
+    """Place (n,) by a curve of few terms: a row's own reading would explain its own noise."""
+    few = slice(None, None, max(1, len(x) // ENOUGH))
+    grid = time[rest] + (time[-1] - time[rest]) * np.linspace(EARLIEST, LATEST, ONSETS)
+    for _ in range(MAX_ITERATIONS):
+        left = [((x[few] - _from(onset, time[few], x[few])) ** 2).sum() for onset in grid]
+        best = int(np.argmin(left))
+        onset = grid[best]
+        grid = np.linspace(grid[max(best - 1, 0)], grid[min(best + 1, ONSETS - 1)], ONSETS)
+    return _from(onset, time, x)
+
+
+def _from(onset: float, time: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Least-squares fit of rest and, from `onset` on, a polynomial acceleration."""
+    since = np.clip((time - onset) / (time[-1] - onset), 0.0, None)
+    design = np.column_stack([np.ones(len(time)), since[:, None] ** POWERS])
+    return design @ np.linalg.lstsq(design, x, rcond=None)[0]

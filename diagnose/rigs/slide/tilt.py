@@ -15,19 +15,15 @@ STAIR_SHARE, STAIR_CHI2 = 0.6, 60.0  # of steps: greatest share of the variance 
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """coefficients (4,) of θ [rad] in t − origin, lowest first; level_sd [rad], rate_sd [rad/s].
-
-    rate_deg_s: at the onset; sensor: whether an angle was recorded; grid_deg: height of steps in
-    the column, 0 for none (of the plate, or of the reading).
-    """
+    """The plate's angle over time."""
 
     origin: float
-    coefficients: np.ndarray
-    level_sd: float
-    rate_sd: float
-    rate_deg_s: float
-    sensor: bool
-    grid_deg: float = 0.0
+    coefficients: np.ndarray  # (4,) of θ [rad] in t − origin, lowest first
+    level_sd: float  # [rad]
+    rate_sd: float  # [rad/s]
+    rate_deg_s: float  # at the onset
+    sensor: bool  # whether an angle was recorded
+    grid_deg: float = 0.0  # height of steps in the column, 0 for none
 
 
 def stated_tilt(told: dict, origin: float) -> Tilt:
@@ -40,9 +36,7 @@ def stated_tilt(told: dict, origin: float) -> Tilt:
 
 
 def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
-    """A polynomial of degree ≤ 3 through the column's last stretch; ValueError if it does not
-    tilt.
-    """
+    """A polynomial of degree ≤ 3 through the column's end; ValueError without tilting."""
     used = np.isfinite(column)
     near = used & (time >= end - SLIDES_SEEN * (end - origin))
     rows = near if near.sum() >= 50 else used
@@ -81,10 +75,7 @@ def _independent(s: np.ndarray, y: np.ndarray, coefficients: np.ndarray) -> floa
 
 
 def _stairs(ramp: np.ndarray, column: np.ndarray) -> float:
-    """Height [deg] of steps φ + h ⌊(ramp + h/2 − φ)/h⌋ in the column; 0 for none.
-
-    Steps must leave less than STAIR_SHARE of the variance about the ramp.
-    """
+    """Height [deg] of steps φ + h ⌊(ramp + h/2 − φ)/h⌋ in the column; 0 for none."""
     span, step = float(np.ptp(ramp)), float(np.median(np.abs(np.diff(ramp))))
     about = float(((column - ramp) ** 2).mean())
     lowest, highest = max(RESOLUTION_DEG, 3 * step), span / 2.5

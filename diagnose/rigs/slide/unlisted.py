@@ -1,6 +1,4 @@
-"""Unlisted physics of slides: pushes along the plate by time, way or speed, and a power law for
-them.
-"""
+"""Unlisted physics of slides: pushes along the plate by time, way or speed; a power law."""
 
 from itertools import pairwise
 
@@ -66,9 +64,7 @@ def _twice(time: np.ndarray, push: np.ndarray) -> np.ndarray:
 
 
 def law_of(fit: Fit) -> str | None:
-    """Δμ = A s^p, s way, speed or time since the onset; the simplest power that does as well as
-    the best.
-    """
+    """Δμ = A s^p, s way, speed or time; the simplest power that does as well as the best."""
     if not fit.problem.model.session.runs:
         return None
     axes, since = _axes(fit)

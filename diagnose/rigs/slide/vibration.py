@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from diagnose.rigs.slide.problem import Prepared, motion_of
+from diagnose.rigs.slide.problem import Prepared, stretches
 
 SEEN_P = 1e-4  # over all frequencies
 SLOWEST = 6.0  # waves in a slide; the flexible curve absorbs slower ones
@@ -25,9 +25,7 @@ class Vibration:
 
 
 def vibration(prepared: Prepared) -> Vibration | None:
-    """The frequency at which all runs ripple most about flexible curves; None if not
-    significant.
-    """
+    """The frequency at which all runs ripple most, None if not significant."""
     runs = prepared.session.runs
     if not runs:
         return None
@@ -55,10 +53,8 @@ def vibration(prepared: Prepared) -> Vibration | None:
 
 
 def _falls(prepared: Prepared, r: int, hertz: np.ndarray, skip: float = 0.0):
-    """Fall of χ² (f,) by a wave of each frequency, its cosine and sine (2, f) [mm], their sd
-    (f,); skip: first share.
-    """
-    run, curve = prepared.session.runs[r], motion_of(prepared.session.runs[r])
+    """Fall of χ² (f,) by a wave of each frequency, its waves (2, f) [mm], their sd (f,)."""
+    run, curve = prepared.session.runs[r], stretches(prepared.session.runs[r])[-1]
     kept = slice(int(skip * len(curve.data)), None)
     angle = 2 * np.pi * (run.time[run.rest :] - run.tilt.origin)[:, None] * hertz
     rows = np.column_stack([curve.design, np.cos(angle), np.sin(angle), curve.data]) / prepared.sigma[r][run.rest :, None]

@@ -1,13 +1,16 @@
-"""Motion of the plate: raised in steps, or shaken along its slope.
+"""Load of the block, partial rolling; a plate raised in steps, or shaken along its slope.
 
-In steps the angle rests and jumps; a block lets go on a jump. A shaken block slips while the mean
-pull is still a below friction and sticks again, each wave a little farther; once the mean pull
-reaches friction it slides on, faster than a block that has only just let go.
+A shaken block slips while the mean pull is still below friction, each wave a little farther; once
+it reaches friction the block slides on, faster than one that has only just let go.
 """
 
 import math
 
+import numpy as np
+
 from diagnose.effects.effect import Effect
+
+_NOTHING = "nothing in the twin stands for it"
 
 HERTZ = 30.0  # reference of ln-hertz
 
@@ -25,6 +28,21 @@ SHAKEN = Effect(
     act=lambda laws, run, value: laws._replace(shake=max(value, 0.0)),
 )  # fmt: skip
 EFFECTS = (
+    Effect(
+        name="adhesion", sector="onset", unit="mN", meaning="pull", prior_sd=1.5, low=0.0, high=30.0,
+        source="tan θ_s = μ + μ F/(m g cos θ): the offset goes as 1/load", not_simulated=_NOTHING,
+        wording=("something pulls the seeds to the plate", "mN"),
+        separating="the same slide with one seed and with eight seeds taped together: a pull counts for less the heavier the block",
+        act=lambda laws, run, value: laws._replace(press=laws.press + value / run.mass_g),
+        needs=lambda session: bool(np.isfinite(session.masses).all()),
+    ),
+    Effect(
+        name="partial-rolling", sector="sliding", unit="1", meaning="added inertia over mass", prior_sd=0.2, low=0.0, high=1.0,
+        source="a seed that comes loose rolls: I/mr² = 2/5 of a ball", not_simulated=_NOTHING,
+        wording=("the block rolls in part", "= added inertia over mass"), needs=lambda session: bool(session.runs),
+        separating="the same block filmed from the side with a mark on it, and a ruler in the picture: turning against scale",
+        act=lambda laws, run, value: laws._replace(inertia=laws.inertia + value),
+    ),
     STEPPED, SHAKEN,
     Effect(
         name="plate-vibration.ln-hertz", sector="sliding", unit="1", meaning="ln of the frequency over 30 Hz", prior_sd=0.7,

@@ -1,13 +1,18 @@
-"""Losses beside a constant restitution: energy of a sticky film, damage that grows with each
-impact.
+"""Impacts: a sticky film's energy, damage by each impact, a tilted plate, a seed less round.
+
+A seed less round than stated exchanges spin and translation, an alternative baseline: its contact
+lies b beside the centre, I Δω = b J_n + h J_t, which shows in b or in the scatter of kicks.
 """
 
 import math
 
 import numpy as np
 
-from diagnose.effects.drop.hooks import Hits
+from diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
 from diagnose.effects.effect import Counterpart, Effect
+
+REACH = 0.45  # rms of b over (a − c) of ellipsoids in any attitude: 0.37 to 0.41 in 3-D
+ROUGH = 0.02  # of the radius: b of a rough ball
 
 
 def filmed(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
@@ -20,6 +25,12 @@ def damaged(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
     return e * np.maximum(1 + value, 0.0) ** (hits.count - 1)
 
 
+SHAPE = Effect(
+    name="shape-conversion", sector="impact", unit="", meaning="the seed is much less round than stated", prior_sd=1.0, low=0.0,
+    high=10.0, source="angular momentum about the point of contact", separating="callipers on the seeds that were dropped",
+    wording=("the seed's shape turns fall into spin more than allowed for", ""),
+    not_simulated="shape is the twin's own already: its seeds are not spheres",
+)  # fmt: skip
 EFFECTS = (
     Effect(
         name="film-adhesion", sector="impact", unit="m/s", meaning="sqrt(2 W / m) of the energy W lost per impact",
@@ -39,4 +50,12 @@ EFFECTS = (
         separating="the same seed again from the same height: damage stays, a film or a law of speed begins anew",
         not_simulated="the twin's seeds do not remember their impacts",
     ),
+    Effect(
+        name="plate-tilt", sector="impact", unit="deg", meaning="tilt", prior_sd=1.0, low=-15.0, high=15.0,
+        source="reflection about the plate's normal", wording=("the plate is tilted", "°"),
+        kick=tilted_kick, restitution=tilted_restitution,
+        separating="a spirit level on the plate; the plate turned round by half a turn",
+        counterpart=Counterpart("the plate falls by {value}° towards +x", lambda v: {"rig": {"tilt_deg": v["plate-tilt"]}}),
+    ),
+    SHAPE,
 )  # fmt: skip
