@@ -160,6 +160,7 @@ def test_interrupted_physics_equals_uninterrupted(tmp_path):
     assert resumed.measurements.equals(whole.measurements) and resumed.counts()["done"] == 6
 
 
+@pytest.mark.usefixtures("rigs_compiled")
 def test_the_command_runs_a_failed_job_of_the_twin_alone(tmp_path):
     far = Job("drop", Parameters(), {"camera": {"target_mm": [500.0, 0.0, 0.0]}})  # looks past the seed
     good = Job("roll", Parameters(), {"roll": {"direction": "+x"}}, rendered=False)
