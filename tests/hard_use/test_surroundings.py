@@ -34,7 +34,7 @@ def test_spaces_letters_of_all_kinds_and_a_terminal_without_them(tmp_path):
     done = benchtwin("measure", folder, "--out", tmp_path / "Ergebnis 1", PYTHONIOENCODING="ascii")
     assert done.returncode == 0, done.stderr
     assert b"Fall ?1 [kurz]" in done.stdout
-    assert (tmp_path / "Ergebnis 1" / "overlays" / "Fall №1 _kurz_.png").is_file() or "№".isalnum() is False
+    assert (tmp_path / "Ergebnis 1" / "overlays" / "Fall _1 _kurz_.png").is_file()
 
 
 def test_a_folder_whose_name_is_no_text(tmp_path):

@@ -51,11 +51,6 @@ def go(world: World, until, **options):
     return run(world, init(world, np.random.default_rng(0)), until, **options)
 
 
-def parted(world, state) -> bool:
-    """No contact left, and something was moving."""
-    return state.sums[:, 8].sum() == 0
-
-
 def hertz(modulus, radius, mass, speed):
     """Largest force, overlap, and time of an elastic impact; effective values."""
     overlap = (15 * mass * speed**2 / (16 * modulus * math.sqrt(radius))) ** 0.4
