@@ -114,14 +114,18 @@ def test_the_simulate_commands_of_readme_and_samples_run(arguments, tmp_path, mo
 
 
 def diagnose_commands():
-    """Every `benchtwin diagnose …` of README and Makefile on samples, split into its arguments."""
+    """Every `benchtwin diagnose …` of README and Makefile on samples, split into its arguments.
+    On the damp slides it is slow: tests/diagnose/test_conditions.py finds what a parameter follows
+    in less."""
     texts = [(ROOT / "Makefile").read_text(), COMMANDS]
     lines = [line for text in texts for line in re.findall(r"benchtwin (diagnose [\w/.-]+ --?.*)", text)]
     split = [shlex.split(line.replace("$(DEMO_OUT)/", ""), comments=True) for line in lines]
-    return list({(a[1], "--no-twin" in a): a for a in split}.values())  # the same but for its films is the same here
+    once = {(a[1], "--no-twin" in a): a for a in split}.values()  # the same but for its films is the same here
+    slow = {"samples/damp-slides": pytest.mark.slow}
+    return [pytest.param(a, id=" ".join(a), marks=slow.get(a[1], ())) for a in once]
 
 
-@pytest.mark.parametrize("arguments", diagnose_commands(), ids=" ".join)
+@pytest.mark.parametrize("arguments", diagnose_commands())
 def test_the_diagnose_commands_of_readme_and_demo_run_and_find_what_is_concealed(arguments, tmp_path, monkeypatch):
     """As written, but for the films of the twin; a bench of the reader's own is the concealed roll.
     What README shows is what is printed, to 10 % of each number: the twin's runs differ a little

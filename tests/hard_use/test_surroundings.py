@@ -29,19 +29,15 @@ def benchtwin(*arguments, **environment) -> subprocess.CompletedProcess:
     return subprocess.run(command, capture_output=True, cwd=ROOT, env={**os.environ, **environment}, check=False)
 
 
-def test_spaces_letters_of_all_kinds_and_a_terminal_without_them(tmp_path):
-    folder = bench(tmp_path / "Böhnchen & Co, 試 1", "Fall №1 [kurz]")
+def test_names_of_all_kinds_on_a_terminal_without_their_letters(tmp_path):
+    """Spaces, foreign letters, and bytes that are no text, in the names of a bench and its recordings."""
+    folder = tmp_path / os.fsdecode("Böhnchen & Co, 試 ".encode() + b"\xff")
+    bench(bench(folder, "Fall №1 [kurz]"), os.fsdecode(b"drop-\xff"))
     done = benchtwin("measure", folder, "--out", tmp_path / "Ergebnis 1", PYTHONIOENCODING="ascii")
     assert done.returncode == 0, done.stderr
     assert b"Fall ?1 [kurz]" in done.stdout
+    assert r"drop-\udcff" in (tmp_path / "Ergebnis 1" / "measurements.csv").read_text(encoding="utf8")
     assert (tmp_path / "Ergebnis 1" / "overlays" / "Fall _1 _kurz_.png").is_file()
-
-
-def test_a_folder_whose_name_is_no_text(tmp_path):
-    bench(tmp_path / os.fsdecode(b"b\xff"), os.fsdecode(b"drop-\xff"))
-    done = benchtwin("measure", tmp_path / os.fsdecode(b"b\xff"), "--out", tmp_path / "out")
-    assert done.returncode == 0, done.stderr
-    assert r"drop-\udcff" in (tmp_path / "out" / "measurements.csv").read_text()
 
 
 @pytest.mark.parametrize("name", ["../../evil", "/etc/evil", "..", "a" * 5000, "nul\\..\\x", "CON", "\u202eevil"])

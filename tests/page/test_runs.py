@@ -16,7 +16,8 @@ from twin.bench_folder import hashes
 from vision.find_recordings import find_recordings
 
 SLEEPER = """
-import sys, time, pathlib
+import signal, sys, time, pathlib
+signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
 done = pathlib.Path(sys.argv[1])
 try:
     for i in range(100):
