@@ -81,8 +81,8 @@ def test_the_imported_drop_is_what_its_script_draws_and_meets_its_truth_directly
 def test_the_readme_names_only_what_is_there():
     text = COMMANDS
     verbs = [command.name or command.callback.__name__ for command in app.registered_commands]
-    runner = CliRunner()
-    helps = "".join(runner.invoke(app, [verb, "--help"], terminal_width=200).output for verb in verbs)
+    shown = [CliRunner().invoke(app, [verb, "--help"], terminal_width=200) for verb in verbs]
+    helps = "".join(result.output for result in shown)
     options = set(re.findall(r"`(--[a-z]+(?:-[a-z]+)*)", text))
     assert {option for option in options if not re.search(rf"{option}\b", helps)} == set()
     for path in re.findall(r"`((?:samples|docs|benchmarks)/[\w/.-]+)`|\((docs/[\w./-]+)\)", text):
@@ -120,7 +120,7 @@ def diagnose_commands():
     texts = [(ROOT / "Makefile").read_text(), COMMANDS]
     lines = [line for text in texts for line in re.findall(r"benchtwin (diagnose [\w/.-]+ --?.*)", text)]
     split = [shlex.split(line.replace("$(DEMO_OUT)/", ""), comments=True) for line in lines]
-    once = {(a[1], "--no-twin" in a): a for a in split}.values()  # the same but for its films is the same here
+    once = {(a[1], "--no-twin" in a): a for a in split}.values()  # with films or without
     slow = {"samples/damp-slides": pytest.mark.slow}
     return [pytest.param(a, id=" ".join(a), marks=slow.get(a[1], ())) for a in once]
 

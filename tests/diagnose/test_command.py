@@ -52,7 +52,7 @@ def airless(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def again(airless):
-    """The same drops diagnosed with the twin, into a folder where a stopped diagnosis has left a film."""
+    """The same drops diagnosed with the twin, into a folder with a stopped diagnosis' film."""
     out = airless[1].parent / "again"
     (out / "twin" / "drop-9-old").mkdir(parents=True)
     return out, diagnose(airless[0], out, "--quick")
@@ -73,9 +73,8 @@ def test_the_verdict_is_printed_and_written(airless):
 
 
 def test_equal_seeds_give_equal_numbers(airless, again):
-    one, other = (
-        json.loads((out / "diagnosis.json").read_text())["rigs"]["drop"] for out in (airless[1], again[0])
-    )
+    files = (out / "diagnosis.json" for out in (airless[1], again[0]))
+    one, other = (json.loads(file.read_text())["rigs"]["drop"] for file in files)
     assert one == {name: value for name, value in other.items() if name != "twin"}
 
 

@@ -67,7 +67,9 @@ IN_AIR = Bench(
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("change", [{"drag_sd": 0.06}, pytest.param({"size_sd": 0.1}, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "change", [{"drag_sd": 0.06}, pytest.param({"size_sd": 0.1}, marks=pytest.mark.slow)]
+)
 def test_seeds_of_one_lot_differ_in_the_air(change):
     """Each one's drag is its own: by a few percent as it lies in the air, and as the sizes stated of it say."""
     assert diagnosed(replace(IN_AIR, **change)).verdict == "none"

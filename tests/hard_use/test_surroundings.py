@@ -30,14 +30,15 @@ def benchtwin(*arguments, **environment) -> subprocess.CompletedProcess:
 
 
 def test_names_of_all_kinds_on_a_terminal_without_their_letters(tmp_path):
-    """Spaces, foreign letters, and bytes that are no text, in the names of a bench and its recordings."""
+    """Spaces, foreign letters, and bytes that are no text."""
     folder = tmp_path / os.fsdecode("Böhnchen & Co, 試 ".encode() + b"\xff")
     bench(bench(folder, "Fall №1 [kurz]"), os.fsdecode(b"drop-\xff"))
     done = benchtwin("measure", folder, "--out", tmp_path / "Ergebnis 1", PYTHONIOENCODING="ascii")
     assert done.returncode == 0, done.stderr
     assert b"Fall ?1 [kurz]" in done.stdout
-    assert r"drop-\udcff" in (tmp_path / "Ergebnis 1" / "measurements.csv").read_text(encoding="utf8")
-    assert (tmp_path / "Ergebnis 1" / "overlays" / "Fall _1 _kurz_.png").is_file()
+    out = tmp_path / "Ergebnis 1"
+    assert r"drop-\udcff" in (out / "measurements.csv").read_text(encoding="utf8")
+    assert (out / "overlays" / "Fall _1 _kurz_.png").is_file()
 
 
 @pytest.mark.parametrize("name", ["../../evil", "/etc/evil", "..", "a" * 5000, "nul\\..\\x", "CON", "\u202eevil"])

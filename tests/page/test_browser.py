@@ -211,7 +211,8 @@ def test_unreadable_files_are_named_and_the_others_added(window, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"), [("nowhere", "no longer there"), ("../../etc", "not a name inside this folder")]
+    ("name", "reason"),
+    [("nowhere", "no longer there"), ("../../etc", "not a name inside this folder")],
 )
 def test_a_recording_that_cannot_be_opened_gives_the_reason_and_no_form(window, name, reason):
     """A form would write keys of a recording that is not there, or outside the folder."""

@@ -29,7 +29,8 @@ def test_a_ball_of_any_size_rebounds_as_entered(size_mm, mass_g, height_m):
 @pytest.mark.parametrize("factor", [0.1, 0.4, 2 / 3])
 def test_a_hollow_ball_rolls_down_as_its_inertia_lets_it(factor):
     seed = Seed(length_mm=40, width_mm=40, thickness_mm=40, mass_g=2.7, inertia_factor=factor)
-    made = bench(Parameters(static_friction=0.5, rolling_friction=0.0, laws=NO_AIR), "roll", seed, Air())
+    rough = Parameters(static_friction=0.5, rolling_friction=0.0, laws=NO_AIR)
+    made = bench(rough, "roll", seed, Air())
     motion = run_roll(Roll(incline_deg=5.0, incline_length_m=0.2), made, np.random.default_rng(1))
     fast = np.linalg.norm(motion.velocities_m_s[:, 0], axis=1)
     rows = (motion.t_s > 0.1) & (fast < 0.4)  # behind the first touch, before the corner

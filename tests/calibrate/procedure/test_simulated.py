@@ -23,7 +23,7 @@ PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 
 
 def calibrated(bench, simulator, **more):
-    """With a posterior of at most 500 steps: not converged, its sds good to a tenth, in a tenth of the time."""
+    """With a posterior of at most 500 steps: not converged, but its sds are good to a tenth."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(joint, "sample", partial(joint.sample, max_steps=500))
         return calibrate_simulated(bench, simulator, effort=EASY, seed=7, **more)

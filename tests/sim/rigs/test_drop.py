@@ -10,7 +10,8 @@ from sim.material import SOYBEAN_Q235
 from sim.rigs.bench import GRAVITY_M_S2, Bench, reach
 from sim.rigs.drop import Drop, run_drop
 
-SMOOTH = Bench(seed_wall=replace(SOYBEAN_Q235, static_friction=0.0, rolling_friction=0.0), air_density_kg_m3=0.0, laws=NO_AIR)
+SLICK = replace(SOYBEAN_Q235, static_friction=0.0, rolling_friction=0.0)
+SMOOTH = Bench(seed_wall=SLICK, air_density_kg_m3=0.0, laws=NO_AIR)
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 

@@ -176,6 +176,7 @@ def test_a_poured_bed_stays_as_it_is(monkeypatch, convention, rolling):
 
 @pytest.mark.slow
 def test_a_poured_bed_sinks_where_its_rolling_friction_creeps(monkeypatch):
-    """Type A, a torque of constant size, turns resting seeds to and fro: the control of those above."""
-    at_once, later = (bed(monkeypatch, "type_a", 0.18, wait) for wait in (filling.POURED, filling.QUIET))
+    """Type A, a torque of constant size, turns resting seeds to and fro: the control."""
+    waits = filling.POURED, filling.QUIET
+    at_once, later = (bed(monkeypatch, "type_a", 0.18, until) for until in waits)
     assert later[1] < at_once[1] - 0.1
