@@ -41,7 +41,7 @@ page: $(VENV)/installed            # sample benches in the browser, copied so th
 	@for bench in soybean-bench drawn-bench heard-drop; do test -d $(PAGE)/$$bench || cp -r samples/$$bench $(PAGE)/; done
 	@$(BIN)/benchtwin page $(PAGE)
 
-slow: $(VENV)/installed            # statistical studies: minutes
+slow: $(VENV)/installed            # statistical studies and further cases: many minutes
 	$(BIN)/pytest -n auto -m slow
 
 bench: $(VENV)/installed           # tables of accuracy and speed, side by side with peers

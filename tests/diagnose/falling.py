@@ -6,6 +6,7 @@ scale, roll and trapezoid of its own, and noise that is drawn frame by frame. Sh
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -49,31 +50,47 @@ class Bench:
     more: dict = field(default_factory=dict)
 
 
+def pull(bench: Bench, v, w) -> tuple[float, float, float]:
+    """Acceleration [m/s²] at speed v [m/s] and spin w [1/s]."""
+    volume = 4 / 3 * math.pi * math.prod(bench.axes)
+    mass, radius = bench.density * volume, math.prod(bench.axes) ** (1 / 3)
+    x, y, z = v[0] - bench.wind, v[1], v[2]
+    speed = math.sqrt(x * x + y * y + z * z) + 1e-12
+    drag = 0.0
+    if bench.air:
+        re = bench.air * speed * 2 * radius / 1.81e-5
+        coefficient = bench.shape_drag * 24 / 9.06**2 * (1 + 9.06 / math.sqrt(re + 1e-9)) ** 2
+        drag = 0.5 * bench.air * coefficient * math.pi * radius**2 * speed / mass
+    lift = bench.lift * 1.2 * math.pi * radius**3 / (2 * mass)
+    return (
+        lift * (w[1] * v[2] - w[2] * v[1]) - drag * x,
+        lift * (w[2] * v[0] - w[0] * v[2]) - drag * y,
+        lift * (w[0] * v[1] - w[1] * v[0]) - drag * z + bench.lifted * speed - G,
+    )
+
+
 def fly(state, bench: Bench, dt: float):
     """One Runge–Kutta step of (position, velocity, rotation matrix, spin): 3-D, tumbling free of torque (spin kept)."""
-    mass = bench.density * 4 / 3 * math.pi * np.prod(bench.axes)
-    radius = float(np.prod(bench.axes)) ** (1 / 3)
-
-    def pull(v, w):
-        u = v - np.array([bench.wind, 0.0, 0.0])
-        speed = math.sqrt(u @ u) + 1e-12
-        a = np.array([0.0, 0.0, bench.lifted * speed - G])
-        if bench.air:
-            re = bench.air * speed * 2 * radius / 1.81e-5
-            coefficient = bench.shape_drag * 24 / 9.06**2 * (1 + 9.06 / math.sqrt(re + 1e-9)) ** 2
-            a = a - 0.5 * bench.air * coefficient * math.pi * radius**2 * speed * u / mass
-        if bench.lift:
-            a = a + bench.lift * 1.2 * math.pi * radius**3 / (2 * mass) * np.cross(w, v)
-        return a
-
     p, v, turn, w = state
-    k1 = pull(v, w)
-    k2 = pull(v + dt / 2 * k1, w)
-    k3 = pull(v + dt / 2 * k2, w)
-    k4 = pull(v + dt * k3, w)
+    speed, spin = v.tolist(), w.tolist()
+
+    def after(h, k):
+        return [a + h * b for a, b in zip(speed, k)]
+
+    k1 = pull(bench, speed, spin)
+    k2 = pull(bench, after(dt / 2, k1), spin)
+    k3 = pull(bench, after(dt / 2, k2), spin)
+    k4 = pull(bench, after(dt, k3), spin)
+    k1, k2, k3, k4 = (np.array(k) for k in (k1, k2, k3, k4))
     p = p + dt * v + dt * dt / 6 * (k1 + k2 + k3)
     v = v + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return p, v, rotation(w * dt) @ turn, w
+    return p, v, turned_by(*spin, dt) @ turn, w
+
+
+@lru_cache(maxsize=64)
+def turned_by(x: float, y: float, z: float, dt: float):
+    """What a spin [1/s] turns in a step [s]; the same from one impact to the next."""
+    return rotation(np.array([x, y, z]) * dt)
 
 
 def rotation(vector):
@@ -88,8 +105,8 @@ def rotation(vector):
 
 def lowest(turn, axes, normal):
     """From the centre to the ellipsoid's furthest point against `normal`."""
-    form = turn @ np.diag(np.square(axes)) @ turn.T
-    return -form @ normal / math.sqrt(normal @ form @ normal)
+    reach = turn @ (np.square(axes) * (normal @ turn))
+    return -reach / math.sqrt(normal @ reach)
 
 
 def bounce(state, bench: Bench, normal, count):
@@ -136,8 +153,8 @@ def motion(bench: Bench, rng):
     for frame in range(1, 40_000):
         for _ in range(per_frame):
             new = fly(state, bench, dt)
-            gap = (new[0] + lowest(new[2], bench.axes, normal)) @ normal
-            if gap < 0:
+            near = new[0] @ normal < max(bench.axes)
+            if near and (new[0] + lowest(new[2], bench.axes, normal)) @ normal < 0:
                 low, high = 0.0, dt
                 for _ in range(40):
                     mid = (low + high) / 2

@@ -76,13 +76,13 @@ def motion(b: Bench, sign: float, rng) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return np.arange(len(path)) / b.fps, path, -path / (b.radius_mm / 1000) - psi / 2
 
 
-@numba.njit
+@numba.njit(cache=True)
 def sphere(re):
     """C_d of a sphere, Brown & Lawler (2003); 1 at Re 0."""
     return 24 / re * (1 + 0.150 * re**0.681) + 0.407 / (1 + 8710 / re) if re > 0 else 1.0
 
 
-@numba.njit
+@numba.njit(cache=True)
 def march(out, fps, beta, mu, theta, length, r, added, viscous, slip, slip_s, gain, corner, rise, psi, drag, reynolds,
           patch_from, patch_to, patch, by_travel, after_s):  # fmt: skip
     """Semi-implicit steps of at most 0.1 ms; friction against the motion, or as much as holds a seed at rest."""

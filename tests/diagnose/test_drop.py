@@ -38,7 +38,7 @@ def test_clean_drops_raise_no_alarm_and_their_chi2_is_right():
     assert base.chi2 / base.problem.freedom == pytest.approx(1, abs=0.12)
 
 
-@pytest.mark.parametrize("stated_mm", [2000.0, None])
+@pytest.mark.parametrize("stated_mm", [2000.0, pytest.param(None, marks=pytest.mark.slow)])
 def test_seeds_coming_nearer_to_the_camera_raise_no_alarm(stated_mm):
     """2 m away, 0.3 m/s towards it: the picture grows by 3 % in a bounce, whether or not anybody says where the camera stood."""
     told = found(replace(LIGHT, away=2.0, tip_deg=30.0, bounces=1, stated_away_mm=stated_mm), 3)
@@ -54,6 +54,7 @@ def test_buoyancy_and_added_mass_reduce_g():
     assert still[..., 1] == pytest.approx(-G * (1 - light) / (1 + light / 2), rel=2e-5)  # drag at 1 cm/s
 
 
+@pytest.mark.slow
 def test_two_effects_are_named_and_a_third_that_mimics_both_is_not():
     """A draught explains a rolled camera and drag together fairly well."""
     told = found(replace(LIGHT, stated_air=0.0, roll_deg=1.0, noise_mm=0.15), 1)
@@ -77,6 +78,7 @@ def test_the_lens_centre_is_less_certain_where_seeds_fly_to_one_side():
         assert known_sd(there)["lens.x"] == pytest.approx(PRIORS["lens"] * np.hypot(OFF_CENTRE, aside / np.sqrt(3)))
 
 
+@pytest.mark.slow
 def test_errors_within_stated_uncertainty_raise_no_alarm():
     """A roll of 1.5 of its own sd and a C_d 15 % off are the bench's usual state."""
     assert found(replace(LIGHT, roll_deg=0.075, shape_drag=1.15), 4).p_global > ALARM_P
@@ -116,12 +118,14 @@ def test_magnus_lift_includes_motion_along_the_line_of_sight():
     assert abs(flat.by_name["magnus"] - 1.0) > 0.3 and flat.chi2 > 1.2 * found.chi2
 
 
+@pytest.mark.slow
 def test_sessions_with_and_without_camera_distance_together():
     near = tracks(replace(LIGHT, away=2.0, stated_away_mm=2000.0), 2, np.random.default_rng(1))
     far = [replace(t, session="day 2") for t in tracks(LIGHT, 2, np.random.default_rng(2))]
     assert diagnose_drop(near + far, np.random.default_rng(0)).verdict == "none"
 
 
+@pytest.mark.slow
 def test_pixel_lock_has_its_own_phase_in_each_recording():
     """A lock of .05 px in tracks whose zero is not a pixel's edge: its phase is each recording's own."""
     rng = np.random.default_rng(5)
@@ -149,9 +153,9 @@ def _by_fall(track, scale: float):
 
 CASES = [
     ("drag", {"stated_air": 0.0}, None, "flight"),
-    ("scale-error", {"scale": 0.02}, 0.02, "measurement"),
 ]
 MORE = [
+    ("scale-error", {"scale": 0.02}, 0.02, "measurement"),
     ("magnus", {"lift": 1.0, "spin": 60.0}, 1.0, "flight"),
     ("clock-error", {"clock": 0.01}, 0.01, "measurement"),
     ("perspective", {"keystone": 0.03}, 0.03, "measurement"),
@@ -174,7 +178,9 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
         assert abs(size.value - true) < (size.high95 - size.low95)  # four sds
 
 
-@pytest.mark.parametrize(("away_m", "wobble_mm"), [(math.inf, 0.014), (1.0, 0.02)])
+@pytest.mark.parametrize(
+    ("away_m", "wobble_mm"), [(math.inf, 0.014), pytest.param(1.0, 0.02, marks=pytest.mark.slow)]
+)
 def test_a_wobble_of_a_twentieth_of_a_pixel_is_named(away_m, wobble_mm):
     """Five times what a tracker is trusted to; and what a camera a metre away makes of a leaning outline is less."""
     stated = 1e3 * away_m if math.isfinite(away_m) else None

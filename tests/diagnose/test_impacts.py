@@ -79,12 +79,13 @@ def test_a_concealed_effect_of_impacts_is_located_named_and_measured(effect, ben
     assert abs(value.value - true) < 2 * half  # four standard deviations: six cases must all pass
 
 
-@pytest.mark.parametrize("bench", [LIGHT, BALL])
+@pytest.mark.parametrize("bench", [pytest.param(LIGHT, marks=pytest.mark.slow), BALL])
 def test_clean_drops_raise_no_alarm(bench):
     found = diagnosed(bench, 2, count=5)
     assert found.verdict == "none" and not found.alarm and found.names == ()
 
 
+@pytest.mark.slow
 def test_a_steep_plate_is_no_restitution_that_falls_with_the_count():
     """A ball that runs down the plate meets it more gently at every bounce, and leaves it less steeply."""
     found = diagnosed(replace(BALL, tilt_deg=4.0, angle=False, bounces=4), 1)
@@ -92,6 +93,7 @@ def test_a_steep_plate_is_no_restitution_that_falls_with_the_count():
     assert found.parameters["plate-tilt"].low95 < 4.0 < found.parameters["plate-tilt"].high95  # friction's share is not known
 
 
+@pytest.mark.slow
 def test_damage_is_a_class_where_each_count_has_its_own_speed():
     """A ball from one height: e that falls with the count is e that rises with the speed."""
     found = diagnosed(replace(BALL, e=damage), 1)

@@ -67,7 +67,9 @@ IN_AIR = Bench(
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("change", [{"drag_sd": 0.06}, {"size_sd": 0.1}])
+@pytest.mark.parametrize(
+    "change", [{"drag_sd": 0.06}, pytest.param({"size_sd": 0.1}, marks=pytest.mark.slow)]
+)
 def test_seeds_of_one_lot_differ_in_the_air(change):
     """Each one's drag is its own: by a few percent as it lies in the air, and as the sizes stated of it say."""
     assert diagnosed(replace(IN_AIR, **change)).verdict == "none"
@@ -93,7 +95,7 @@ def astray(seen, away_mm: float | None, rng):
     return out
 
 
-@pytest.mark.parametrize("stated_mm", [1000.0, None])
+@pytest.mark.parametrize("stated_mm", [1000.0, pytest.param(None, marks=pytest.mark.slow)])
 def test_seeds_that_run_away_from_a_near_camera_raise_no_alarm(stated_mm):
     """0.2 mm over 250 mm at 1 m, more than the noise; a control with a camera said to be far must fail."""
     bench, rng = Bench(stated=BALL, noise_mm=0.02, rho=0.3, length_mm=40.0), np.random.default_rng(5)
@@ -158,6 +160,7 @@ def test_a_concealed_effect_is_located_named_and_measured(effect, change, true, 
     assert abs(told.value - true) < 2 * half  # 3.9 sd: five cases must all pass
 
 
+@pytest.mark.slow
 def test_a_small_rise_common_to_all_runs_is_named():
     """1 µm, which a hundred times as wide a prior for each run hid, though a ripple as great arises by chance at 1e-20."""
     found = diagnosed(
@@ -167,7 +170,7 @@ def test_a_small_rise_common_to_all_runs_is_named():
     assert found.parameters["shape-barrier"].low95 < 0.001 < found.parameters["shape-barrier"].high95
 
 
-@pytest.mark.parametrize("viscous", [0.003, 0.01])
+@pytest.mark.parametrize("viscous", [pytest.param(0.003, marks=pytest.mark.slow), 0.01])
 def test_viscous_rolling_is_in_the_verdict_from_one_incline(viscous):
     """Linear and quadratic resistance are near twins over one range of speeds; beside a strong one, a law that falls with time
     seems to do better by far about the baseline, which is far off; about the model it does not."""
@@ -190,6 +193,7 @@ def test_resistance_that_grows_with_travel_is_unknown():
     assert diagnosed(Bench(by_travel=0.02)).verdict == "unknown"
 
 
+@pytest.mark.slow
 def test_a_great_slope_is_not_underestimated():
     """Derivatives over longer steps bend by more than what tells the two apart: the fit then creeps, and stops at 0.23°."""
     bench, count = drawn(9, slope_deg=0.3)
@@ -204,6 +208,7 @@ def test_a_sticky_patch_is_unknown_with_its_place():
     assert "between" in found.law
 
 
+@pytest.mark.slow
 def test_ripple_of_the_stated_shape_raises_no_alarm():
     """An ellipse whose centre rises as its stated sizes say, if one rolls it across."""
     found = diagnosed(Bench(rise_mm=0.1, stated=STATED | {"width_mm": 6.6, "thickness_mm": 6.4}))

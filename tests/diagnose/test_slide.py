@@ -48,8 +48,6 @@ CASES = [
     ("viscous-sliding", {"friction": grows}, 0.08, ("sliding",)),
     ("clock-offset", {"clock_s": 0.4, "rates": (2.0, 6.0)}, 0.4, ("measurement", "onset")),
 ]
-
-
 MORE = [
     ("stribeck", {"friction": fades}, 0.03, ("onset", "sliding")),
     ("adhesion", {"pull": 1e-3, "counts": (1, 4)}, 1.0, ("onset", "sliding")),
@@ -75,7 +73,7 @@ def test_what_one_rate_and_one_load_cannot_tell_is_a_class():
     assert finding.next_record
 
 
-@pytest.mark.parametrize("counts", [(1,), (1, 4, 8)])
+@pytest.mark.parametrize("counts", [pytest.param((1,), marks=pytest.mark.slow), (1, 4, 8)])
 def test_air_is_no_viscous_friction(counts):
     """Drag of a sphere of the seed's volume on every seed, none in another's lee; as a control, of nothing that is stated."""
     blown = replace(LIGHT, air=0.076, rates=(0.5, 2.0, 6.0), counts=counts, noise_mm=0.03, travel_mm=120.0)
@@ -83,6 +81,7 @@ def test_air_is_no_viscous_friction(counts):
     assert "viscous-sliding" in found(replace(blown, stated_air=0.0), 1, count=6).names
 
 
+@pytest.mark.slow
 def test_weak_viscous_friction_is_in_the_class_of_scaled_acceleration():
     """It fits as well, and has less evidence only because it might have been much more."""
     finding = found(replace(AIRLESS, friction=lambda v, x: 0.002 * v, rates=(1.0,), noise_mm=0.03), 4)

@@ -19,7 +19,7 @@ def fit_of(seen):
     return fit(alternatives(prepare(assemble(seen)), (), None)[0].problem)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 def test_slides_with_a_pixel_lock_are_clean(sign):
     seen = slides(replace(SHARP, lock_px=0.05, sign=sign), 3, np.random.default_rng(1))
     finding = diagnose_slide(seen, np.random.default_rng(0))

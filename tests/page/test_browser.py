@@ -210,11 +210,16 @@ def test_unreadable_files_are_named_and_the_others_added(window, tmp_path):
     assert (window.folder / "drop 9" / "impacts.csv").read_text() == good.read_text()
 
 
-def test_a_recording_that_is_gone_gives_a_message(window):
-    window.go("/recording?r=nowhere")
-    window.until(lambda: "no longer there" in window.text())
-    window.go("/recording?r=../../etc")
-    window.until(lambda: "not a name inside this folder" in window.text())
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("nowhere", "no longer there"), ("../../etc", "not a name inside this folder")],
+)
+def test_a_recording_that_cannot_be_opened_gives_the_reason_and_no_form(window, name, reason):
+    """A form would write keys of a recording that is not there, or outside the folder."""
+    window.go(f"/recording?r={name}")
+    window.until(lambda: "cannot be opened" in window.text())
+    assert reason in window.text(".failed")
+    assert "save" not in window.text("button").lower() and not window.all(".numbers")
 
 
 @pytest.mark.parametrize("path", ["/", "/photo?r=pile-01", "/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/static/page.js"])

@@ -16,7 +16,8 @@ from twin.bench_folder import hashes
 from vision.find_recordings import find_recordings
 
 SLEEPER = """
-import sys, time, pathlib
+import signal, sys, time, pathlib
+signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
 done = pathlib.Path(sys.argv[1])
 try:
     for i in range(100):
@@ -90,17 +91,19 @@ def test_the_next_run_begins_though_no_page_is_open(bench, folder):
     first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
     runs.advance(bench, folder)
     (bench / "done").touch()
-    until(lambda: runs.read_run(first).status == runs.DONE)
     until(lambda: runs.read_run(second).status == runs.DONE)  # nobody asked again
+    before, after = (json.loads((place / "state.json").read_text()) for place in (first, second))
+    assert before["code"] == 0 and before["ended"] <= after["started"]
+    assert "finished" in runs.read_run(second).log
 
 
 def test_a_waiting_run_is_taken_from_the_queue(bench, folder):
     first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
     runs.advance(bench, folder)
     runs.stop(runs.read_run(second))
-    assert runs.read_run(second).status == runs.STOPPED
     (bench / "done").touch()
     until(lambda: runs.read_run(first).status == runs.DONE)
+    assert (runs.read_run(second).status, runs.read_run(second).log) == (runs.STOPPED, "")
 
 
 def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder):
@@ -111,9 +114,12 @@ def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder):
     os.kill(state["pid"], signal.SIGKILL)
     os.kill(state["child"], signal.SIGKILL)
     until(lambda: runs.read_run(place).status == runs.BROKEN)
+    assert "finished" not in runs.read_run(place).log
     (bench / "done").touch()
     runs.resume(runs.read_run(place), bench, folder)
     until(lambda: runs.read_run(place).status == runs.DONE)
+    assert "finished" in runs.read_run(place).log
+    assert json.loads((place / "state.json").read_text())["pid"] != state["pid"]
 
 
 def test_an_ordinary_command_runs(bench, folder):

@@ -10,7 +10,6 @@ from prove.cases.drop_effects import falling, value
 from prove.cases.flight_laws import drag_number, impact_array, law_array, restitution
 
 R, DENSITY = 3.5e-3, 1250.0
-MASS = 4 / 3 * math.pi * R**3 * DENSITY
 SPHERE = np.full(3, R)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scenes import NO_AIR
 
 from sim.engine import lists
 from sim.engine.step import init, run
@@ -35,7 +36,8 @@ def scene(numbers: np.random.Generator, count: int, moving: bool) -> World:
     )
     placed = Placed(SHAPES, SOFT, x, turns / np.linalg.norm(turns, axis=1, keepdims=True), numbers.normal(size=(count, 3)),
                     numbers.normal(size=(count, 3)) * 100, numbers.integers(0, len(SHAPES), count))  # fmt: skip
-    return World((placed,), walls, (SOYBEAN_Q235, SOYBEAN_SOYBEAN), most_overlap=0.9)
+    laws = NO_AIR if moving else ()
+    return World((placed,), walls, (SOYBEAN_Q235, SOYBEAN_SOYBEAN), laws, most_overlap=0.9)
 
 
 def touching(state) -> set:

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
 
 from sim.engine.observe import Settled, Track
 from sim.engine.state import State
@@ -35,7 +36,7 @@ def heap():
         Scattered((BEAN,), SOFT, 300, (0, 0, 0), (0.07, 0.07, 0.1)),
         Scattered((BALL,), SOFT, 300, (0, 0, 0.1), (0.07, 0.07, 0.2)),
     )
-    world = World(groups, walls, CONTACTS)
+    world = World(groups, walls, CONTACTS, NO_AIR)
     return world, run(world, init(world, RNG(4)), 0.06)
 
 
@@ -193,9 +194,8 @@ def test_a_turning_floor_carries_a_ball_along():
     """A disc's worth of floor turning about z: without slip the contact point moves with it; the ball's centre circles slowly."""
     turn = Turn(LAWS["motion_steady"].use(rate=2.0), (0, 0, 0), (0, 0, 1))
     floor = Rectangle("floor", Q235, (-0.1, -0.1, 0), (0.2, 0, 0), (0, 0.2, 0), moves=(turn,))
-    world = World(
-        (Placed((BALL,), SOFT, [[0.03, 0, 0.003]]),), (floor,), (Contact(("soybean", "Q235"), 0.5, 1.0, 0.0), SOYBEAN_SOYBEAN)
-    )
+    contacts = (Contact(("soybean", "Q235"), 0.5, 1.0, 0.0), SOYBEAN_SOYBEAN)
+    world = World((Placed((BALL,), SOFT, [[0.03, 0, 0.003]]),), (floor,), contacts, NO_AIR)
     state = run(world, init(world, RNG(0)), 0.3)
     x, v, w = state.positions[0], state.velocities[0], state.spins[0]
     at_contact = v + np.cross(w, [0, 0, -0.003])

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
 
 from sim.engine.sleeping import CALM, SLEEP_EVERY
 from sim.engine.state import State
@@ -59,7 +60,7 @@ def test_a_seed_whose_support_is_drawn_away_falls_at_once():
     """A plate sinks from 0.1 s on at 5 m/s, faster than the ball falls: free fall since then, but for one look at most."""
     sinking = Slide(LAWS["motion_steady"].use(rate=-5.0, start=0.1), (0, 0, 1))
     plate = Rectangle("plate", Q235, (-0.1, -0.1, 0), (0.2, 0, 0), (0, 0.2, 0), (sinking,))
-    world = World((Placed((BALL,), SOFT, [[0, 0, 3e-3]]),), (plate,), ROUGH, sleep=True)
+    world = World((Placed((BALL,), SOFT, [[0, 0, 3e-3]]),), (plate,), ROUGH, NO_AIR, sleep=True)
     before = run(world, init(world, np.random.default_rng(0)), 0.099)
     assert asleep(before).all()
     after = run(world, before, 0.12)

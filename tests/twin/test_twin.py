@@ -95,11 +95,11 @@ def test_a_straight_track_measures_as_the_simulation_knows(tmp_path, rig):
 
 def test_the_recording_states_all_that_the_rig_assumed(tmp_path):
     out = tmp_path / "drop"
-    Job("drop", Parameters(), {"air": {"density_kg_m3": 0.0}}, rendered=False).run(out)
+    Job("drop", Parameters(), {"air": {"density_kg_m3": 0.5}}, rendered=False).run(out)
     told = read_recording(out)
     assert told.drop.height_mm == 310.0
     assert told.drop.orientation == "flat"
-    assert told.air.density_kg_m3 == 0.0
+    assert told.air.density_kg_m3 == 0.5
     assert told.camera.fps == 1000.0
     assert 7.6 <= told.seed.length_mm <= 10.0
     assert told.seed.mass_g > 0.1

@@ -1,10 +1,12 @@
 """The procedure's simulator over a real campaign store: runs come back measured, and are not computed again."""
 
 import numpy as np
+import pytest
 
 from calibrate.procedure.simulator import Run, campaign, seed_numbers
 
 
+@pytest.mark.usefixtures("rigs_compiled")
 def test_runs_come_back_in_order_and_from_the_store_without_workers(tmp_path, monkeypatch):
     runs = [
         Run("drop", {"restitution": e}, seed_numbers(1, "drop", e), {"drop": {"height_mm": 100.0}, "seed": {}})

@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from stand_in import TRUE, StandIn, angle, write_bench
 
 from calibrate.calibrate_command import DONE, MISUSED, STOPPED, Asked, calibrate_command
-from calibrate.procedure import parameters
+from calibrate.procedure import joint, parameters
 from calibrate.procedure.effort import FULL, QUICK, pile_description
 from calibrate.procedure.rigs import SEED_FACTORS
 from calibrate.procedure.simulated import Wishes, calibrate_simulated
@@ -19,6 +20,13 @@ from calibrate.procedure.simulator import Run, _begun, seed_numbers
 
 EASY = replace(QUICK, draws=200)  # of the posterior: enough for what is asked here
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
+
+
+def calibrated(bench, simulator, **more):
+    """With a posterior of at most 500 steps: not converged, but its sds are good to a tenth."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(joint, "sample", partial(joint.sample, max_steps=500))
+        return calibrate_simulated(bench, simulator, effort=EASY, seed=7, **more)
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +41,7 @@ def simulator():
 
 @pytest.fixture(scope="module")
 def found(bench, simulator):
-    return calibrate_simulated(bench, simulator, effort=EASY, seed=7)
+    return calibrated(bench, simulator)
 
 
 @pytest.fixture
@@ -151,7 +159,7 @@ def test_piles_that_scatter_beyond_all_packings_are_a_finding(spoilt):
 
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
     held = Wishes(held={"seed_restitution": (0.6, 0.01)})
-    known = calibrate_simulated(bench, StandIn(), effort=EASY, seed=7, wishes=held).joint.table.set_index("factor")
+    known = calibrated(bench, StandIn(), wishes=held).joint.table.set_index("factor")
     assert known.loc["seed_restitution", "sd"] < 0.5 * found.joint.table.set_index("factor").loc["seed_restitution", "sd"]
 
 
@@ -201,7 +209,7 @@ def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, foun
         shutil.copytree(bench, bench.parent / name)
         with (bench.parent / name / "pile" / "recording.toml").open("a") as file:
             file.write(f"[pile]\n{shape}\nfilled_mass_g = {140 - 30 * TRUE['seed_static_friction']}\n")
-        return calibrate_simulated(bench.parent / name, Weighing(), effort=EASY, seed=7)
+        return calibrated(bench.parent / name, Weighing())
 
     both = weighed("slice", "slab = true\nbox_mm = [105, 30, 200]\ngate_mm = [30, 200]\nplate_mm = [200, 30]\nfill_height_mm = 60")
     box = weighed("box", "box_mm = [105, 105, 200]")  # the control: its slice weighs something else

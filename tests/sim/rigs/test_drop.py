@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
 
 from sim.material import SOYBEAN_Q235
 from sim.rigs.bench import GRAVITY_M_S2, Bench, reach
 from sim.rigs.drop import Drop, run_drop
 
-SMOOTH = Bench(seed_wall=replace(SOYBEAN_Q235, static_friction=0.0, rolling_friction=0.0), air_density_kg_m3=0.0)
+SLICK = replace(SOYBEAN_Q235, static_friction=0.0, rolling_friction=0.0)
+SMOOTH = Bench(seed_wall=SLICK, air_density_kg_m3=0.0, laws=NO_AIR)
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -37,7 +39,7 @@ def test_air_takes_from_the_rebound_what_drag_takes_twice():
 
     fine = replace(SMOOTH, rayleigh_fraction=0.02)  # e as entered within 0.1 %: half a per cent would hide the air
     still = run_drop(Drop(orientation=LEVEL), fine, rng())
-    windy = run_drop(Drop(orientation=LEVEL), replace(fine, air_density_kg_m3=1.2), rng())
+    windy = run_drop(Drop(orientation=LEVEL), replace(fine, air_density_kg_m3=1.2, laws=()), rng())
     seed = still.shapes[0]
     d, e2 = (6 * seed.volume_m3 / np.pi) ** (1 / 3), 0.54**2
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
 
 from sim.material import SOYBEAN_Q235
 from sim.rigs.bench import Bench
@@ -14,7 +15,8 @@ STRAIGHT = Roll(axis_sd_deg=0.0)
 
 
 def bench(mu_r, **more):
-    return Bench(seed_wall=replace(SOYBEAN_Q235, rolling_friction=mu_r), air_density_kg_m3=0.0, **more)
+    contact = replace(SOYBEAN_Q235, rolling_friction=mu_r)
+    return Bench(seed_wall=contact, air_density_kg_m3=0.0, laws=NO_AIR, **more)
 
 
 def energy_run_out(mu_r, way=0.010):

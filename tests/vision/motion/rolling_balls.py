@@ -35,12 +35,16 @@ def way(ball: Ball, speed: float, seconds: float) -> tuple[np.ndarray, np.ndarra
         ends = [lambda t, y: y[0] - until, lambda t, y: y[1] + (drive > 0)]
         for end in ends:
             end.terminal = True
-        return solve_ivp(rate, (t0, seconds), [x0, v0], events=ends, rtol=1e-10, atol=1e-12, max_step=0.02)
+        return solve_ivp(
+            rate, (t0, seconds), [x0, v0], events=ends, rtol=1e-10, atol=1e-12, dense_output=True
+        )
 
-    first = leg(0.0, 0.0, speed, np.sin(ball.beta), ball.mu * np.cos(ball.beta), ball.length)
-    t, x = first.t, first.y[0]
-    if np.isfinite(ball.length) and first.status == 1:
-        second = leg(t[-1], x[-1], ball.keep * first.y[1, -1], 0.0, ball.mu, np.inf)
-        t, x = np.append(t, second.t[1:]), np.append(x, second.y[0, 1:])
     fine = np.linspace(0.0, seconds, 20_000)
-    return fine, np.interp(fine, t, x)
+    first = leg(0.0, 0.0, speed, np.sin(ball.beta), ball.mu * np.cos(ball.beta), ball.length)
+    end = first.t[-1]
+    x = first.sol(np.minimum(fine, end))[0]
+    if np.isfinite(ball.length) and first.status == 1:
+        place, fast = first.y[:, -1]
+        second = leg(end, place, ball.keep * fast, 0.0, ball.mu, np.inf)
+        x = np.where(fine <= end, x, second.sol(np.clip(fine, end, second.t[-1]))[0])
+    return fine, x

@@ -25,13 +25,16 @@ def flights(height_m: float, e: float) -> tuple[np.ndarray, np.ndarray, float, f
             return y[0] - 1e-12 if t > t0 else 1.0
 
         ground.terminal, ground.direction = True, -1
-        return solve_ivp(rate, (t0, t0 + 10), [y0, v0], events=ground, rtol=1e-10, atol=1e-12, max_step=2e-3)
+        found = solve_ivp(
+            rate, (t0, t0 + 10), [y0, v0], events=ground, rtol=1e-10, atol=1e-12, dense_output=True
+        )
+        t = np.linspace(t0, found.t[-1], 1000)
+        return t, *found.sol(t)
 
-    down = leg(0.0, height_m, 0.0)
-    fast = -down.y[1, -1]
-    up = leg(down.t[-1], 0.0, e * fast)
-    t, y = np.append(down.t, up.t[1:]), np.append(down.y[0], up.y[0, 1:])
-    return t, y, fast, down.t[-1]
+    t_down, y_down, v_down = leg(0.0, height_m, 0.0)
+    hit, fast = t_down[-1], -v_down[-1]
+    t_up, y_up, _ = leg(hit, 0.0, e * fast)
+    return np.append(t_down, t_up[1:]), np.append(y_down, y_up[1:]), fast, hit
 
 
 def recording(tmp_path, evidence: str, **drop) -> Recording:

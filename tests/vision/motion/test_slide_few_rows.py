@@ -23,8 +23,10 @@ def way(start_deg: float, rate_deg_s: float, mu: float) -> tuple[np.ndarray, np.
         return y[0] - 0.5
 
     end.terminal = True
-    found = solve_ivp(go, (0, 10), [0.0, 0.0], events=end, rtol=1e-10, atol=1e-12, max_step=1e-3)
-    return found.t, found.y[0]
+    exact = {"rtol": 1e-10, "atol": 1e-12, "dense_output": True}
+    found = solve_ivp(go, (0, 10), [0.0, 0.0], events=end, **exact)
+    t = np.linspace(0, found.t[-1], 2000)
+    return t, found.sol(t)[0]
 
 
 def recording(tmp_path, evidence: str, **slide) -> Recording:
