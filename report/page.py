@@ -65,8 +65,7 @@ def _answer(c: Calibration) -> dict:
             "status": r.status,
             "source": r.source,
             "budget": [(k, f"{100 * v:.0f} %") for k, v in r.budget.items() if v >= 0.005],
-            "open": "not resolved" in r.status,
-            "edge": r.status != "calibrated",
+            "open": r.status != "calibrated",
         }
         for r in parameters(c).itertuples()
     ]

@@ -116,7 +116,7 @@ def _cut(fit: SteelFit) -> OutsideRange | None:
     """The answer is inside, but its interval is cut off by an end of the range: where to go on."""
     i = fit.inverse
     reach = max(i.high - i.low, 4 * i.sd)
-    if any("cut off" in n for n in i.notes):
+    if i.open_ends:
         side = "low" if i.low <= fit.rows[fit.rig.parameter].min() else "high"
         return OutsideRange("", side, i.value - reach if side == "low" else i.value + reach)
     return None
