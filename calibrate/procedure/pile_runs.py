@@ -1,8 +1,6 @@
 """Seed–seed piles simulated: noise, path, replicates, design with common packings, verification."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -23,9 +21,7 @@ from calibrate.statistics.resolution import Candidate
 
 STEPS, MOST_STEPS = 6, 14
 MOST_EFFECT = 5.0  # in packing noise
-DESIGNS: dict[str, Callable[..., pd.DataFrame]] = {  # none leaves the box
-    "box-behnken": box_behnken, "central-composite": partial(central_composite, alpha="face"),
-}  # fmt: skip
+DESIGNS = {"box-behnken": box_behnken, "central-composite": central_composite}
 WIDEST = 5  # groups on either side of the centre that a design may span: all of the path where packing noise asks for it
 
 
@@ -197,7 +193,7 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
     cancels within a block and averages out between them. Else, and at the centre, every run has a packing of its own.
     """
     chosen = _plan(box, reach or 4 * noise.sd, noise, pairing, stage.effort)
-    once = _design(box, stage.effort).sort_values("standard", ignore_index=True)
+    once = _design(box, stage.effort)
     outer = once[once["point"] != "centre"]
     blocks = int(outer["block"].max()) + 1
     parts = [outer.assign(packing=outer["block"] + r * blocks, replicate=r + 1) for r in range(chosen.replicates)]
@@ -212,7 +208,7 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
     there, notes = usable(table, PILE_RESPONSE, least=0.8)
     extra = [c for c in table.columns if c not in KNOWN and table[c].dtype.kind == "f"]
     read = table[list(dict.fromkeys([PILE_RESPONSE, *extra]))]
-    design = pd.concat([design.drop(columns=["run", "block"]), read], axis=1)[there]
+    design = pd.concat([design.drop(columns="block"), read], axis=1)[there]
     return design.reset_index(drop=True), chosen, notes
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from calibrate.calibrate_command import DONE, MISUSED, STOPPED, Asked, calibrate_command
+from calibrate.calibrate_command import Asked, calibrate_command
 from calibrate.export import read_result
 from calibrate.procedure import calibrate_tables, parameters
+from twin.command import DONE, FAILED, MISUSED
 
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 PRINTED = {
@@ -186,7 +187,7 @@ def test_contradictory_recordings_are_flagged(bench, tmp_path):
 def test_nothing_to_calibrate_stops_with_a_reason(bench, tmp_path, capsys):
     for rig in ("drop", "slide", "roll", "pile"):
         (bench / rig / "readings.csv").unlink()
-    assert run(bench, tmp_path) == STOPPED
+    assert run(bench, tmp_path) == FAILED
     assert "nothing could be measured" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
