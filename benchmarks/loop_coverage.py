@@ -22,7 +22,7 @@ from calibrate.procedure.bench import RigReadings
 from calibrate.procedure.effort import QUICK
 from calibrate.procedure.pile_runs import measure_noise, run_design
 from calibrate.procedure.pile_stage import RANGES, PileStage
-from calibrate.procedure.pile_surrogate import observed, riding, steel_box
+from calibrate.procedure.pile_surrogate import observed, steel_box, two_level_pattern
 from calibrate.procedure.rigs import STEEL
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.box import Box
@@ -78,7 +78,7 @@ def readings(pile: np.ndarray) -> RigReadings:
 
 @cache
 def _ridden(shape: bytes, rows: int, factors: int) -> np.ndarray:
-    return riding(np.frombuffer(shape).reshape(rows, -1), factors)
+    return two_level_pattern(np.frombuffer(shape).reshape(rows, -1), factors)
 
 
 def design(piles: Piles, found: dict) -> tuple[pd.DataFrame, Box, bool]:
@@ -89,7 +89,7 @@ def design(piles: Piles, found: dict) -> tuple[pd.DataFrame, Box, bool]:
     stage = PileStage(readings(np.ones(len(COLUMNS))), fixed, {}, piles, QUICK, 1, RANGES, levels, None, steel)
     noise, pairing, _, _ = measure_noise(stage, levels)
     # the pattern is the same for every design: searched once
-    with mock.patch.object(pile_runs, "riding", lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k)):
+    with mock.patch.object(pile_runs, "two_level_pattern", lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k)):
         run_design(stage, levels, noise, pairing, 0.0)
     return pd.concat(stage.done, ignore_index=True), steel, pairing.worth_it
 

@@ -4,26 +4,26 @@ inside."""
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Exit, Option
 
 from benchtwin.options import EngineName, Quiet, Ranks, Rendered, Rng, Scheduler, Workers
 
 
 def simulate(
-    rig: Annotated[str, typer.Argument(help="drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or drum (rotating).")],
-    out: Annotated[Path, typer.Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],
-    restitution: Annotated[float | None, typer.Option(help="Seed on steel: coefficient of restitution.")] = None,
-    static_friction: Annotated[float | None, typer.Option(help="Seed on steel.")] = None,
-    rolling_friction: Annotated[float | None, typer.Option(help="Seed on steel; EDEM's standard convention.")] = None,
-    seed_restitution: Annotated[float | None, typer.Option(help="Seed on seed: coefficient of restitution.")] = None,
-    seed_static_friction: Annotated[float | None, typer.Option(help="Seed on seed.")] = None,
-    seed_rolling_friction: Annotated[float | None, typer.Option(help="Seed on seed; EDEM's standard convention.")] = None,
-    repeats: Annotated[int, typer.Option(help="How many recordings, each with seeds, placing and packing of its own.")] = 1,
+    rig: Annotated[str, Argument(help="drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or drum (rotating).")],
+    out: Annotated[Path, Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],
+    restitution: Annotated[float | None, Option(help="Seed on steel: coefficient of restitution.")] = None,
+    static_friction: Annotated[float | None, Option(help="Seed on steel.")] = None,
+    rolling_friction: Annotated[float | None, Option(help="Seed on steel; EDEM's standard convention.")] = None,
+    seed_restitution: Annotated[float | None, Option(help="Seed on seed: coefficient of restitution.")] = None,
+    seed_static_friction: Annotated[float | None, Option(help="Seed on seed.")] = None,
+    seed_rolling_friction: Annotated[float | None, Option(help="Seed on seed; EDEM's standard convention.")] = None,
+    repeats: Annotated[int, Option(help="How many recordings, each with seeds, placing and packing of its own.")] = 1,
     rng: Rng = 1,
-    setting: Annotated[list[str], typer.Option("--set", help="KEY=VALUE of anything else: pile.fill_height_mm=80 …")] = [],  # noqa: B006
-    like: Annotated[Path | None, typer.Option("--from", help="A recording.toml whose rig, seed and camera to copy.")] = None,
-    track: Annotated[bool, typer.Option(help="Write the simulation's own track, no pictures: quick.")] = False,
-    threads: Annotated[int, typer.Option(min=1, help="Processor cores for one pile.")] = 2,
+    setting: Annotated[list[str], Option("--set", help="KEY=VALUE of anything else: pile.fill_height_mm=80 …")] = [],  # noqa: B006
+    like: Annotated[Path | None, Option("--from", help="A recording.toml whose rig, seed and camera to copy.")] = None,
+    track: Annotated[bool, Option(help="Write the simulation's own track, no pictures: quick.")] = False,
+    threads: Annotated[int, Option(min=1, help="Processor cores for one pile.")] = 2,
     engine: EngineName = "benchtwin",
     ranks: Ranks = 1,
     quiet: Quiet = False,
@@ -48,26 +48,26 @@ def simulate(
         rig, out, numbers, repeats=repeats, rng=rng, settings=setting, like=like, rendered=not track, threads=threads,
         engine=engine, ranks=ranks, quiet=quiet,
     )  # fmt: skip
-    raise typer.Exit(code or measure_command([out], out / "measured", "20-80", "", "", False, False, True, quiet))
+    raise Exit(code or measure_command([out], out / "measured", "20-80", "", "", False, False, True, quiet))
 
 
 def calibrate(
-    bench: Annotated[Path, typer.Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
-    out: Annotated[Path, typer.Option(help="Folder for result.json, tables/, report.html, and the simulated runs.")],
-    tables: Annotated[bool, typer.Option(help="Calibrate on the simulations in BENCH/tables instead of simulating.")] = False,
-    twin: Annotated[bool, typer.Option(help="With --tables: simulate what the tables hold, and show both.")] = False,
-    quick: Annotated[bool, typer.Option(help="Fewer repeats and piles: minutes, with wider intervals.")] = False,
-    whole_pile: Annotated[bool, typer.Option(help="Simulate the pile as described, not a slice of it: hours.")] = False,
+    bench: Annotated[Path, Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
+    out: Annotated[Path, Option(help="Folder for result.json, tables/, report.html, and the simulated runs.")],
+    tables: Annotated[bool, Option(help="Calibrate on the simulations in BENCH/tables instead of simulating.")] = False,
+    twin: Annotated[bool, Option(help="With --tables: simulate what the tables hold, and show both.")] = False,
+    quick: Annotated[bool, Option(help="Fewer repeats and piles: minutes, with wider intervals.")] = False,
+    whole_pile: Annotated[bool, Option(help="Simulate the pile as described, not a slice of it: hours.")] = False,
     rendered: Rendered = False,
-    design: Annotated[str, typer.Option(help="Of the piles: box-behnken, or central-composite (face-centred).")] = "box-behnken",
-    ranges: Annotated[list[str], typer.Option("--range", help="seed_restitution=0.45:0.70: where to look for it.")] = [],  # noqa: B006
-    priors: Annotated[list[str], typer.Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand.")] = [],  # noqa: B006
+    design: Annotated[str, Option(help="Of the piles: box-behnken, or central-composite (face-centred).")] = "box-behnken",
+    ranges: Annotated[list[str], Option("--range", help="seed_restitution=0.45:0.70: where to look for it.")] = [],  # noqa: B006
+    priors: Annotated[list[str], Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand.")] = [],  # noqa: B006
     rng: Rng = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
     engine: EngineName = "benchtwin",
     ranks: Ranks = 1,
-    overwrite: Annotated[bool, typer.Option(help="Replace an existing result; finished runs are kept.")] = False,
+    overwrite: Annotated[bool, Option(help="Replace an existing result; finished runs are kept.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Calibrate contact parameters on a bench folder: values with intervals, and what the bench leaves open.
@@ -82,23 +82,23 @@ def calibrate(
         ranges=tuple(ranges), priors=tuple(priors), rng=rng, workers=workers, scheduler=scheduler, engine=engine,
         ranks=ranks, overwrite=overwrite, quiet=quiet,
     )  # fmt: skip
-    raise typer.Exit(calibrate_command(asked))
+    raise Exit(calibrate_command(asked))
 
 
 def predict(
-    calibrated: Annotated[Path, typer.Argument(metavar="CALIBRATED", help="What `benchtwin calibrate … --out DIR` left.")],
-    rig: Annotated[str, typer.Option(help="cylinder (a heap left by a lifted cylinder) or drum (rotating).")],
-    out: Annotated[Path, typer.Option(help="Folder for predicted.csv, prediction.json, prediction.svg, and the runs.")],
-    beside: Annotated[Path | None, typer.Option(help="Recordings of that rig to compare with: a bench folder, or one.")] = None,
-    setting: Annotated[list[str], typer.Option("--set", help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …")] = [],  # noqa: B006
-    like: Annotated[Path | None, typer.Option("--from", help="A recording.toml whose rig and seed to copy.")] = None,
-    draws: Annotated[int, typer.Option(help="Parameter sets drawn from the posterior, a run each.")] = 12,
-    packings: Annotated[int, typer.Option(help="Runs at the posterior's mean: how much packings scatter.")] = 4,
+    calibrated: Annotated[Path, Argument(metavar="CALIBRATED", help="What `benchtwin calibrate … --out DIR` left.")],
+    rig: Annotated[str, Option(help="cylinder (a heap left by a lifted cylinder) or drum (rotating).")],
+    out: Annotated[Path, Option(help="Folder for predicted.csv, prediction.json, prediction.svg, and the runs.")],
+    beside: Annotated[Path | None, Option(help="Recordings of that rig to compare with: a bench folder, or one.")] = None,
+    setting: Annotated[list[str], Option("--set", help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …")] = [],  # noqa: B006
+    like: Annotated[Path | None, Option("--from", help="A recording.toml whose rig and seed to copy.")] = None,
+    draws: Annotated[int, Option(help="Parameter sets drawn from the posterior, a run each.")] = 12,
+    packings: Annotated[int, Option(help="Runs at the posterior's mean: how much packings scatter.")] = 4,
     rendered: Rendered = False,
     rng: Rng = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    overwrite: Annotated[bool, typer.Option(help="Replace an existing prediction; finished runs are kept.")] = False,
+    overwrite: Annotated[bool, Option(help="Replace an existing prediction; finished runs are kept.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Predict another system from calibrated parameters, with intervals; beside recordings, whether they agree.
@@ -112,15 +112,15 @@ def predict(
         calibrated, rig, out, beside=beside, like=like, settings=tuple(setting), draws=draws, packings=packings,
         rendered=rendered, rng=rng, workers=workers, scheduler=scheduler, overwrite=overwrite, quiet=quiet,
     )  # fmt: skip
-    raise typer.Exit(predict_command(asked))
+    raise Exit(predict_command(asked))
 
 
 def compare_engines(
-    out: Annotated[Path, typer.Option(help="Folder for compared.csv, compared.html, runs.csv, and the simulated runs.")],
-    rows: Annotated[Path | None, typer.Option(help="CSV with a row of parameters a line; else the paper's optimum.")] = None,
-    packings: Annotated[int, typer.Option(help="Piles of each row, with seeds and packing of their own.")] = 4,
+    out: Annotated[Path, Option(help="Folder for compared.csv, compared.html, runs.csv, and the simulated runs.")],
+    rows: Annotated[Path | None, Option(help="CSV with a row of parameters a line; else the paper's optimum.")] = None,
+    packings: Annotated[int, Option(help="Piles of each row, with seeds and packing of their own.")] = 4,
     rng: Rng = 1,
-    setting: Annotated[list[str], typer.Option("--set", help="KEY=VALUE of the pile: pile.fill_height_mm=40 …")] = [],  # noqa: B006
+    setting: Annotated[list[str], Option("--set", help="KEY=VALUE of the pile: pile.fill_height_mm=40 …")] = [],  # noqa: B006
     ranks: Ranks = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -134,17 +134,17 @@ def compare_engines(
     from twin.compare.command import Compared, compare_command
 
     asked = Compared(out, rows, packings, rng, tuple(setting), ranks, workers, scheduler, quiet)
-    raise typer.Exit(compare_command(asked))
+    raise Exit(compare_command(asked))
 
 
 def diagnose(
-    bench: Annotated[Path, typer.Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
-    out: Annotated[Path, typer.Option(help="Folder for diagnosis.json, report.html, and the twin's new runs.")],
-    rig: Annotated[list[str], typer.Option(help="Only this rig: drop, slide, roll or pile.")] = [],  # noqa: B006
-    twin: Annotated[bool, typer.Option(help="Run the twin again with what was found, and show whether it then agrees.")] = True,
-    quick: Annotated[bool, typer.Option(help="The twin's tracks only: no pictures are rendered.")] = False,
+    bench: Annotated[Path, Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
+    out: Annotated[Path, Option(help="Folder for diagnosis.json, report.html, and the twin's new runs.")],
+    rig: Annotated[list[str], Option(help="Only this rig: drop, slide, roll or pile.")] = [],  # noqa: B006
+    twin: Annotated[bool, Option(help="Run the twin again with what was found, and show whether it then agrees.")] = True,
+    quick: Annotated[bool, Option(help="The twin's tracks only: no pictures are rendered.")] = False,
     rng: Rng = 1,
-    overwrite: Annotated[bool, typer.Option(help="Replace an existing diagnosis.")] = False,
+    overwrite: Annotated[bool, Option(help="Replace an existing diagnosis.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Diagnose where recordings and simulation differ: where, what physics is left out, and whether it mends the twin.
@@ -153,14 +153,14 @@ def diagnose(
     """
     from diagnose.diagnose_command import Asked, diagnose_command
 
-    raise typer.Exit(diagnose_command(Asked(bench, out, tuple(rig), rng, twin, quick, overwrite, quiet)))
+    raise Exit(diagnose_command(Asked(bench, out, tuple(rig), rng, twin, quick, overwrite, quiet)))
 
 
 def export(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left.")],
-    to: Annotated[str, typer.Option(help="lammps, liggghts, yade, edem, or mercury.")],
-    out: Annotated[Path | None, typer.Option(help="Folder for the cards; else DIR/export/ENGINE.")] = None,
-    overwrite: Annotated[bool, typer.Option(help="Replace cards that are there.")] = False,
+    folder: Annotated[Path, Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left.")],
+    to: Annotated[str, Option(help="lammps, liggghts, yade, edem, or mercury.")],
+    out: Annotated[Path | None, Option(help="Folder for the cards; else DIR/export/ENGINE.")] = None,
+    overwrite: Annotated[bool, Option(help="Replace cards that are there.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Write calibrated parameters as another DEM engine takes them, in its own conventions.
@@ -169,16 +169,16 @@ def export(
     """
     from calibrate.export_command import export_command
 
-    raise typer.Exit(export_command(folder, to, out, overwrite, quiet))
+    raise Exit(export_command(folder, to, out, overwrite, quiet))
 
 
 def prove(
-    out: Annotated[Path, typer.Option(help="Folder for cases, keys, solutions, prove.json, cases.csv, report.html.")],
-    cases: Annotated[int, typer.Option(min=1, max=100_000, help="How many; half of them conceal nothing.")] = 600,
-    rng: Annotated[int | None, typer.Option(min=0, help="Seed of the random numbers: the same one, the same cases.")] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Cases that are made and solved at a time.")] = 1,
-    limit_s: Annotated[float, typer.Option(min=1.0, help="A case that takes longer counts as one without a diagnosis.")] = 600.0,
-    keep_frames: Annotated[bool, typer.Option(help="Keep the pictures of solved cases, about 10 MB each.")] = False,
+    out: Annotated[Path, Option(help="Folder for cases, keys, solutions, prove.json, cases.csv, report.html.")],
+    cases: Annotated[int, Option(min=1, max=100_000, help="How many; half of them conceal nothing.")] = 600,
+    rng: Annotated[int | None, Option(min=0, help="Seed of the random numbers: the same one, the same cases.")] = None,
+    workers: Annotated[int, Option(min=1, help="Cases that are made and solved at a time.")] = 1,
+    limit_s: Annotated[float, Option(min=1.0, help="A case that takes longer counts as one without a diagnosis.")] = 600.0,
+    keep_frames: Annotated[bool, Option(help="Keep the pictures of solved cases, about 10 MB each.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Test `benchtwin diagnose` blind: cases with a concealed effect, made by other code, each solved once and scored.
@@ -188,4 +188,4 @@ def prove(
     """
     from prove.command import prove_command
 
-    raise typer.Exit(prove_command(out, cases, rng, workers=workers, limit_s=limit_s, keep_frames=keep_frames, quiet=quiet))
+    raise Exit(prove_command(out, cases, rng, workers=workers, limit_s=limit_s, keep_frames=keep_frames, quiet=quiet))

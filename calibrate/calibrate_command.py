@@ -56,7 +56,7 @@ class Asked(CampaignOptions):
 
 
 def calibrate_command(asked: Asked, simulator=None) -> int:
-    """Calibrate a bench folder; returns the exit code. simulator: in the place of the campaign, for tests."""
+    """Calibrate a bench folder; returns the exit code. simulator: instead of the campaign."""
 
     def work() -> int:
         found, drawn = calibrate_into(asked, simulator)
@@ -98,7 +98,7 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     from calibrate.procedure.beside import beside_tables
     from calibrate.procedure.effort import FULL, QUICK
     from calibrate.procedure.pile_runs import DESIGNS
-    from calibrate.procedure.simulated import Wishes, calibrate_simulated, checked_ranges
+    from calibrate.procedure.simulated import Prescribed, calibrate_simulated, checked_ranges
     from calibrate.procedure.simulator import campaign
     from calibrate.statistics.box import Box
     from calibrate.statistics.prior import Prior
@@ -109,16 +109,17 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     effort = replace(QUICK if asked.quick else FULL, design=asked.design)
     effort = replace(effort, slab=None) if asked.whole_pile else effort
     options = {k: v for k, v in vars(asked).items() if k in RECORDED and v} | engine.told
-    wishes = Wishes(_pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior"), options=options)
+    ranges, priors = _pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior")
+    prescribed = Prescribed(ranges, priors, options=options)
     try:
-        checked_ranges(wishes.ranges)
-        Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), wishes.held)
+        checked_ranges(prescribed.ranges)
+        Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), prescribed.priors)
     except ValueError as error:
         raise Misuse(error) from None
     printed = None
     if asked.twin:
         printed = calibrate_tables(asked.bench, seed=asked.rng)
-        wishes = _as_tabulated(wishes, printed)
+        prescribed = _as_tabulated(prescribed, printed)
     converted: list[str] = []
     with _progress(asked.quiet) as (say, told), ExitStack() as stack:
         simulate = simulator or stack.enter_context(
@@ -132,7 +133,9 @@ def _simulated(asked: Asked, simulator) -> Calibration:
             asked.out.mkdir(parents=True, exist_ok=True)
             _reported(calibration, asked.out)
 
-        found = calibrate_simulated(asked.bench, simulate, effort=effort, seed=asked.rng, wishes=wishes, say=say, so_far=so_far)
+        found = calibrate_simulated(
+            asked.bench, simulate, effort=effort, seed=asked.rng, prescribed=prescribed, say=say, so_far=so_far
+        )
         if simulator is None:  # a stand-in has no twin to show
             found = _with_pairs(found, asked.out / "twin", effort, say, engine)
         found = replace(found, options={**found.options, "said": [*found.options.get("said", []), *converted]})
@@ -159,15 +162,16 @@ def _with_pairs(found: Calibration, out: Path, effort, say, engine: Engine) -> C
     return replace(found, more={**found.more, "pairs": shown}, options=options)
 
 
-def _as_tabulated(wishes, printed: Calibration):
+def _as_tabulated(prescribed, printed: Calibration):
     """The tables' own values, path, design and published optimum."""
     values = {n: tuple(fit.rows[fit.rig.parameter]) for n, fit in printed.steel.items()}
-    wishes = replace(wishes, values=values, trimmed={n: r.trimmed for n, r in printed.bench.rigs.items()})
+    trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
+    prescribed = replace(prescribed, values=values, trimmed=trimmed)
     if printed.pile is None:
-        return wishes
+        return prescribed
     pile = printed.pile
     path = pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"]) if pile.path is not None else None
-    return replace(wishes, path=path, levels=pile.box, near=pile.optimum.point)
+    return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
 
 
 def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]]:

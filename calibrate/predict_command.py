@@ -50,7 +50,7 @@ class Asked(CampaignOptions):
 
 
 def predict_command(asked: Asked, simulator: Simulator | None = None) -> int:
-    """Predict a rig; returns the exit code. simulator: in the place of the campaign, for tests."""
+    """Predict a rig; returns the exit code. simulator: instead of the campaign, for tests."""
 
     def work() -> int:
         found, seen, compared = predict_into(asked, simulator)

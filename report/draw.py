@@ -82,7 +82,8 @@ def layout(x: str, y: str, **more: Any) -> dict:
 def layout_3d(axes: dict[str, dict], camera: dict, height: int) -> dict:
     """The same in space; axes: of each of x, y, z its plotly keys."""
     scene = {f"{k}axis": axis for k, axis in axes.items()} | {"camera": camera}
-    return {"scene": scene, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": height}
+    look = {"margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": height}
+    return {"scene": scene} | look
 
 
 def listed(values: Iterable[float]) -> list[float]:

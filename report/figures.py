@@ -33,7 +33,8 @@ def steel(fit: SteelFit) -> dict:
     )  # fmt: skip
     reach = {"array": [answer.high - answer.value], "arrayminus": [answer.value - answer.low]}
     look = {"type": "data", "symmetric": False, "color": draw.RED, "thickness": 2.5}
-    data += [rows, *draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, mean), met | {"error_x": look | reach}]
+    data += [rows, *draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, mean)]
+    data.append(met | {"error_x": look | reach})
     return {"data": data, "layout": draw.layout(draw.name(rig.parameter), draw.name(rig.response))}
 
 
@@ -47,7 +48,10 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
     for i, row in enumerate(names):
         for j, column in enumerate(names[: i + 1]):
             n = i * k + j + 1
-            panel = _histogram(draws[row], marks[row]) if i == j else _density(draws, column, row, marks)
+            if i == j:
+                panel = _histogram(draws[row], marks[row])
+            else:
+                panel = _density(draws, column, row, marks)
             data += [trace | {"xaxis": f"x{n}", "yaxis": f"y{n}"} for trace in panel]
             left, below = (_title(draw.short(row)) if i else {}) if j == 0 else HIDDEN, HIDDEN
             if i == k - 1:

@@ -8,7 +8,9 @@ from typing import Any
 from twin.versions import versions
 
 
-def fill(template: str, figures: dict[str, dict], filters: dict[str, Callable], **content: Any) -> str:
+def fill(
+    template: str, figures: dict[str, dict], filters: dict[str, Callable], **content: Any
+) -> str:
     """The page as text. figures: plotly's JSON by the id that the template draws it under."""
     from jinja2 import Environment, StrictUndefined
     from plotly.offline import get_plotlyjs

@@ -22,7 +22,7 @@ class Misuse(ValueError):
 @dataclass(frozen=True, kw_only=True)
 class CampaignOptions:
     """Options of every command that simulates many runs. rng: seed of the random numbers; workers:
-    processes, None: one a core; scheduler: address of a dask scheduler, in the place of workers."""
+    processes, None: one a core; scheduler: address of a dask scheduler, instead of workers."""
 
     rng: int = 1
     workers: int | None = None
@@ -62,7 +62,9 @@ def exit_code(
         return say(verb, f"{error.filename or out}: {error.strerror or error}", FAILED)
 
 
-def check_out(out: Path, ours: set[str], what: str, result: str = "", overwrite: bool = True) -> set[str]:
+def check_out(
+    out: Path, ours: set[str], what: str, result: str = "", overwrite: bool = True
+) -> set[str]:
     """Names of what `out` holds already, all of them in `ours`; `what` would have written them.
 
     FileExistsError where `out` is a file, holds something else, or the file `result` that is not to
@@ -80,14 +82,16 @@ def check_out(out: Path, ours: set[str], what: str, result: str = "", overwrite:
 
 
 def check_bench(bench: Path, out: Path) -> None:
-    """FileNotFoundError without a bench folder; Misuse where `out` lies in it, but for a folder that
-    is marked as results."""
+    """FileNotFoundError without a bench folder; Misuse where `out` lies in it, but for a folder
+    that is marked as results."""
     from twin.bench_folder import among_results
 
     if not bench.is_dir():
-        raise FileNotFoundError(f"{bench}: {'is not a folder' if bench.exists() else 'no such folder'}")
-    inside = bench.resolve() in out.resolve().parents
-    if out.resolve() == bench.resolve() or (inside and not among_results(out.resolve(), bench.resolve())):
+        what = "is not a folder" if bench.exists() else "no such folder"
+        raise FileNotFoundError(f"{bench}: {what}")
+    folder, place = bench.resolve(), out.resolve()
+    inside = folder in place.parents and not among_results(place, folder)
+    if place == folder or inside:
         why = "lies within the bench folder, whose recordings it would be taken for; choose another"
         raise Misuse(f"--out {out}: {why}")
 

@@ -1,6 +1,7 @@
 """All that a calibration found, and its parameters as one table."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import pandas as pd
 
@@ -18,9 +19,10 @@ FOLLOWS = ["item", "printed", "recomputed", "follows"]
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed values beside recomputed ones; flags:
-    what a publication contradicts, as sentences; findings: what diagnosis should look at; options: how it was run; seed: of all
-    randomness; finished: False in a report that is written while simulations still run."""
+    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed values
+    beside recomputed ones; flags: contradictions in a publication, as sentences; findings: what a
+    diagnosis should look at; options: how it was run; seed: of all randomness; finished: False in a
+    report that is written while simulations still run; more: further tables, and the pairs shown."""
 
     mode: str
     bench: Bench
@@ -28,14 +30,20 @@ class Calibration:
     pile: PileFit | None
     joint: Joint | None
     refused: dict[str, str]
-    checks: pd.DataFrame
-    flags: tuple[str, ...]
     findings: tuple[str, ...]
     options: dict
     seed: int
+    checks: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=FOLLOWS))
+    flags: tuple[str, ...] = ()
     finished: bool = True
     title: str = ""
     more: dict = field(default_factory=dict)
+
+
+def nothing_calibrated(folder: Path, refused: dict[str, str]) -> ValueError:
+    """The error of a bench folder of which no rig could be calibrated."""
+    why = "; ".join(f"{rig}: {reason}" for rig, reason in refused.items())
+    return ValueError(f"{folder}: nothing could be calibrated: {why}")
 
 
 def parameters(c: Calibration) -> pd.DataFrame:
@@ -71,7 +79,7 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     j = pile.box.names.index(name)
     ends = open_ends(draws, (float(pile.box.low[j]), float(pile.box.high[j])))
     hidden = weak(pile.surface)
-    if hidden and pile.shown:
+    if hidden and pile.informative:
         value = float(draws.median())
     elif name in pile.optimum.boundary:
         ends |= {pile.optimum.boundary[name]}
@@ -98,9 +106,9 @@ def _seed_status(
         return f"not resolved: the pile {by}; it may be anything from {low:.3g} to {high:.3g}"
     if not hidden:
         return bounded(low, high, ends)
-    if not pile.shown:
+    if not pile.informative:
         return "not calibrated: the scatter between packings hides the pile's angle"
-    on = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.shown)
+    on = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.informative)
     return f"{bounded(low, high, ends, f' on {on}')}; the scatter between packings hides the angle"
 
 

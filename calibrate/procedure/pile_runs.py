@@ -9,7 +9,15 @@ from scipy import stats
 from calibrate.procedure.effort import Effort
 from calibrate.procedure.pile import PileFit, fit_pile
 from calibrate.procedure.pile_stage import PileStage
-from calibrate.procedure.pile_surrogate import KNOWN, Seen, brought, candidates, observed, riding, shown
+from calibrate.procedure.pile_surrogate import (
+    NOT_OBSERVABLES,
+    PileObservables,
+    angles_at,
+    candidates,
+    informative,
+    observed,
+    two_level_pattern,
+)
 from calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
 from calibrate.procedure.simulator import usable
 from calibrate.statistics.ascent import Centre, choose_centre, equal_steps
@@ -26,16 +34,16 @@ WIDEST = 5  # groups on either side of the centre that a design may span: all of
 
 
 @dataclass(frozen=True, eq=False)
-class PileFound:
+class PileResult:
     """fit: what the paper's way makes of the piles; seen: what stands for them in the posterior; candidates: what else they
     show."""
 
     fit: PileFit
-    seen: Seen
+    seen: PileObservables
     candidates: list[Candidate]
 
 
-def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
+def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileResult:
     """The whole of it. ValueError, SimulationFailed."""
     box = stage.levels or Box.of(stage.ranges)
     noise, pairing, middle, notes = measure_noise(stage, box)
@@ -56,13 +64,14 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
     piles = pd.concat(stage.done, ignore_index=True)
     seen = observed(piles, stage.readings, box, stage.steel, alike=stage.alike, shared=pairing.worth_it)
     at = {n: stage.fixed[n] for n in stage.steel.names} if stage.steel is not None else {}
-    design = design.assign(**{PILE_RESPONSE: brought(design, seen, stage.steel, at)})
-    fit = fit_pile(
-        design, box, bench, rng=rng, near=stage.near, packing=packing, notes=tuple(dict.fromkeys((*notes, *seen.notes))),
-        shown=shown(design, box, packing, seen), path=path, noise=noise, pairing=pairing, plan=chosen,
+    design = design.assign(**{PILE_RESPONSE: angles_at(design, seen, stage.steel, at)})
+    fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing)
+    fit = replace(
+        fit, notes=(*dict.fromkeys((*notes, *seen.notes)), *fit.notes), path=path, noise=noise,
+        pairing=pairing, plan=chosen, informative=informative(design, box, packing, seen),
     )  # fmt: skip
     further = candidates(design, box, packing, stage.readings.values.size, seen.used)
-    return PileFound(_verified(stage, fit), seen, further)
+    return PileResult(_verified(stage, fit), seen, further)
 
 
 def _bench(stage: PileStage, noise: Noise) -> BenchMean:
@@ -202,11 +211,11 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
     if not pairing.worth_it:
         design["packing"] = np.arange(len(design))
     if stage.steel is not None:
-        coded = riding(design[[f"{n}_coded" for n in box.names]].to_numpy(), len(stage.steel.names))
+        coded = two_level_pattern(design[[f"{n}_coded" for n in box.names]].to_numpy(), len(stage.steel.names))
         design[list(stage.steel.names)] = np.vectorize(lambda v: float(f"{v:.9g}"))(stage.steel.natural(coded))
     table = stage.piles(design, 100 + design["packing"])  # packings of their own: the noise's have been seen
     there, notes = usable(table, PILE_RESPONSE, least=0.8)
-    extra = [c for c in table.columns if c not in KNOWN and table[c].dtype.kind == "f"]
+    extra = [c for c in table.columns if c not in NOT_OBSERVABLES and table[c].dtype.kind == "f"]
     read = table[list(dict.fromkeys([PILE_RESPONSE, *extra]))]
     design = pd.concat([design.drop(columns="block"), read], axis=1)[there]
     return design.reset_index(drop=True), chosen, notes

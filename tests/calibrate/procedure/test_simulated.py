@@ -14,7 +14,7 @@ from calibrate.calibrate_command import Asked, calibrate_command
 from calibrate.procedure import parameters
 from calibrate.procedure.effort import FULL, QUICK, pile_description
 from calibrate.procedure.rigs import SEED_FACTORS
-from calibrate.procedure.simulated import Wishes, calibrate_simulated
+from calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from calibrate.procedure.simulator import Run, _begun, seed_numbers
 from twin.command import DONE, FAILED, MISUSED
 
@@ -151,8 +151,8 @@ def test_piles_that_scatter_beyond_all_packings_are_a_finding(spoilt):
 
 
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
-    held = Wishes(held={"seed_restitution": (0.6, 0.01)})
-    known = calibrate_simulated(bench, StandIn(), effort=EASY, seed=7, wishes=held).joint.table.set_index("factor")
+    known_before = Prescribed(priors={"seed_restitution": (0.6, 0.01)})
+    known = calibrate_simulated(bench, StandIn(), effort=EASY, seed=7, prescribed=known_before).joint.table.set_index("factor")
     assert known.loc["seed_restitution", "sd"] < 0.5 * found.joint.table.set_index("factor").loc["seed_restitution", "sd"]
 
 
@@ -270,10 +270,10 @@ def test_the_papers_path_and_design_are_simulated_run_by_run(tmp_path, few_draws
     assert centre["simulated"] == pytest.approx(30.04, abs=0.5)  # the stand-in is the paper's Eq. 8
 
 
-def test_a_central_composite_design_has_corners_and_stays_in_its_box(bench, tmp_path, few_draws):
+def test_a_central_composite_design_has_corners_and_stays_in_its_box(bench, tmp_path, capsys, few_draws):
     simulator = StandIn()
     asked = Asked(bench, tmp_path / "out", quick=True, quiet=True, design="central-composite")
-    assert calibrate_command(asked, simulator) == DONE
+    assert calibrate_command(asked, simulator) == DONE and capsys.readouterr() == ("", "")
     told = json.loads((tmp_path / "out" / "result.json").read_text())
     assert told["options"]["effort"]["design"] == "central-composite"
     design = pd.read_csv(tmp_path / "out" / "tables" / "pile_design.csv")
