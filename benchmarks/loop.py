@@ -23,7 +23,7 @@ from calibrate.procedure.pile_runs import measure_noise, run_design
 from calibrate.procedure.pile_stage import RANGES
 from calibrate.procedure.pile_surrogate import observed
 from calibrate.procedure.rigs import STEEL
-from calibrate.procedure.simulated import State, Wishes, calibrate_simulated
+from calibrate.procedure.simulated import Prescribed, State, calibrate_simulated
 from calibrate.procedure.simulator import campaign
 from calibrate.statistics.box import Box
 from calibrate.statistics.posterior import log_posterior
@@ -39,7 +39,7 @@ def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]
     """All piles of the quick design, the box of its seed–steel parameters, what these were calibrated to, (value, sd), and
     whether its piles share packings."""
     bench = bench_of(RUNS / "piles-00")
-    state = State(bench, QUICK, 1, Wishes(levels=Box.of(RANGES)), {})
+    state = State(bench, QUICK, 1, Prescribed(levels=Box.of(RANGES)), {})
     for name in STEEL:
         state.steel_rig(name, simulate, np.random.default_rng(1))
     stage, levels = state.pile_stage(simulate, RANGES), Box.of(RANGES)

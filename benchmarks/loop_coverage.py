@@ -27,7 +27,7 @@ from calibrate.procedure.effort import QUICK
 from calibrate.procedure.more_piles import add_piles
 from calibrate.procedure.pile_runs import measure_noise, run_design
 from calibrate.procedure.pile_stage import RANGES, PileStage
-from calibrate.procedure.pile_surrogate import observed, riding, steel_box
+from calibrate.procedure.pile_surrogate import observed, steel_box, two_level_pattern
 from calibrate.procedure.rigs import STEEL
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.box import Box
@@ -83,7 +83,7 @@ def readings(piles: np.ndarray) -> RigReadings:
 
 @cache
 def _ridden(shape: bytes, rows: int, factors: int) -> np.ndarray:
-    return riding(np.frombuffer(shape).reshape(rows, -1), factors)
+    return two_level_pattern(np.frombuffer(shape).reshape(rows, -1), factors)
 
 
 def design(piles: Piles, found: dict, *, times: int = 1) -> tuple[PileStage, bool]:
@@ -94,7 +94,7 @@ def design(piles: Piles, found: dict, *, times: int = 1) -> tuple[PileStage, boo
     stage = PileStage(readings(np.ones((1, len(COLUMNS)))), fixed, {}, piles, QUICK, 1, RANGES, levels, None, steel, found)
     noise, pairing, _, _ = measure_noise(stage, levels)
     # the pattern is the same for every design: searched once
-    with mock.patch.object(pile_runs, "riding", lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k)):
+    with mock.patch.object(pile_runs, "two_level_pattern", lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k)):
         for _ in range(times):
             run_design(stage, levels, noise, pairing, 0.0)
     return stage, pairing.worth_it

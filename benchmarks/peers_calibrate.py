@@ -119,10 +119,11 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
     from dataclasses import replace
 
     from calibrate.procedure.bench import RigReadings
-    from calibrate.procedure.calibration import beyond
+    from calibrate.procedure.calibration import LEVEL
     from calibrate.procedure.effort import FULL, QUICK
     from calibrate.procedure.pile_runs import simulate_pile
     from calibrate.procedure.pile_stage import PileStage
+    from calibrate.statistics.bounds import interval, open_ends
     from calibrate.statistics.posterior import log_posterior
     from calibrate.statistics.prior import Prior
 
@@ -149,10 +150,13 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
         density = log_posterior(points, list(found.seen.observables), prior)
         weight = np.exp(density - density.max())
         draws = points[rng.choice(len(points), 4000, p=weight / weight.sum())]
-        low, high = np.quantile(draws, [0.025, 0.975], axis=0)
         box = found.fit.box
-        ends = zip(low, high, box.low, box.high, LOW, HIGH)
-        low, high = np.array([beyond((a, b), (c, d), (e, f)) for a, b, c, d, e, f in ends]).T  # as the procedure states it
+        limits, searched = zip(box.low, box.high), zip(LOW, HIGH)
+        ends = [
+            interval(x, whole, open_ends(x, limit), LEVEL)
+            for x, limit, whole in zip(draws.T, limits, searched)
+        ]
+        low, high = np.array(ends).T  # as the procedure states it
         yield bench.spent, np.array([found.fit.optimum.point[n] for n in NAMES]), low, high
 
     return run

@@ -14,10 +14,12 @@ from calibrate.procedure import Calibration, calibrate_tables, parameters
 class CalibrationSummary:
     """What a calibration found.
 
-    parameters: a row a contact parameter: parameter, value, low, high, level (the chance that low to high holds the value),
-    unit, status ("calibrated", or a sentence), source, budget (shares of its variance). not_calibrated: rigs that gave
-    nothing, and why. findings: what no contact parameters explain. folder: where files were written, None where none were.
-    details: every fit and table; its fields may change between versions.
+    parameters: a row a contact parameter: parameter, value, low, high, level (the chance that low to
+    high holds the value), unit, status ("calibrated", or a sentence: "only bounded" where low or high
+    is a limit of what was simulated, "not resolved" …), source, budget (shares of its variance).
+    not_calibrated: rigs that gave nothing, and why. findings: what no contact parameters explain.
+    folder: where files were written, None where none were. details: every fit and table; its fields
+    may change between versions.
     """
 
     parameters: pd.DataFrame

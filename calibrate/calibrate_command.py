@@ -1,14 +1,13 @@
-"""`benchtwin calibrate` as a person meets it: what was typed, the progress, the answer, the exit code."""
+"""Command line of `benchtwin calibrate`: options, progress, printed result, exit code."""
 
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from calibrate.procedure import Calibration, calibrate_tables, parameters
@@ -18,17 +17,29 @@ from calibrate.result_file import write_result
 from report import write_report
 from report.draw import name
 from report.numbers import with_interval, words
-from twin.command import Misuse, check_folders, reported
+from twin.command import (
+    DONE,
+    FAILED,
+    CampaignOptions,
+    Misuse,
+    check_bench,
+    check_out,
+    exit_code,
+    print_lines,
+    progress_line,
+    reported,
+    result_console,
+)
 from twin.engine import Engine
 
-DONE, STOPPED, MISUSED = 0, 1, 2
-RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")  # options of a calibration, for the record
-OURS = {"result.json", "report.html", "tables", "runs", "twin"}  # what a calibration leaves in its folder
+RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")  # in result.json
+OURS = {"result.json", "report.html", "tables", "runs", "twin"}  # what a calibration leaves
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What was typed. tables: on BENCH/tables; twin: with our simulations at the tables' values; ranges, priors: "NAME=A:B"."""
+class Asked(CampaignOptions):
+    """Options. tables: on BENCH/tables; twin: with our simulations at the tables' values; ranges,
+    priors: "NAME=A:B"."""
 
     bench: Path
     out: Path
@@ -40,30 +51,20 @@ class Asked:
     design: str = "box-behnken"
     ranges: tuple[str, ...] = ()
     priors: tuple[str, ...] = ()
-    rng: int = 1
-    workers: int | None = None
-    scheduler: str | None = None
     engine: str = "benchtwin"
     ranks: int = 1
-    overwrite: bool = False
-    quiet: bool = False
 
 
 def calibrate_command(asked: Asked, simulator=None) -> int:
-    """Calibrate a bench folder; returns the exit code. simulator: in the place of the campaign, for tests."""
-    try:
+    """Calibrate a bench folder; returns the exit code. simulator: instead of the campaign."""
+
+    def work() -> int:
         found, drawn = calibrate_into(asked, simulator)
-    except KeyboardInterrupt:
-        return _say(f"stopped; the same command goes on where it stopped ({asked.out})", STOPPED)
-    except (FileNotFoundError, FileExistsError, Misuse) as error:
-        return _say(error, MISUSED)
-    except (ValueError, RuntimeError) as error:  # nothing could be calibrated; the campaign stopped
-        return _say(error, STOPPED)
-    except OSError as error:
-        return _say(f"{error.filename or asked.out}: {error.strerror or error}", STOPPED)
-    if not asked.quiet:
-        show(found, asked.out, reported=drawn)
-    return DONE if drawn else STOPPED
+        if not asked.quiet:
+            show(found, asked.out, reported=drawn)
+        return DONE if drawn else FAILED
+
+    return exit_code("calibrate", asked.out, work)
 
 
 def calibrate_into(asked: Asked, simulator=None) -> tuple[Calibration, bool]:
@@ -72,34 +73,24 @@ def calibrate_into(asked: Asked, simulator=None) -> tuple[Calibration, bool]:
     Raises FileNotFoundError, FileExistsError or Misuse before anything runs; ValueError or RuntimeError where nothing can be
     calibrated; OSError where `out` cannot be written.
     """
-    _check(asked)
-    found = calibrate_tables(asked.bench, seed=asked.rng) if asked.tables and not asked.twin else _simulated(asked, simulator)
+    check_bench(asked.bench, asked.out)
+    if "result.json" in check_out(asked.out, OURS, "calibration", "result.json", asked.overwrite):
+        # tables of other rigs than this time's would stand beside the new result; runs are kept
+        shutil.rmtree(asked.out / "tables", ignore_errors=True)
+        (asked.out / "result.json").unlink()
+    if asked.tables and not asked.twin:
+        found = calibrate_tables(asked.bench, seed=asked.rng)
+    else:
+        found = _simulated(asked, simulator)
     asked.out.mkdir(parents=True, exist_ok=True)
     write_result(found, asked.out)
     return found, _reported(found, asked.out)
 
 
 def _reported(found: Calibration, out: Path) -> bool:
-    """Write the report; a fault of ours in drawing it must cost neither the results nor a simulation, and is told in one line."""
+    """Write the report; a fault of ours in drawing it costs neither the results nor a simulation."""
     kept = f"the numbers are in {out / 'result.json'}" if found.finished else "the calibration goes on"
     return reported(lambda: write_report(found, out), kept, "calibrate")
-
-
-def _say(error, code: int) -> int:
-    print(f"benchtwin calibrate: {error}", file=sys.stderr)
-    return code
-
-
-def _check(asked: Asked) -> None:
-    """FileNotFoundError without a bench folder; FileExistsError where `out` holds something that must not be replaced."""
-    bench, out = asked.bench, asked.out
-    there = check_folders(bench, out, OURS, "calibration")
-    if "result.json" in there:
-        if not asked.overwrite:
-            raise FileExistsError(f"{out}: holds a result already; choose another --out, or say --overwrite")
-        # tables of other rigs than this time's would stand beside the new result; the finished runs are kept
-        shutil.rmtree(out / "tables", ignore_errors=True)
-        (out / "result.json").unlink()
 
 
 def _simulated(asked: Asked, simulator) -> Calibration:
@@ -107,7 +98,7 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     from calibrate.procedure.beside import beside_tables
     from calibrate.procedure.effort import FULL, QUICK
     from calibrate.procedure.pile_runs import DESIGNS
-    from calibrate.procedure.simulated import Wishes, calibrate_simulated, checked_ranges
+    from calibrate.procedure.simulated import Prescribed, calibrate_simulated, checked_ranges
     from calibrate.procedure.simulator import campaign
     from calibrate.statistics.box import Box
     from calibrate.statistics.prior import Prior
@@ -118,16 +109,17 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     effort = replace(QUICK if asked.quick else FULL, design=asked.design)
     effort = replace(effort, slab=None) if asked.whole_pile else effort
     options = {k: v for k, v in vars(asked).items() if k in RECORDED and v} | engine.told
-    wishes = Wishes(_pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior"), options=options)
+    ranges, priors = _pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior")
+    prescribed = Prescribed(ranges, priors, options=options)
     try:
-        checked_ranges(wishes.ranges)
-        Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), wishes.held)
+        checked_ranges(prescribed.ranges)
+        Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), prescribed.priors)
     except ValueError as error:
         raise Misuse(error) from None
     printed = None
     if asked.twin:
         printed = calibrate_tables(asked.bench, seed=asked.rng)
-        wishes = _as_tabulated(wishes, printed)
+        prescribed = _as_tabulated(prescribed, printed)
     converted: list[str] = []
     with _progress(asked.quiet) as (say, told), ExitStack() as stack:
         simulate = simulator or stack.enter_context(
@@ -141,7 +133,9 @@ def _simulated(asked: Asked, simulator) -> Calibration:
             asked.out.mkdir(parents=True, exist_ok=True)
             _reported(calibration, asked.out)
 
-        found = calibrate_simulated(asked.bench, simulate, effort=effort, seed=asked.rng, wishes=wishes, say=say, so_far=so_far)
+        found = calibrate_simulated(
+            asked.bench, simulate, effort=effort, seed=asked.rng, prescribed=prescribed, say=say, so_far=so_far
+        )
         if simulator is None:  # a stand-in has no twin to show
             found = _with_pairs(found, asked.out / "twin", effort, say, engine)
         found = replace(found, options={**found.options, "said": [*found.options.get("said", []), *converted]})
@@ -168,15 +162,16 @@ def _with_pairs(found: Calibration, out: Path, effort, say, engine: Engine) -> C
     return replace(found, more={**found.more, "pairs": shown}, options=options)
 
 
-def _as_tabulated(wishes, printed: Calibration):
+def _as_tabulated(prescribed, printed: Calibration):
     """The tables' own values, path, design and published optimum."""
     values = {n: tuple(fit.rows[fit.rig.parameter]) for n, fit in printed.steel.items()}
-    wishes = replace(wishes, values=values, trimmed={n: r.trimmed for n, r in printed.bench.rigs.items()})
+    trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
+    prescribed = replace(prescribed, values=values, trimmed=trimmed)
     if printed.pile is None:
-        return wishes
+        return prescribed
     pile = printed.pile
     path = pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"]) if pile.path is not None else None
-    return replace(wishes, path=path, levels=pile.box, near=pile.optimum.point)
+    return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
 
 
 def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]]:
@@ -193,32 +188,32 @@ def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]
 
 
 @contextmanager
-def _progress(quiet: bool) -> Iterator[tuple]:
-    """Two functions: one told of every stage, one of the campaign's progress."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
-        task, stage = progress.add_task("", total=None), [""]
+def _progress(quiet: bool) -> Iterator[tuple[Callable[[str], None], Callable[[object], None]]]:
+    """Two functions: one takes the name of every stage, one the campaign's progress."""
+    stage = ""
+    with progress_line(quiet) as update:
 
-        def say(text: str) -> None:
-            stage[0] = text
-            progress.update(task, description=text)
-            if not progress.console.is_terminal:  # where nothing moves
-                progress.console.print(text, highlight=False)
+        def begin(text: str) -> None:
+            nonlocal stage
+            stage = text
+            update(text)
+            if not (quiet or sys.stderr.isatty()):  # where nothing moves
+                print(text, file=sys.stderr)
 
-        yield say, lambda told: progress.update(task, description=f"{stage[0]}: {told}")
+        yield begin, lambda state: update(f"{stage}: {state}")
 
 
 def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     """The answer in the terminal, and where to look."""
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    console = result_console()
     show_parameters(console, parameters(c).to_dict("records"))
     refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]  # columns and keys as the files have them
     lines = [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
     lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
     lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
-    for line in (*refused, *map(words, lines), f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"):
-        console.print(line, markup=False, soft_wrap=True)
+    left = f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"
+    print_lines(console, *refused, *map(words, lines), left)
 
 
 def show_parameters(console: Console, rows: list[dict]) -> None:

@@ -1,11 +1,9 @@
-"""`benchtwin export` as a person meets it: what was typed, what was written, the exit code."""
+"""Command line of `benchtwin export`: options, files written, exit code."""
 
-import sys
 from pathlib import Path
 
 from calibrate.export import cards, read_result
-
-DONE, FAILED, MISUSED = 0, 1, 2
+from twin.command import DONE, FAILED, MISUSED, say
 
 
 def export_command(folder: Path, engine: str, out: Path | None, overwrite: bool, quiet: bool) -> int:
@@ -14,13 +12,11 @@ def export_command(folder: Path, engine: str, out: Path | None, overwrite: bool,
     try:
         texts = cards_for(folder, engine, out, overwrite)
     except (ValueError, OSError) as error:
-        print(f"benchtwin export: {error}", file=sys.stderr)
-        return MISUSED
+        return say("export", error, MISUSED)
     try:
         write_cards(texts, out)
     except OSError as error:
-        print(f"benchtwin export: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
-        return FAILED
+        return say("export", f"cannot write to {out}: {error.strerror or error}", FAILED)
     if not quiet:
         print("\n".join(str(out / name) for name in texts))
     return DONE

@@ -1,49 +1,42 @@
 """Command-line front end of `benchtwin predict`: options, progress, printed prediction, exit code."""
 
 import json
-import sys
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from calibrate.prediction.beside import (
-    Comparison,
-    Measured,
-    compare,
-    described_by,
-    measured,
-    recordings,
-)
+from calibrate.prediction.beside import Comparison, Measured, compare, described_by, measured, recordings
 from calibrate.prediction.picture import picture
 from calibrate.prediction.posterior import Kept, read_posterior
 from calibrate.prediction.predict import QUANTITIES, RIG_OF, Prediction, predict, rows
 from calibrate.procedure.rigs import PARAMETERS
 from calibrate.procedure.simulator import Simulator, campaign
-from calibrate.result_file import write
 from calibrate.statistics.predictive import LEAST_DRAWS, LEAST_PACKINGS
 from twin import Parameters
-from twin.command import Misuse
+from twin.command import (
+    DONE,
+    CampaignOptions,
+    Misuse,
+    check_out,
+    exit_code,
+    print_lines,
+    progress_line,
+    result_console,
+    write_whole,
+)
 from twin.job import CYLINDER, Job, assigned, described, merge
 from twin.versions import versions
 
-DONE, STOPPED, MISUSED = 0, 1, 2
-OURS = {
-    "runs",
-    "predicted.csv",
-    "runs.csv",
-    "prediction.json",
-    "prediction.svg",
-}  # what a prediction leaves in its folder
+# what a prediction leaves in its folder
+OURS = {"runs", "predicted.csv", "runs.csv", "prediction.json", "prediction.svg"}
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What was typed. like: the recording.toml of --from; settings: "KEY=VALUE" as `benchtwin
-    simulate --set` takes them."""
+class Asked(CampaignOptions):
+    """Options. like: the recording.toml of --from; settings: "KEY=VALUE" as `benchtwin simulate
+    --set` takes them."""
 
     calibrated: Path
     rig: str
@@ -54,28 +47,19 @@ class Asked:
     draws: int = 12
     packings: int = 4
     rendered: bool = False
-    rng: int = 1
-    workers: int | None = None
-    scheduler: str | None = None
-    overwrite: bool = False
-    quiet: bool = False
 
 
 def predict_command(asked: Asked, simulator: Simulator | None = None) -> int:
-    """Predict a rig; returns the exit code. simulator: in the place of the campaign, for tests."""
-    try:
+    """Predict a rig; returns the exit code. simulator: instead of the campaign, for tests."""
+
+    def work() -> int:
         found, seen, compared = predict_into(asked, simulator)
-    except KeyboardInterrupt:
-        return _say(f"stopped; the same command goes on where it stopped ({asked.out})", STOPPED)
-    except (FileNotFoundError, FileExistsError, ValueError) as error:
-        return _say(error, MISUSED)
-    except RuntimeError as error:  # too many runs gave nothing; the campaign stopped
-        return _say(error, STOPPED)
-    except OSError as error:
-        return _say(f"{error.filename or asked.out}: {error.strerror or error}", STOPPED)
-    if not asked.quiet:
-        _show(found, seen, compared, asked.out)
-    return DONE
+        if not asked.quiet:
+            _show(found, seen, compared, asked.out)
+        return DONE
+
+    misuses = (FileNotFoundError, FileExistsError, ValueError)
+    return exit_code("predict", asked.out, work, misuses=misuses)
 
 
 def predict_into(
@@ -92,7 +76,13 @@ def predict_into(
     base, description = _described(asked, kept, described_by(beside, asked.rig) if beside else {})
     seen = measured(beside, asked.rig, description) if beside else None
     with ExitStack() as stack:
-        simulate = simulator or stack.enter_context(_campaign(asked, base, stack))
+        show = stack.enter_context(progress_line(asked.quiet))
+        simulate = simulator or stack.enter_context(
+            campaign(
+                asked.out / "runs", base=base, rendered=asked.rendered, workers=asked.workers,
+                scheduler=asked.scheduler, progress=lambda state: show(f"{asked.rig}: {state}"),
+            )
+        )  # fmt: skip
         found = predict(
             asked.rig, kept, description, simulate, draws=asked.draws, packings=asked.packings,
             seed=asked.rng, measured=asked.rendered,
@@ -103,32 +93,14 @@ def predict_into(
 
 
 def _check(asked: Asked) -> None:
-    """Misuse for what cannot be; FileExistsError where `out` holds something that must not be
-    replaced."""
+    """Misuse for what cannot be; FileExistsError where `out` must not be replaced."""
     if asked.rig not in QUANTITIES:
-        raise Misuse(
-            f"--rig {asked.rig}: no such rig to predict; there are {' and '.join(QUANTITIES)}"
-        )
-    if asked.draws < LEAST_DRAWS:
-        raise Misuse(f"--draws {asked.draws}: at least {LEAST_DRAWS}")
-    if asked.packings < LEAST_PACKINGS:
-        raise Misuse(f"--packings {asked.packings}: at least {LEAST_PACKINGS}")
-    if asked.out.exists() and not asked.out.is_dir():
-        raise FileExistsError(f"{asked.out}: is a file; --out names a folder")
-    there = (
-        {p.name for p in asked.out.iterdir() if not p.name.startswith(".")}
-        if asked.out.is_dir()
-        else set()
-    )
-    if there - OURS:
-        raise FileExistsError(
-            f"{asked.out}: holds {sorted(there - OURS)[0]}, which no prediction wrote; "
-            "choose another --out"
-        )
-    if "prediction.json" in there and not asked.overwrite:
-        raise FileExistsError(
-            f"{asked.out}: holds a prediction already; choose another --out, or say --overwrite"
-        )
+        there = " and ".join(QUANTITIES)
+        raise Misuse(f"--rig {asked.rig}: no such rig to predict; there are {there}")
+    for option, least in (("draws", LEAST_DRAWS), ("packings", LEAST_PACKINGS)):
+        if getattr(asked, option) < least:
+            raise Misuse(f"--{option} {getattr(asked, option)}: at least {least}")
+    check_out(asked.out, OURS, "prediction", "prediction.json", asked.overwrite)
 
 
 def _described(asked: Asked, kept: Kept, beside: dict) -> tuple[dict, dict]:
@@ -140,114 +112,62 @@ def _described(asked: Asked, kept: Kept, beside: dict) -> tuple[dict, dict]:
         raise Misuse(f"{asked.like} describes a {of}, not a {asked.rig}")
     default = CYLINDER if asked.rig == "cylinder" else {}
     start = merge(merge(default, kept.described), own if asked.like else beside)
-    parameters, description = assigned(
-        Parameters(rolling_convention=kept.rolling), start, list(asked.settings)
-    )
-    plain = Parameters()
+    plain = Parameters(rolling_convention=kept.rolling)
+    parameters, description = assigned(plain, start, list(asked.settings))
     given = [n for n in PARAMETERS if getattr(parameters, n) != getattr(plain, n)]
     if given:
-        raise Misuse(
-            f"--set {given[0]}: a prediction takes the contact parameters from the calibration"
-        )
-    Job(
-        RIG_OF[asked.rig], parameters, description
-    )  # a rig that cannot be is refused before anything runs
-    base = {
-        f.name: getattr(parameters, f.name) for f in fields(parameters) if f.name not in PARAMETERS
-    }
+        why = "a prediction takes the contact parameters from the calibration"
+        raise Misuse(f"--set {given[0]}: {why}")
+    Job(RIG_OF[asked.rig], parameters, description)  # a rig that cannot be is refused
+    base = {n: v for n, v in vars(parameters).items() if n not in PARAMETERS}
     return base, description
 
 
-def _campaign(asked: Asked, base: dict, stack: ExitStack):
-    """The campaign that simulates, with its progress."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    console = Console(stderr=True)
-    progress = stack.enter_context(
-        Progress(*columns, console=console, disable=asked.quiet, transient=True)
-    )
-    task = progress.add_task(asked.rig, total=None)
-
-    def told(state) -> None:
-        progress.update(task, description=f"{asked.rig}: {state}")
-
-    return campaign(
-        asked.out / "runs",
-        base=base,
-        rendered=asked.rendered,
-        workers=asked.workers,
-        scheduler=asked.scheduler,
-        progress=told,
-    )
-
-
 def _write(
-    asked: Asked,
-    found: Prediction,
-    seen: Measured | None,
-    compared: list[Comparison],
-    description: dict,
+    asked: Asked, found: Prediction, seen: Measured | None, compared: list[Comparison], description: dict
 ) -> None:
-    table = rows(found)
+    table, out = rows(found), asked.out
+    quantities = {row.pop("quantity"): row for row in table.drop(columns="rig").to_dict("records")}
     content = {
         "schema": 1,
         "rig": found.rig,
         "described": description,
         "unit": "deg",
         "interval": "95 %: low to high of a single packing, mean_low to mean_high of their mean",
-        "quantities": {
-            row.pop("quantity"): row for row in table.drop(columns="rig").to_dict("records")
-        },
+        "quantities": quantities,
         "beside": [asdict(c) for c in compared],
         "recordings": list(seen.recordings) if seen else [],
         "calibrated": str(asked.calibrated),
-        "notes": [*found.notes, *(seen.notes if seen else ())],
+        "notes": _notes(found, seen),
         "random_seed": asked.rng,
         "versions": versions(),
     }
-    asked.out.mkdir(parents=True, exist_ok=True)
-    write(asked.out / "predicted.csv", table.to_csv(index=False, float_format="%.6g"))
-    write(asked.out / "runs.csv", found.runs.to_csv(index=False, float_format="%.6g"))
-    write(asked.out / "prediction.svg", picture(found, seen, compared))
-    write(
-        asked.out / "prediction.json",
-        json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False, default=float),
-    )
+    out.mkdir(parents=True, exist_ok=True)
+    write_whole(out / "predicted.csv", table.to_csv(index=False, float_format="%.6g"))
+    write_whole(out / "runs.csv", found.runs.to_csv(index=False, float_format="%.6g"))
+    write_whole(out / "prediction.svg", picture(found, seen, compared))
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False, default=float)
+    write_whole(out / "prediction.json", text)
 
 
-def _say(error: object, code: int) -> int:
-    print(f"benchtwin predict: {error}", file=sys.stderr)
-    return code
+def _notes(found: Prediction, seen: Measured | None) -> list[str]:
+    return [*found.notes, *(seen.notes if seen else ())]
 
 
 def _show(found: Prediction, seen: Measured | None, compared: list[Comparison], out: Path) -> None:
     """The prediction in the terminal, and where to look."""
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
-    shown = Table(box=None, pad_edge=False)
-    for heading in (
-        found.rig,
-        "one packing, 95 %",
-        "mean of many, 95 %",
-        "sd by parameters",
-        "by packing",
-    ):
-        shown.add_column(heading, justify="left" if heading == found.rig else "right")
+    console, shown = result_console(), Table(box=None, pad_edge=False)
+    shown.add_column(found.rig)
+    for heading in ("one packing, 95 %", "mean of many, 95 %", "sd by parameters", "by packing"):
+        shown.add_column(heading, justify="right")
     for r in rows(found).itertuples():
-        one, many = (
-            f"{r.mean:.1f} ({r.low:.1f} to {r.high:.1f})°",
-            f"{r.mean_low:.1f} to {r.mean_high:.1f}°",
-        )
         shown.add_row(
             QUANTITIES[found.rig][str(r.quantity)],
-            one,
-            many,
+            f"{r.mean:.1f} ({r.low:.1f} to {r.high:.1f})°",
+            f"{r.mean_low:.1f} to {r.mean_high:.1f}°",
             f"{r.parameter_sd:.2f}°",
             f"{r.packing_sd:.2f}°",
         )
     console.print(shown)
-    notes = [*found.notes, *(seen.notes if seen else ())]
-    for line in (
-        *(c.said for c in compared),
-        *notes,
-        f"picture: {out / 'prediction.svg'}; numbers: {out / 'predicted.csv'}",
-    ):
-        console.print(line, markup=False, soft_wrap=True)
+    written = f"picture: {out / 'prediction.svg'}; numbers: {out / 'predicted.csv'}"
+    print_lines(console, *(c.said for c in compared), *_notes(found, seen), written)

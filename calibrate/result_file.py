@@ -10,6 +10,7 @@ import pandas as pd
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.steel import SteelFit
 from twin import Parameters
+from twin.command import write_whole
 from twin.pair import Pair
 from twin.result_sections import materials_and_shape
 from twin.versions import versions
@@ -35,9 +36,11 @@ def write_result(c: Calibration, out: Path, rolling: str = "edem") -> None:
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)
     for name, table in all_tables(c).items():
-        write(tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g"))
+        write_whole(tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g"))
     shown = {"pairs": [_beside(p, out) for p in c.more.get("pairs", [])]}
-    write(out / "result.json", json.dumps(_plain(content(c, rolling) | shown), indent=1, ensure_ascii=False, allow_nan=False))
+    plain = _plain(content(c, rolling) | shown)
+    text = json.dumps(plain, indent=1, ensure_ascii=False, allow_nan=False)
+    write_whole(out / "result.json", text)
 
 
 def _beside(p: Pair, out: Path) -> dict:
@@ -45,13 +48,6 @@ def _beside(p: Pair, out: Path) -> dict:
     inside = p.folder.resolve().is_relative_to(out.resolve())
     twin = p.folder.resolve().relative_to(out.resolve()) if inside else p.folder
     return {"rig": p.rig, "recording": p.recording, "alike": "crest" not in p.x_name, "twin": twin.as_posix()}
-
-
-def write(file: Path, text: str) -> None:
-    """A text file that appears whole or not at all."""
-    part = file.with_name(f".{file.name}.part")
-    part.write_text(text, encoding="utf8")
-    part.replace(file)
 
 
 def content(c: Calibration, rolling: str = "edem") -> dict:

@@ -2,22 +2,28 @@
 
 import json
 import shutil
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-from twin.command import Misuse, check_folders, reported
+from twin.command import (
+    DONE,
+    FAILED,
+    Misuse,
+    check_bench,
+    check_out,
+    exit_code,
+    print_lines,
+    progress_line,
+    reported,
+    result_console,
+    say,
+    write_whole,
+)
 
 if TYPE_CHECKING:
     from diagnose.bench import Diagnosis
 
-DONE, FAILED, MISUSED = 0, 1, 2
 OURS = {"diagnosis.json", "report.html", "twin"}  # what a diagnosis leaves in its folder
 RIG_NAMES = ("drop", "slide", "roll", "pile")
 
@@ -38,14 +44,12 @@ class Asked:
 
 def diagnose_command(asked: Asked) -> int:
     """Diagnose a bench folder; returns the exit code."""
-    try:
-        found, drawn = diagnose_into(asked)
-    except KeyboardInterrupt:
-        return _say(f"stopped; no diagnosis was written to {asked.out}", FAILED)
-    except (FileNotFoundError, FileExistsError, Misuse) as error:
-        return _say(error, MISUSED)
-    except OSError as error:
-        return _say(f"{error.filename or asked.out}: {error.strerror or error}", FAILED)
+    stopped = "no diagnosis was written to {out}"
+    return exit_code("diagnose", asked.out, lambda: _diagnose(asked), stopped=stopped, failures=())
+
+
+def _diagnose(asked: Asked) -> int:
+    found, drawn = diagnose_into(asked)
     _show(found, asked, drawn)
     return DONE if found.findings and drawn else FAILED
 
@@ -59,36 +63,44 @@ def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
     from diagnose.bench import diagnose_bench
 
     _check(asked)
-    with _progress(asked.quiet) as say:
-        found = diagnose_bench(asked.bench, seed=asked.rng, only=asked.rigs, say=say)
-        if asked.twin:
-            from diagnose.rerun import resimulate_all
-
-            shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
-            pictures = not asked.quick
-            found = resimulate_all(found, asked.out / "twin", pictures=pictures, say=say)
+    with progress_line(asked.quiet) as show:
+        found = diagnose_bench(asked.bench, seed=asked.rng, only=asked.rigs, say=show)
+        found = _modelled(asked, found, show) if asked.twin else found
     asked.out.mkdir(parents=True, exist_ok=True)
-    file, part = asked.out / "diagnosis.json", asked.out / ".diagnosis.json.part"
-    for older in (file, asked.out / "report.html"):
-        older.unlink(missing_ok=True)
-    part.write_text(json.dumps(found.to_json(), indent=1, allow_nan=False), encoding="utf8")
-    part.replace(file)
-    from report.diagnosis import write_report
-
-    kept = f"the verdict is in {file}"
-    return found, reported(lambda: write_report(found, asked.out), kept, "diagnose")
+    _clear(asked)
+    write_whole(asked.out / "diagnosis.json", json.dumps(found.to_json(), indent=1, allow_nan=False))
+    return found, _reported(found, asked.out)
 
 
 def _check(asked: Asked) -> None:
     """FileNotFoundError without a bench folder; FileExistsError where `out` holds something that must not be replaced."""
-    bench, out = asked.bench, asked.out
     if wrong := [rig for rig in asked.rigs if rig not in RIG_NAMES]:
         raise Misuse(f"--rig {wrong[0]}: no such rig; there are {', '.join(RIG_NAMES)}")
     if asked.rng < 0:
         raise Misuse(f"--rng {asked.rng}: a whole number from 0 up")
-    there = check_folders(bench, out, OURS, "diagnosis")
-    if "diagnosis.json" in there and not asked.overwrite:
-        raise FileExistsError(f"{out}: holds a diagnosis already; choose another --out, or say --overwrite")
+    check_bench(asked.bench, asked.out)
+    check_out(asked.out, OURS, "diagnosis", "diagnosis.json", asked.overwrite)
+
+
+def _clear(asked: Asked) -> None:
+    """Remove an older diagnosis once a new one is at hand."""
+    for name in ("diagnosis.json", "report.html"):
+        (asked.out / name).unlink(missing_ok=True)
+
+
+def _modelled(asked: Asked, found, say):
+    """Run the simulation again with what was found; failures become notes."""
+    from diagnose.rerun import resimulate_all
+
+    shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
+    return resimulate_all(found, asked.out / "twin", pictures=not asked.quick, say=say)
+
+
+def _reported(found, out: Path) -> bool:
+    """Write the report; a fault in drawing it is one line, and the verdict stays."""
+    from report.diagnosis import write_report
+
+    return reported(lambda: write_report(found, out), f"the verdict is in {out / 'diagnosis.json'}", "diagnose")
 
 
 def _show(found, asked: Asked, drawn: bool) -> None:
@@ -97,23 +109,7 @@ def _show(found, asked: Asked, drawn: bool) -> None:
 
     if not found.findings:
         for line in (*lines(found), f"nothing could be diagnosed in {asked.bench}"):
-            _say(line, FAILED)
+            say("diagnose", line, FAILED)
     elif not asked.quiet:
-        console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
         report = asked.out / ("report.html" if drawn else "diagnosis.json")
-        for line in (*lines(found), f"report: {report}"):
-            console.print(line, markup=False, soft_wrap=True)
-
-
-def _say(error, code: int) -> int:
-    print(f"benchtwin diagnose: {error}", file=sys.stderr)
-    return code
-
-
-@contextmanager
-def _progress(quiet: bool) -> Iterator:
-    """A function that shows the current stage."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
-        task = progress.add_task("", total=None)
-        yield lambda text: progress.update(task, description=text)
+        print_lines(result_console(), *lines(found), f"report: {report}")

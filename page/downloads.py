@@ -40,8 +40,8 @@ def card_files(results: Path, engine: str) -> dict[str, str]:
     try:
         return cards(read_result(results / CALIBRATED), engine)
     except (ValueError, OSError) as error:
-        said = str(error).replace(str(results / CALIBRATED) + "/", "")
-        raise Refused(said if (results / CALIBRATED / "result.json").is_file() else "nothing is calibrated yet: no cards") from error
+        why = str(error).replace(str(results / CALIBRATED) + "/", "")
+        raise Refused(why if (results / CALIBRATED / "result.json").is_file() else "nothing is calibrated yet: no cards") from error
 
 
 def zipped(files: dict[str, str]) -> bytes:

@@ -1,5 +1,6 @@
 """The opened folder; nothing outside it is read or written, whatever name a request or a file brings."""
 
+import json
 import os
 import secrets
 import shutil
@@ -67,6 +68,14 @@ class Folder:
 def _no_part(part: str) -> bool:
     """Whether this cannot be the name of a file or folder in a folder."""
     return part in ("", "..") or part.startswith("~") or len(part.encode(errors="replace")) > 255
+
+
+def read_json(path: Path) -> dict:
+    """A JSON file's content; nothing where it cannot be read."""
+    try:
+        return json.loads(path.read_text(encoding="utf8"))
+    except (OSError, json.JSONDecodeError):
+        return {}
 
 
 def clean_name(name: str) -> str:

@@ -17,7 +17,7 @@ UNITS = {
     "mm": "mm", "g": "g", "s": "s", "deg": "°", "kg_m3": "kg/m³", "pa_s": "Pa s", "px": "px", "mm_per_px": "mm/px", "fps": "1/s",
     "deg_s": "°/s", "mm_s": "mm/s", "rad_s": "rad/s", "pct": "%",
 }  # fmt: skip
-OWN_FIRST = ("seed", "camera")  # sections that every rig has
+COMMON_SECTIONS = ("seed", "camera")  # sections that every rig has
 SIMULATED = "simulated"  # in a help text: measuring does without it
 NEEDED = re.compile(r"\[(\w+)\] (\w+)(?: is missing| is needed|, )")
 
@@ -67,7 +67,7 @@ class Section:
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     """The sections that a recording of `rig` has; content: its recording.toml; defaults: the bench.toml."""
     more = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
-    wanted = [*OWN_FIRST, *([rig] if rig in RIGS else []), *more, "air"]
+    wanted = [*COMMON_SECTIONS, *([rig] if rig in RIGS else []), *more, "air"]
     top = tuple(_field("", key, info, content, defaults) for key, info in Keys.model_fields.items() if not _section(info))
     sections = [Section("", "Recording", "", top)]
     for name in wanted:

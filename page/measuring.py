@@ -1,6 +1,7 @@
 """Measures a recording for the page, with and without corrections by hand, and gives what is drawn over its picture."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -71,10 +72,10 @@ def measure_recording(recording: Recording) -> Observation:
     return observe_or_fail(recording, observe)
 
 
-def reasons(observation: Observation) -> list[str]:
+def reasons(quantities: Iterable[Quantity], notes: Iterable[str], trouble: str = "") -> list[str]:
     """Why something is doubtful or failed, each once; paths of files shortened to their names."""
-    said = [*dict.fromkeys(q.reason for q in observation.quantities if q.reason), *observation.notes]
-    return [shorten_paths(text) for text in said]
+    texts = [trouble, *(q.reason for q in quantities), *notes]
+    return [shorten_paths(text) for text in dict.fromkeys(filter(None, texts))]
 
 
 def shorten_paths(text: str) -> str:

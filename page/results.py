@@ -1,6 +1,5 @@
 """Reads the results of a bench for the page: explanations, posterior, what to record next."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from diagnose.words import missing
+from page.folder import read_json
 from page.measuring import shorten_paths
 from report.draw import name as in_words
 
@@ -58,7 +58,7 @@ class Cloud:
 def explained(results: Path) -> list[Explained]:
     """The rigs of the last diagnosis, the most probable explanation first."""
     out = []
-    for rig, found in _json(results / DIAGNOSED / "diagnosis.json").get("rigs", {}).items():
+    for rig, found in read_json(results / DIAGNOSED / "diagnosis.json").get("rigs", {}).items():
         listed = [
             Explanation(tuple(missing(e, rig) for e in one["effects"]), float(one["probability"]))
             for one in found["explanations"][:MOST_EXPLANATIONS]
@@ -79,7 +79,7 @@ def posterior(results: Path) -> Cloud | None:
 
 def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
     """What to record next by what it is for; only headings that have something."""
-    gone = _json(results / CALIBRATED / "result.json").get("not_calibrated") or {}
+    gone = read_json(results / CALIBRATED / "result.json").get("not_calibrated") or {}
     lists = {
         "Not calibrated yet": [ToRecord(rig, shorten_paths(why)) for rig, why in gone.items()],
         "To narrow the parameters": _narrowing(_table(results / CALIBRATED / "tables" / "narrowing.csv")),
@@ -110,13 +110,6 @@ def _again(table: pd.DataFrame | None) -> list[ToRecord]:
         return []
     failed = table[table["quality"] == "failed"].dropna(subset=["reason"])
     return [ToRecord(str(name), "; ".join(dict.fromkeys(rows["reason"]))) for name, rows in failed.groupby("recording", sort=True)]
-
-
-def _json(path: Path) -> dict:
-    try:
-        return json.loads(path.read_text(encoding="utf8"))
-    except (OSError, json.JSONDecodeError):
-        return {}
 
 
 def _table(path: Path) -> pd.DataFrame | None:

@@ -29,17 +29,17 @@ WIDTH = "160"
 def main(folder: Path) -> int:
     """Run what job.json says; returns the command's exit code."""
     arguments = json.loads((folder / "job.json").read_text(encoding="utf8"))["arguments"]
-    ours, theirs = pty.openpty()
+    terminal, its_end = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": WIDTH, "LINES": "50", "NO_COLOR": "1"}
-    child = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=theirs, stderr=theirs, env=environment, start_new_session=True)
-    os.close(theirs)
+    child = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=its_end, stderr=its_end, env=environment, start_new_session=True)
+    os.close(its_end)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: child.send_signal(signal.SIGINT))
     state = State(folder, child.pid)
     state.write()
     with (folder / "log.txt").open("a", encoding="utf8") as log:
-        for text in _said(ours):
-            state.hear(text, log)
+        for text in _output(terminal):
+            state.add(text, log)
     code = child.wait()
     state.finish(code)
     if (bench := folder.parents[2]).is_dir():
@@ -55,7 +55,7 @@ class State:
         self.content: dict = {"pid": os.getpid(), "child": child, "started": time.time(), "progress": "", "code": None, "ended": None}
         self.written, self.rest = 0.0, ""
 
-    def hear(self, text: str, log) -> None:
+    def add(self, text: str, log) -> None:
         """Whole lines go into the log; a line that the terminal overwrites is progress."""
         *lines, self.rest = (self.rest + text).split("\n")
         for line in lines:
@@ -79,7 +79,7 @@ class State:
         self.written = time.time()
 
 
-def _said(terminal: int):
+def _output(terminal: int):
     """What the command prints, until it has ended."""
     while True:
         ready, _, _ = select.select([terminal], [], [], 1.0)

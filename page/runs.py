@@ -14,10 +14,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from page.folder import Folder, Refused, write_whole
+from page.folder import Folder, Refused, read_json, write_whole
 
 COMMANDS = ("measure", "calibrate", "diagnose")
-LEFT_IN = {"measure": "measured", "calibrate": "calibrated", "diagnose": "diagnosed"}
+RESULT_FOLDERS = {"measure": "measured", "calibrate": "calibrated", "diagnose": "diagnosed"}
 WAITING, RUNNING, DONE, FAILED, STOPPED, BROKEN = "waiting", "running", "done", "failed", "stopped", "broken off"
 STARTS_WITHIN_S = 20.0  # a run that was started and has no state after that never began
 
@@ -47,8 +47,8 @@ def all_runs(bench: Path, folder: Folder) -> list[Run]:
 
 def read_run(place: Path) -> Run:
     """A run's folder as it stands."""
-    job = _json(place / "job.json")
-    state = _json(place / "state.json")
+    job = read_json(place / "job.json")
+    state = read_json(place / "state.json")
     log = place / "log.txt"
     text = log.read_text(encoding="utf8", errors="replace")[-20_000:] if log.is_file() else ""
     began = state.get("started") or job.get("launched") or 0.0
@@ -65,7 +65,7 @@ def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder)
     number = max((read_run(p).number for p in runs.glob("[0-9]*-*") if (p / "job.json").is_file()), default=0) + 1
     place = runs / f"{number:04d}-{command}"
     place.mkdir()
-    out = folder.results(bench) / LEFT_IN[command]
+    out = folder.results(bench) / RESULT_FOLDERS[command]
     arguments = [sys.executable, "-m", "benchtwin", command, str(bench), "--out", str(out), "--overwrite", *options]
     write_whole(place / "job.json", json.dumps({"command": command, "options": options, "arguments": arguments}).encode())
     advance(bench, folder)
@@ -85,15 +85,15 @@ def advance(bench: Path, folder: Folder) -> None:
 
 def stop(run: Run) -> None:
     """Interrupt a running command (it stops where it can go on), or take a waiting one from the queue."""
-    job = _json(run.folder / "job.json")
+    job = read_json(run.folder / "job.json")
     write_whole(run.folder / "job.json", json.dumps({**job, "stopped": True}).encode())
-    if run.status == RUNNING and (pid := _json(run.folder / "state.json").get("pid")):
+    if run.status == RUNNING and (pid := read_json(run.folder / "state.json").get("pid")):
         os.kill(pid, signal.SIGINT)
 
 
 def resume(run: Run, bench: Path, folder: Folder) -> None:
     """Run the same command again; what it had finished it finds."""
-    job = _json(run.folder / "job.json")
+    job = read_json(run.folder / "job.json")
     for gone in ("stopped", "launched"):
         job.pop(gone, None)
     (run.folder / "state.json").unlink(missing_ok=True)
@@ -102,7 +102,7 @@ def resume(run: Run, bench: Path, folder: Folder) -> None:
 
 
 def _launch(place: Path) -> None:
-    job = _json(place / "job.json")
+    job = read_json(place / "job.json")
     write_whole(place / "job.json", json.dumps({**job, "launched": time.time()}).encode())
     (place / "state.json").unlink(missing_ok=True)
     root = Path(__file__).parent.parent
@@ -121,13 +121,13 @@ def _status(job: dict, state: dict) -> str:
             return WAITING
         return RUNNING if time.time() - job["launched"] < STARTS_WITHIN_S else BROKEN
     if state["code"] is None:
-        return RUNNING if _lives(state["pid"], state["started"]) else BROKEN
+        return RUNNING if _is_alive(state["pid"], state["started"]) else BROKEN
     if state["code"] == 0:
         return DONE
     return STOPPED if job.get("stopped") else FAILED
 
 
-def _lives(pid: int, started: float) -> bool:
+def _is_alive(pid: int, started: float) -> bool:
     """Whether the runner is still there; another process may have got its number since."""
     import psutil
 
@@ -136,10 +136,3 @@ def _lives(pid: int, started: float) -> bool:
         return process.status() != psutil.STATUS_ZOMBIE and process.create_time() < started + 5
     except psutil.Error:
         return False
-
-
-def _json(path: Path) -> dict:
-    try:
-        return json.loads(path.read_text(encoding="utf8"))
-    except (FileNotFoundError, json.JSONDecodeError):
-        return {}

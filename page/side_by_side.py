@@ -1,12 +1,11 @@
 """Pairs of a recording and its twin: which ones the results hold, and what the browser draws of one."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from page.folder import Folder
+from page.folder import Folder, read_json
 from twin.pair import Pair, pair
 from vision.find_recordings import find_recordings
 from vision.recording import Recording, read_recording
@@ -31,7 +30,7 @@ def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
     recordings = {r.id: r.path for r in find_recordings(bench) if isinstance(r, Recording)}
     found = [
         BenchTwinPair(f"Calibration: {p['recording']}", recordings[p["recording"]], results / "calibrated" / p["twin"], p["alike"])
-        for p in _json(results / "calibrated" / "result.json").get("pairs", [])
+        for p in read_json(results / "calibrated" / "result.json").get("pairs", [])
         if p["recording"] in recordings
     ]
     for name, path in recordings.items():
@@ -74,11 +73,3 @@ def _seed(recording: Recording) -> list[float] | None:
 
 def _numbers(values: np.ndarray) -> list[float]:
     return [float(f"{v:.6g}") for v in values]
-
-
-def _json(path: Path) -> dict:
-    try:
-        return json.loads(path.read_text(encoding="utf8"))
-    except (OSError, json.JSONDecodeError):
-        return {}
-

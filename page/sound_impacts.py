@@ -29,7 +29,7 @@ class SoundView:
     others: list[float]
     quantities: tuple[Quantity, ...] = ()
     automatic: tuple[Quantity, ...] = ()
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     trouble: str = ""
 
 

@@ -65,8 +65,8 @@ def _set(document: tomlkit.TOMLDocument, section: str, key: str, value: Any, by_
     item = tomlkit.item(value)
     if by_hand:
         item.comment(BY_HAND)
-    elif key in place and (said := place[key].trivia.comment) and BY_HAND not in said:
-        item.trivia.comment, item.trivia.comment_ws = said, place[key].trivia.comment_ws
+    elif key in place and (comment := place[key].trivia.comment) and BY_HAND not in comment:
+        item.trivia.comment, item.trivia.comment_ws = comment, place[key].trivia.comment_ws
     place[key] = item
 
 

@@ -70,8 +70,8 @@ def place_files(arrived: Iterable[ReceivedFile], bench: Path, folder: Folder) ->
                 (part / name).parent.mkdir(exist_ok=True)
                 file.rename(part / name)
             if not (part / "recording.toml").exists():
-                said = f'rig = "{group.rig}"\n' if group.rig else '# rig = "drop"             # drop, slide, roll or pile\n'
-                (part / "recording.toml").write_text(said, encoding="utf8")
+                rig = f'rig = "{group.rig}"\n' if group.rig else '# rig = "drop"             # drop, slide, roll or pile\n'
+                (part / "recording.toml").write_text(rig, encoding="utf8")
         made.append(target)
     return made
 

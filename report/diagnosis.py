@@ -1,9 +1,7 @@
 """The report of a diagnosis: of each rig the verdict, then the evidence, filled into diagnosis.html.j2."""
 
 import base64
-import json
 import math
-from importlib.resources import files
 from pathlib import Path
 
 import pandas as pd
@@ -11,43 +9,28 @@ import pandas as pd
 from diagnose import words
 from diagnose.bench import Diagnosis
 from diagnose.finding import Finding
-from report.numbers import cells, with_interval
+from report.numbers import capitalised, cells, with_interval
 from report.residuals import AXES, before_and_after, points, recorded
-from twin.versions import versions
+from report.template import fill
+from twin.command import write_whole
 
 TAGS = {"none": "nothing missing", "name": "found", "class": "not told apart", "unknown": "unknown"}
 MOST_EXPLANATIONS, MOST_EFFECTS = 10, 12
 
 
-def write_report(found: Diagnosis, out: Path) -> Path:
-    """report.html in the folder `out`; appears whole. OSError when it cannot be written."""
-    file, part = out / "report.html", out / ".report.html.part"
-    part.write_text(render(found), encoding="utf8")
-    part.replace(file)
-    return file
+def write_report(found: Diagnosis, out: Path) -> None:
+    """report.html in the folder `out`. OSError when it cannot be written."""
+    write_whole(out / "report.html", render(found))
 
 
 def render(found: Diagnosis) -> str:
     """The whole page of a `diagnose.bench.Diagnosis` as text."""
-    from jinja2 import Environment, StrictUndefined
-    from plotly.offline import get_plotlyjs
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"cells": _cells, "sentence": _sentence}
-    template = environment.from_string((files("report") / "diagnosis.html.j2").read_text(encoding="utf8"))
     drawn = {k: v for rig, f in found.findings.items() for k, v in _figures(rig, f).items()}
     drawn |= {f"{rig}-twins": points(again.figure) for rig, again in found.twins.items() if again.figure}
-    # "</" would end the script element that carries the figures
-    text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
     missing_first = sorted(found.findings.items(), key=lambda entry: entry[1].verdict == "none")
     rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in missing_first]
-    return template.render(d=found, rigs=rigs, figures=sorted(drawn), drawn=text, plotly=get_plotlyjs(), versions=versions())
-
-
-def _sentence(text: str) -> str:
-    """A capital first letter and a full stop; "restitution" is a word here, not a column."""
-    text = text.strip()
-    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?")) else ".")
+    filters = {"cells": _cells, "sentence": capitalised}
+    return fill("diagnosis.html.j2", drawn, filters, d=found, rigs=rigs)
 
 
 def _cells(table: pd.DataFrame) -> dict:

@@ -1,6 +1,7 @@
 """Parts of figures: colours, names in words, lines, bands, axes. Plain Plotly JSON."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -39,33 +40,35 @@ def short(key: str) -> str:
 
 def line(x: Iterable[float], y: Iterable[float], color: str, label: str, dash: str = "solid") -> dict:
     """A line for plotly."""
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": listed(x),
-        "y": listed(y),
-        "name": label,
-        "line": {"color": color, "dash": dash},
-        "showlegend": bool(label),
-    }
+    look = {"line": {"color": color, "dash": dash}, "showlegend": bool(label)}
+    return {"type": "scatter", "mode": "lines", "x": listed(x), "y": listed(y), "name": label} | look
+
+
+def points(x: Iterable[float], y: Iterable[float], label: str = "", **marker: Any) -> dict:
+    """Points for plotly; marker: color, size, symbol."""
+    drawn = {"type": "scatter", "mode": "markers", "x": listed(x), "y": listed(y), "marker": marker}
+    return drawn | {"name": label}
+
+
+def points_3d(x: Iterable[float], y: Iterable[float], z: Iterable[float], **marker: Any) -> dict:
+    """Points in space for plotly; marker as in `points`."""
+    return points(x, y, **marker) | {"type": "scatter3d", "z": listed(z)}
 
 
 def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, color: str) -> dict:
     """An area between two curves for plotly, in a shade of `color`."""
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": listed(np.r_[x, x[::-1]]),
-        "y": listed(np.r_[low, high[::-1]]),
-        "fill": "toself",
-        "fillcolor": color + "22",
-        "line": {"width": 0},
-        "hoverinfo": "skip",
-        "showlegend": False,
-    }
+    edge = line(np.r_[x, x[::-1]], np.r_[low, high[::-1]], color, "")
+    look = {"fill": "toself", "fillcolor": color + "22", "line": {"width": 0}, "hoverinfo": "skip"}
+    return edge | look
 
 
-def layout(x: str, y: str) -> dict:
+def level(ends: list[float], mean: float, reach: float, label: str) -> list[dict]:
+    """A bench's mean and its interval, mean ± reach, over the whole width of a figure."""
+    low, high = np.full(2, mean - reach), np.full(2, mean + reach)
+    return [band(np.array(ends), low, high, ORANGE), line(ends, [mean] * 2, ORANGE, label)]
+
+
+def layout(x: str, y: str, **more: Any) -> dict:
     """A figure's layout for plotly, with the axes' titles."""
     return {
         "xaxis": {"title": {"text": x}},
@@ -73,7 +76,14 @@ def layout(x: str, y: str) -> dict:
         "margin": {"l": 60, "r": 15, "t": 10, "b": 50},
         "height": 400,
         "legend": {"orientation": "h", "y": -0.3},
-    }
+    } | more
+
+
+def layout_3d(axes: dict[str, dict], camera: dict, height: int) -> dict:
+    """The same in space; axes: of each of x, y, z its plotly keys."""
+    scene = {f"{k}axis": axis for k, axis in axes.items()} | {"camera": camera}
+    look = {"margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": height}
+    return {"scene": scene} | look
 
 
 def listed(values: Iterable[float]) -> list[float]:

@@ -51,9 +51,14 @@ def with_interval(value: float, low: float, high: float) -> str:
 
 
 def sentence(text: str) -> str:
-    """A capital first letter and a full stop, column names as words."""
-    text = words(text).strip()
-    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+    """`capitalised`, with column names as words."""
+    return capitalised(words(text))
+
+
+def capitalised(text: str) -> str:
+    """A capital first letter and a full stop."""
+    text = text.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?")) else ".")
 
 
 def words(text: str) -> str:

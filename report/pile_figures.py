@@ -1,5 +1,7 @@
 """Figures of the pile as plain Plotly JSON: path, response surfaces, the sheet of solutions, residuals."""
 
+from typing import Any
+
 import numpy as np
 
 from calibrate.procedure.pile import PileFit
@@ -7,168 +9,93 @@ from calibrate.procedure.rigs import PILE_RESPONSE
 from calibrate.statistics.assessment import response_grid
 from report import draw
 
-CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": {"x": 0, "y": 0, "z": -0.2}}  # titles of the axes in view
-FACE_ON = {"eye": {"x": 1.5, "y": 1.5, "z": 1.3}, "center": {"x": 0, "y": 0, "z": -0.2}}  # what lies across the box, seen flat
+CENTRE = {"x": 0, "y": 0, "z": -0.2}
+CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": CENTRE}  # titles of the axes in view
+FACE_ON = {"eye": {"x": 1.5, "y": 1.5, "z": 1.3}, "center": CENTRE}  # a sheet across the box, seen flat
+STEPS_3D, STEPS_MAP = 25, 41
+
 
 def path(fit: PileFit) -> dict:
     """The path of steepest ascent with the bench's angle drawn in."""
     if fit.path is None:
         raise ValueError("this pile was calibrated without a path")
     t = fit.path.errors
-    runs = {
-        "type": "scatter",
-        "mode": "lines+markers",
-        "x": draw.listed(t["group"]),
-        "y": draw.listed(t[PILE_RESPONSE]),
-        "name": "simulated",
-        "line": {"color": draw.BLUE},
-        "marker": {"size": 8},
-    }
+    runs = draw.line(t["group"], t[PILE_RESPONSE], draw.BLUE, "simulated")
+    runs |= {"mode": "lines+markers", "marker": {"size": 8}}
     ends = [float(t["group"].min()), float(t["group"].max())]
-    bench = draw.line(ends, [fit.bench.value] * 2, draw.ORANGE, f"bench {fit.bench.value:.4g}°")
-    reach = 1.96 * fit.bench.sd
-    band = draw.band(np.array(ends), np.full(2, fit.bench.value - reach), np.full(2, fit.bench.value + reach), draw.ORANGE)
+    band, bench = draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, f"bench {fit.bench.value:.4g}°")
     layout = draw.layout("group", draw.name(PILE_RESPONSE))
     layout["xaxis"]["dtick"] = 1
     return {"data": [band, runs, bench], "layout": layout}
 
 
-def surface(fit: PileFit, across: str, along: str) -> dict:
-    """The response over two factors, the others at the optimum: a surface to turn, with the bench's plane in it."""
+def _grid(fit: PileFit, across: str, along: str, steps: int) -> tuple[dict, np.ndarray]:
+    """The axes of two factors as plotly takes them, and the response (steps, steps), the other
+    factors at the optimum."""
     at = {n: v for n, v in fit.optimum.point.items() if n not in (across, along)}
-    grid = response_grid(fit.surface, across, along, steps=25, at=at)
-    z = grid["predicted"].to_numpy().reshape(25, 25).T
-    x, y = (draw.listed(sorted(grid[n].unique())) for n in (across, along))
+    grid = response_grid(fit.surface, across, along, steps=steps, at=at)
+    axes = {key: draw.listed(sorted(grid[n].unique())) for key, n in (("x", across), ("y", along))}
+    return axes, grid["predicted"].to_numpy().reshape(steps, steps).T
+
+
+def surface(fit: PileFit, across: str, along: str) -> dict:
+    """The response over two factors: a surface to turn, with the bench's plane in it."""
+    axes, z = _grid(fit, across, along, STEPS_3D)
+    drawn = {"type": "surface", "showscale": False} | axes
+    lines = {"z": {"show": True, "color": "white", "width": 1}}
+    orange = [[0, draw.ORANGE], [1, draw.ORANGE]]
+    plane = {"z": draw.rows(np.full_like(z, fit.bench.value)), "opacity": 0.35, "colorscale": orange}
     runs = fit.design
     data = [
-        {
-            "type": "surface",
-            "x": x,
-            "y": y,
-            "z": draw.rows(z),
-            "colorscale": "Viridis",
-            "opacity": 0.9,
-            "showscale": False,
-            "contours": {"z": {"show": True, "color": "white", "width": 1}},
-        },
-        {
-            "type": "surface",
-            "x": x,
-            "y": y,
-            "z": draw.rows(np.full_like(z, fit.bench.value)),
-            "opacity": 0.35,
-            "showscale": False,
-            "colorscale": [[0, draw.ORANGE], [1, draw.ORANGE]],
-            "hoverinfo": "skip",
-        },
-        {
-            "type": "scatter3d",
-            "mode": "markers",
-            "x": draw.listed(runs[across]),
-            "y": draw.listed(runs[along]),
-            "z": draw.listed(runs[PILE_RESPONSE]),
-            "marker": {"size": 3, "color": "black"},
-            "name": "runs",
-        },
+        drawn | {"z": draw.rows(z), "colorscale": "Viridis", "opacity": 0.9, "contours": lines},
+        drawn | plane | {"hoverinfo": "skip"},
+        draw.points_3d(runs[across], runs[along], runs[PILE_RESPONSE], label="runs", size=3, color="black"),
     ]
-    scene = {
-        "xaxis": {"title": {"text": draw.short(across)}},
-        "yaxis": {"title": {"text": draw.short(along)}},
-        "zaxis": {"title": {"text": "°"}},
-        "camera": CAMERA,
-    }
-    return {
-        "data": data,
-        "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": 380},
-    }
+    titles = zip("xyz", (draw.short(across), draw.short(along), "°"))
+    named = {k: {"title": {"text": title}} for k, title in titles}
+    return {"data": data, "layout": draw.layout_3d(named, CAMERA, 380)}
 
 
 def contour(fit: PileFit, across: str, along: str) -> dict:
     """The same response as a map (what paper shows), the bench's angle as a heavy line, the optimum as a diamond."""
-    at = {n: v for n, v in fit.optimum.point.items() if n not in (across, along)}
-    grid = response_grid(fit.surface, across, along, steps=41, at=at)
-    z = draw.rows(grid["predicted"].to_numpy().reshape(41, 41).T)
-    x, y = (draw.listed(sorted(grid[n].unique())) for n in (across, along))
-    line = {
-        "type": "contour",
-        "x": x,
-        "y": y,
-        "z": z,
-        "showscale": False,
-        "hoverinfo": "skip",
-        "name": f"bench {fit.bench.value:.4g}°",
-        "contours": {"type": "constraint", "operation": "=", "value": fit.bench.value},
-        "line": {"color": draw.ORANGE, "width": 4},
-    }
-    field = {
-        "type": "contour",
-        "x": x,
-        "y": y,
-        "z": z,
-        "colorscale": "Viridis",
-        "contours": {"showlabels": True},
-        "colorbar": {"title": {"text": "°"}, "thickness": 12},
-    }
-    point = {
-        "type": "scatter",
-        "mode": "markers",
-        "x": [fit.optimum.point[across]],
-        "y": [fit.optimum.point[along]],
-        "marker": {"color": draw.RED, "size": 12, "symbol": "diamond", "line": {"color": "white", "width": 1}},
-        "name": "reported",
-    }
-    layout = draw.layout(draw.short(across), draw.short(along)) | {"showlegend": False}
-    return {"data": [field, line, point], "layout": layout}
+    axes, z = _grid(fit, across, along, STEPS_MAP)
+    drawn = {"type": "contour", "z": draw.rows(z)} | axes
+    bar = {"title": {"text": "°"}, "thickness": 12}
+    field = {"colorscale": "Viridis", "contours": {"showlabels": True}, "colorbar": bar}
+    bench = {"type": "constraint", "operation": "=", "value": fit.bench.value}
+    line = {"showscale": False, "hoverinfo": "skip", "name": f"bench {fit.bench.value:.4g}°"}
+    line |= {"contours": bench, "line": {"color": draw.ORANGE, "width": 4}}
+    edge = {"color": "white", "width": 1}
+    x, y = ([fit.optimum.point[n]] for n in (across, along))
+    point = draw.points(x, y, "reported", color=draw.RED, size=12, symbol="diamond", line=edge)
+    layout = draw.layout(draw.short(across), draw.short(along), showlegend=False)
+    return {"data": [drawn | field, drawn | line, point], "layout": layout}
 
 
 def sheet(fit: PileFit) -> dict | None:
     """All points that give the bench's angle; None where there is no such set of three factors."""
-    if len(fit.box.names) != 3 or not len(fit.sheet.table):
+    names, t = fit.box.names, fit.sheet.table
+    if len(names) != 3 or not len(t):
         return None
-    t, (a, b, c) = fit.sheet.table, fit.box.names
-    points = {
-        "type": "scatter3d",
-        "mode": "markers",
-        "x": draw.listed(t[a]),
-        "y": draw.listed(t[b]),
-        "z": draw.listed(t[c]),
-        "marker": {
-            "size": 3,
-            "color": draw.listed(t["se"]),
-            "colorscale": "Viridis",
-            "colorbar": {"title": {"text": "± °"}, "thickness": 12},
-        },
-    }
-    o = fit.optimum.point
-    here = {
-        "type": "scatter3d",
-        "mode": "markers",
-        "x": [o[a]],
-        "y": [o[b]],
-        "z": [o[c]],
-        "marker": {"size": 7, "color": draw.RED, "symbol": "diamond"},
-    }
+    bar = {"title": {"text": "± °"}, "thickness": 12}
+    shade: dict[str, Any] = {"color": draw.listed(t["se"]), "colorscale": "Viridis", "colorbar": bar}
+    points = draw.points_3d(*(t[n] for n in names), size=3, **shade)
+    at = ([fit.optimum.point[n]] for n in names)
+    reported = draw.points_3d(*at, size=7, color=draw.RED, symbol="diamond")
     axes = {
-        f"{k}axis": {"title": {"text": draw.short(n)}, "range": [float(lo), float(hi)]}
-        for k, n, lo, hi in zip("xyz", fit.box.names, fit.box.low, fit.box.high)
+        k: {"title": {"text": draw.short(n)}, "range": [float(low), float(high)]}
+        for k, n, low, high in zip("xyz", names, fit.box.low, fit.box.high)
     }
-    return {
-        "data": [points, here],
-        "layout": {"scene": axes | {"camera": FACE_ON}, "margin": {"l": 0, "r": 0, "t": 10, "b": 0}, "showlegend": False, "height": 420},
-    }
+    return {"data": [points, reported], "layout": draw.layout_3d(axes, FACE_ON, 420)}
 
 
 def residuals(fit: PileFit) -> dict:
     """Studentised residuals over the predictions; beyond ±3 is worth a look."""
     t = fit.residuals
-    points = {
-        "type": "scatter",
-        "mode": "markers",
-        "x": draw.listed(t["predicted"]),
-        "y": draw.listed(t["student_external"]),
-        "marker": {"color": [draw.RED if o else draw.BLUE for o in t["outlier"]], "size": 8},
-        "text": [f"run {r}" for r in t["run"]],
-    }
+    colors = [draw.RED if o else draw.BLUE for o in t["outlier"]]
+    points = draw.points(t["predicted"], t["student_external"], color=colors, size=8)
+    points["text"] = [f"run {r}" for r in t["run"]]
     ends = [float(t["predicted"].min()), float(t["predicted"].max())]
     lines = [draw.line(ends, [v] * 2, draw.GREY, "", dash="dash") for v in (-3, 3)]
-    return {"data": [points, *lines], "layout": draw.layout("predicted (°)", "studentised residual") | {"showlegend": False}}
+    layout = draw.layout("predicted (°)", "studentised residual", showlegend=False)
+    return {"data": [points, *lines], "layout": layout}

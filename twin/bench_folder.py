@@ -22,7 +22,7 @@ SECTIONS = ("seed", "camera", "air")
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class RecordingReadings:
     """One recording.
 
     response: the column its readings belong to (`rebound_height_mm` …); readings: (n,) in its unit, one for a film or photo;
@@ -48,7 +48,7 @@ class Seen:
     further: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def read_bench(folder: Path, rig: str | None = None) -> list[Seen]:
+def read_bench(folder: Path, rig: str | None = None) -> list[RecordingReadings]:
     """Every recording under `folder`, or those of one rig, measured; one that could not be measured says why.
 
     FileNotFoundError without a folder.
@@ -73,21 +73,21 @@ Name = tuple[str, str, str]  # recording, rig, response
 Described = tuple[dict, str, str]  # sections, path, provenance
 
 
-def _seen(entry: Recording | MeasurementError) -> Seen:
+def _seen(entry: Recording | MeasurementError) -> RecordingReadings:
     nothing = np.zeros(0)
     if isinstance(entry, MeasurementError):
-        return Seen(entry.recording, "", "", nothing, nothing, 0.0, {}, "", "", trouble=str(entry))
+        return RecordingReadings(entry.recording, "", "", nothing, nothing, 0.0, {}, "", "", trouble=str(entry))
     told = (entry.id, entry.rig, RESPONSES[entry.rig]) if entry.rig else (entry.id, "", "")
     rest = (_description(entry), str(entry.path), entry.provenance)
     try:
         return _readings(entry, told, rest) if entry.evidence == "readings.csv" else _measured(entry, told, rest)
     except MeasurementError as error:
-        return Seen(*told, nothing, nothing, 0.0, *rest, trouble=str(error))
+        return RecordingReadings(*told, nothing, nothing, 0.0, *rest, trouble=str(error))
     except OSError as error:
-        return Seen(*told, nothing, nothing, 0.0, *rest, trouble=f"{error.filename or entry.path}: {error.strerror or error}")
+        return RecordingReadings(*told, nothing, nothing, 0.0, *rest, trouble=f"{error.filename or entry.path}: {error.strerror or error}")
 
 
-def _readings(entry: Recording, told: Name, rest: Described) -> Seen:
+def _readings(entry: Recording, told: Name, rest: Described) -> RecordingReadings:
     """What somebody read off; the plausibility checks are those of `benchtwin measure`."""
     observation, table = observe(entry), read_readings(entry.files[0]).rows
     rig = entry.rig or observation.rig
@@ -99,7 +99,7 @@ def _readings(entry: Recording, told: Name, rest: Described) -> Seen:
     derived = {q.name: q.value for q in observation.quantities}
     further = {c: table[c].dropna().to_numpy(dtype=float) for c in FURTHER[rig] if c in table} | _weights(entry)
     nothing = np.zeros(values.size)
-    return Seen(told[0], rig, response, values, nothing, 0.0, *rest, notes=observation.notes, doubt=doubt, derived=derived,
+    return RecordingReadings(told[0], rig, response, values, nothing, 0.0, *rest, notes=observation.notes, doubt=doubt, derived=derived,
                 further=further)  # fmt: skip
 
 
@@ -109,7 +109,7 @@ def _weights(entry: Recording) -> dict[str, np.ndarray]:
     return {name: np.array([value]) for name, value in stated.items() if value is not None}
 
 
-def _measured(entry: Recording, told: Name, rest: Described) -> Seen:
+def _measured(entry: Recording, told: Name, rest: Described) -> RecordingReadings:
     """One film, track or photo: the quantity of its rig."""
     observation = observe(entry)
     name, unit = READING_COLUMNS[told[2]][1:]
@@ -126,7 +126,7 @@ def _measured(entry: Recording, told: Name, rest: Described) -> Seen:
     own = float(np.sqrt(max(q.sd**2 - shared**2, 0.0)))
     columns = {column: READING_COLUMNS[column][1] for column in FURTHER[told[1]]}
     further = {column: np.array([derived[n]]) for column, n in columns.items() if n in derived} | _weights(entry)
-    return Seen(*told, np.array([q.value]), np.array([own]), shared, *rest, notes=observation.notes, doubt=q.reason,
+    return RecordingReadings(*told, np.array([q.value]), np.array([own]), shared, *rest, notes=observation.notes, doubt=q.reason,
                 derived=derived, further=further)  # fmt: skip
 
 

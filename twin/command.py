@@ -1,34 +1,127 @@
-"""What the commands have in common: folders that are checked before anything runs, and a report whose fault costs no result."""
+"""What the commands have in common: exit codes, options, folders checked before anything runs,
+progress, and a report whose fault costs no result."""
 
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+DONE, FAILED, MISUSED = 0, 1, 2
+Errors = tuple[type[Exception], ...]
 
 
 class Misuse(ValueError):
     """The command was typed wrongly."""
 
 
-def check_folders(bench: Path, out: Path, ours: set[str], what: str) -> set[str]:
-    """Names of what `out` holds already, all of them in `ours`; `what` would have written them ("calibration").
+@dataclass(frozen=True, kw_only=True)
+class CampaignOptions:
+    """Options of every command that simulates many runs. rng: seed of the random numbers; workers:
+    processes, None: one a core; scheduler: address of a dask scheduler, instead of workers."""
 
-    FileNotFoundError without a bench folder; FileExistsError where `out` is a file or holds something else; Misuse in `bench`,
-    but for a folder that is marked as results.
+    rng: int = 1
+    workers: int | None = None
+    scheduler: str | None = None
+    overwrite: bool = False
+    quiet: bool = False
+
+
+def say(verb: str, error: object, code: int) -> int:
+    """Print an error as `benchtwin VERB` says it; returns the exit code."""
+    print(f"benchtwin {verb}: {error}", file=sys.stderr)
+    return code
+
+
+def exit_code(
+    verb: str,
+    out: Path,
+    work: Callable[[], int],
+    *,
+    stopped: str = "the same command goes on where it stopped ({out})",
+    misuses: Errors = (FileNotFoundError, FileExistsError, Misuse),
+    failures: Errors = (ValueError, RuntimeError),
+) -> int:
+    """The exit code of `work`; an error that it raises is printed in one line.
+
+    misuses, failures: errors of what was typed, and of what came of it; others are faults of ours.
     """
+    try:
+        return work()
+    except KeyboardInterrupt:
+        return say(verb, f"stopped; {stopped.format(out=out)}", FAILED)
+    except misuses as error:
+        return say(verb, error, MISUSED)
+    except failures as error:
+        return say(verb, error, FAILED)
+    except OSError as error:
+        return say(verb, f"{error.filename or out}: {error.strerror or error}", FAILED)
+
+
+def check_out(
+    out: Path, ours: set[str], what: str, result: str = "", overwrite: bool = True
+) -> set[str]:
+    """Names of what `out` holds already, all of them in `ours`; `what` would have written them.
+
+    FileExistsError where `out` is a file, holds something else, or the file `result` that is not to
+    be overwritten.
+    """
+    if out.exists() and not out.is_dir():
+        raise FileExistsError(f"{out}: is a file; --out names a folder")
+    there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
+    other = f"{out}: holds {{}}; choose another --out"
+    if there - ours:
+        raise FileExistsError(other.format(f"{sorted(there - ours)[0]}, which no {what} wrote"))
+    if result in there and not overwrite:
+        raise FileExistsError(other.format(f"a {what} already") + ", or say --overwrite")
+    return there
+
+
+def check_bench(bench: Path, out: Path) -> None:
+    """FileNotFoundError without a bench folder; Misuse where `out` lies in it, but for a folder
+    that is marked as results."""
     from twin.bench_folder import among_results
 
     if not bench.is_dir():
-        raise FileNotFoundError(f"{bench}: {'is not a folder' if bench.exists() else 'no such folder'}")
-    if out.exists() and not out.is_dir():
-        raise FileExistsError(f"{out}: is a file; --out names a folder")
-    inside = bench.resolve() in out.resolve().parents and not among_results(out.resolve(), bench.resolve())
-    if out.resolve() == bench.resolve() or inside:
-        raise Misuse(f"--out {out}: lies within the bench folder, whose recordings it would be taken for; choose another")
-    there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
-    if there - ours:
-        raise FileExistsError(f"{out}: holds {sorted(there - ours)[0]}, which no {what} wrote; choose another --out")
-    return there
+        what = "is not a folder" if bench.exists() else "no such folder"
+        raise FileNotFoundError(f"{bench}: {what}")
+    folder, place = bench.resolve(), out.resolve()
+    inside = folder in place.parents and not among_results(place, folder)
+    if place == folder or inside:
+        why = "lies within the bench folder, whose recordings it would be taken for; choose another"
+        raise Misuse(f"--out {out}: {why}")
+
+
+def write_whole(file: Path, text: str) -> None:
+    """Write a text file that appears whole or not at all."""
+    part = file.with_name(f".{file.name}.part")
+    part.write_text(text, encoding="utf8")
+    part.replace(file)
+
+
+@contextmanager
+def progress_line(quiet: bool) -> Iterator[Callable[[object], None]]:
+    """A function that shows what is being done, in a line of the terminal that goes away."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=quiet, transient=True) as progress:
+        task = progress.add_task("", total=None)
+        yield lambda state: progress.update(task, description=str(state))
+
+
+def result_console() -> Console:
+    """Where results are printed: as wide as the terminal, or 160 characters where there is none."""
+    return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+
+
+def print_lines(console: Console, *lines: str) -> None:
+    """Sentences, each as it is."""
+    for line in lines:
+        console.print(line, markup=False, soft_wrap=True)
 
 
 def reported(write: Callable[[], object], kept: str, verb: str) -> bool:
@@ -41,6 +134,6 @@ def reported(write: Callable[[], object], kept: str, verb: str) -> bool:
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
         fault = f"report.html could not be drawn, a fault of benchtwin, please report it: {error!r} in {where}; {kept}"
-        print(f"benchtwin {verb}: {fault}", file=sys.stderr)
+        say(verb, fault, FAILED)
         return False
     return True

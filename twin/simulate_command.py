@@ -1,46 +1,46 @@
-"""`benchtwin simulate` as a person meets it: what was typed, the progress, resuming, the exit code."""
+"""Command line of `benchtwin simulate`: options, progress, resuming, exit code."""
 
-import sys
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from twin import Parameters
+from twin.command import DONE, Misuse, exit_code
 from twin.engine import Engine
 from twin.job import RIG_NAMES, Job, assigned, described, jobs
 from twin.parameters import said_of
 
-DONE, STOPPED, MISUSED = 0, 1, 2
 MOST_REPEATS = 10_000
 
 
-def simulate_command(rig: str, out: Path, numbers: dict[str, float | None], *, repeats: int, rng: int, settings: list[str],
-                     like: Path | None, rendered: bool, threads: int, engine: str, ranks: int, quiet: bool) -> int:  # fmt: skip
+def simulate_command(
+    rig: str, out: Path, numbers: dict[str, float | None], *, repeats: int, rng: int,
+    settings: list[str], like: Path | None, rendered: bool, threads: int, engine: str, ranks: int,
+    quiet: bool,
+) -> int:  # fmt: skip
     """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the exit code."""
-    try:
+
+    def simulated() -> None:
         todo = jobs_of(rig, numbers, repeats, rng, settings, like, rendered, Engine(engine, ranks))
         todo[0].engine.ready()
         for line in () if quiet else todo[0].converted():
             print(line)
         run_jobs(todo, rig, out, threads, quiet)
-        for line in [] if quiet else said_of(todo[0].description.get("seed", {})):
+        for line in () if quiet else said_of(todo[0].description.get("seed", {})):
             print(line)
-    except KeyboardInterrupt:
-        print(f"\nbenchtwin simulate: stopped; the same command goes on where it stopped ({out})", file=sys.stderr)
-        return STOPPED
-    except (ValueError, FileExistsError) as error:
-        print(f"benchtwin simulate: {error}", file=sys.stderr)
-        return MISUSED
-    except OSError as error:
-        print(
-            f"benchtwin simulate: cannot write to {out}: {error.strerror or error}; nothing half-written is left", file=sys.stderr
-        )
-        return MISUSED
-    except RuntimeError as error:  # the engine's watches, a renderer that is not there
-        print(f"benchtwin simulate: {error}", file=sys.stderr)
-        return STOPPED
-    return DONE
+
+    def work() -> int:
+        try:
+            simulated()
+        except FileExistsError:
+            raise
+        except OSError as error:
+            why = f"{error.strerror or error}; nothing half-written is left"
+            raise Misuse(f"cannot write to {out}: {why}") from error
+        return DONE
+
+    return exit_code("simulate", out, work, misuses=(ValueError, FileExistsError))
 
 
 def jobs_of(

@@ -9,7 +9,6 @@ from calibrate.export.conventions import (
     damping_factor,
     effective_moduli,
     like_pair_young,
-    rolling_friction,
     rolling_spring,
     tangential_spring,
 )
@@ -25,8 +24,7 @@ def contact(calibrated: Calibrated) -> str:
     c = calibrated
     how = {
         "restitution": "unchanged; `damping coeff_restitution` is Tsuji's damping, attraction at the end of contact included",
-        "rolling friction": "`sds` caps mu F_n R* against relative rolling: "
-        + ", ".join(f"{where} {given:.6g} -> {made:.6g}" for where, given, made in _rolling(c)),
+        "rolling friction": f"`sds` caps mu F_n R* against relative rolling: {c.rolling_with_r_star}",
         "tangential": "k_t = 8 G*; its damping scaled by 2 sqrt(G*/E*), which makes it Tsuji's for k_t too",
         "wall": "fix wall/gran takes wall and seed to be of one material: E = 2 (1 - nu^2) E* gives the true E*, k_t the true G*",
     }
@@ -76,20 +74,11 @@ def molecule(calibrated: Calibrated) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _rolling(c: Calibrated) -> list[tuple[str, float, float]]:
-    """(where, as calibrated, as LAMMPS takes it)."""
-    found = []
-    for where, pair, on_wall in (("seed on seed", c.on_seed, False), ("on wall", c.on_wall, True)):
-        given = pair.rolling_friction.value
-        found.append((where, given, rolling_friction(given, c.rolling, "effective", on_wall=on_wall)))
-    return found
-
-
 def _model(c: Calibrated, pair: Pair, other: Solid, *, on_wall: bool) -> str:
     """One contact in the words of `pair_style granular`."""
     modulus, shear = effective_moduli(c.seed, other)
     young = like_pair_young(modulus, c.seed.poisson_ratio)
-    mu_r = rolling_friction(pair.rolling_friction.value, c.rolling, "effective", on_wall=on_wall)
+    mu_r = c.rolling_friction("effective", on_wall=on_wall)
     radius = c.shape.mean_radius_m * (1.0 if on_wall else 0.5)
     # A constant torque acts in full at once: its stand-in gets the stiffness of the tangential spring (as LIGGGHTS's epsd2 has).
     resting = 10.0 * c.shape.mass_kg * 9.81

@@ -4,15 +4,12 @@ Read: LIGGGHTS-PUBLIC manual, gran model hertz, tangential history, rolling_fric
 fix particletemplate/multisphere.
 """
 
-from calibrate.export.conventions import rolling_friction
 from calibrate.export.header import digits, header, length_note, shared_damping_note
 from calibrate.export.result import Calibrated
 
 VERSION = "LIGGGHTS-PUBLIC 3.8.0"
-SOFTEST_PA, HARDEST_PA = (
-    5e6,
-    1e9,
-)  # beyond these LIGGGHTS refuses a Young's modulus unless told `soft_particles`, `hard_particles`
+# beyond these LIGGGHTS refuses a Young's modulus unless told `soft_particles`, `hard_particles`
+SOFTEST_PA, HARDEST_PA = 5e6, 1e9
 
 
 def contact(calibrated: Calibrated) -> str:
@@ -20,13 +17,10 @@ def contact(calibrated: Calibrated) -> str:
     c = calibrated
     model = {"edem": "cdt", "type_a": "cdt", "type_c": "epsd2"}[c.rolling]
     style = f"model hertz tangential history rolling_friction {model}"
-    mu_seed = rolling_friction(c.on_seed.rolling_friction.value, c.rolling, "effective", on_wall=False)
-    mu_wall = rolling_friction(c.on_wall.rolling_friction.value, c.rolling, "effective", on_wall=True)
-    given_seed, given_wall = (pair.rolling_friction.value for pair in (c.on_seed, c.on_wall))
+    mu_seed, mu_wall = (c.rolling_friction("effective", on_wall=wall) for wall in (False, True))
     how = {
         "restitution": "unchanged; model hertz damps as Tsuji does and lets the force pull at the end (limitForce off)",
-        "rolling friction": f"{model} takes mu F_n R* against relative rolling: seed on seed "
-        f"{given_seed:.6g} -> {mu_seed:.6g}, on wall {given_wall:.6g} -> {mu_wall:.6g}",
+        "rolling friction": f"{model} takes mu F_n R* against relative rolling: {c.rolling_with_r_star}",
         "elasticity": "Young's modulus E = 2 G (1 + nu) a material; LIGGGHTS forms E* and G* of a pair itself",
     }
     rows = [

@@ -3,7 +3,7 @@
 Read: MercuryDPM kernel, HertzianViscoelasticNormalSpecies, MindlinSpecies, MindlinRollingTorsionInteraction, release notes.
 """
 
-from calibrate.export.conventions import damping_factor, effective_moduli, rolling_friction
+from calibrate.export.conventions import damping_factor, effective_moduli
 from calibrate.export.header import digits, header, length_note
 from calibrate.export.result import Calibrated, Pair, Solid
 
@@ -14,16 +14,12 @@ SPECIES = "HertzianViscoelasticMindlinRollingTorsionSpecies"
 def contact(calibrated: Calibrated) -> str:
     """The header: `auto [seed, wall] = addSeedAndWall(dpm);` and the balls of a seed."""
     c = calibrated
-    mu_seed, mu_wall = (
-        rolling_friction(pair.rolling_friction.value, c.rolling, "effective", on_wall=on_wall)
-        for pair, on_wall in ((c.on_seed, False), (c.on_wall, True))
-    )
+    mu_seed, mu_wall = (c.rolling_friction("effective", on_wall=wall) for wall in (False, True))
     how = {
         "restitution": "the normal dissipation that setEffectiveElasticModulusAndRestitutionCoefficient computes from e, "
         "sqrt(5) |ln e| / sqrt(ln^2 e + pi^2), is Tsuji's; the force may pull at the end of contact",
         "elasticity": "Mercury takes the contact's E* and G*, not a material's: 1/E* = sum (1-nu^2)/E, 1/G* = sum (2-nu)/G",
-        "rolling friction": f"cap mu F_n R* against relative rolling: seed on seed {c.on_seed.rolling_friction.value:.6g} -> "
-        f"{mu_seed:.6g}, on wall {c.on_wall.rolling_friction.value:.6g} -> {mu_wall:.6g}",
+        "rolling friction": f"cap mu F_n R* against relative rolling: {c.rolling_with_r_star}",
         "tangential dissipation": "2 sqrt(5/6) |ln e| / sqrt(ln^2 e + pi^2), times Mercury's sqrt(m* 8 G* sqrt(R* delta))",
     }
     notes = [

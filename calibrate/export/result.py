@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from calibrate.export.conventions import GIVEN, Solid
+from calibrate.export.conventions import GIVEN, Solid, rolling_friction
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,20 @@ class Calibrated:
     rolling: str
     shape: Shape
     source: str
+
+    def rolling_friction(self, length: str, *, on_wall: bool) -> float:
+        """μ_r of the seed against wall or seed in an engine's convention, by its `length`."""
+        given = (self.on_wall if on_wall else self.on_seed).rolling_friction.value
+        return rolling_friction(given, self.rolling, length, on_wall=on_wall)
+
+    @property
+    def rolling_with_r_star(self) -> str:
+        """Both conversions to an engine that takes R*, in words."""
+        texts = []
+        for where, pair, on_wall in (("seed on seed", self.on_seed, False), ("on wall", self.on_wall, True)):
+            made = self.rolling_friction("effective", on_wall=on_wall)
+            texts.append(f"{where} {pair.rolling_friction.value:.6g} -> {made:.6g}")
+        return ", ".join(texts)
 
 
 NUMBERS = {  # what a value may be: above the first (or equal, for frictions), up to the second

@@ -6,7 +6,7 @@ Ig2_Facet_Sphere_ScGeom, MatchMaker, BodyContainer.appendClumped.
 
 import math
 
-from calibrate.export.conventions import effective_moduli, rolling_friction, rolling_spring
+from calibrate.export.conventions import effective_moduli, rolling_spring
 from calibrate.export.header import digits, header, length_note
 from calibrate.export.result import Calibrated, Pair, Solid
 
@@ -16,9 +16,9 @@ VERSION = "YADE trunk of 2023 or later (Hertz-Mindlin damping of merge request 9
 def contact(calibrated: Calibrated) -> str:
     """The script. `exec(open("seed_contact.py").read())`, then add walls of material WALL and `add_seed(…)`."""
     c = calibrated
-    eta = rolling_friction(c.on_seed.rolling_friction.value, c.rolling, "mean", on_wall=False)
+    eta = c.rolling_friction("mean", on_wall=False)
     # Only R_i and R* are known on a wall: there the cap is set by hand, as mu F_n R.
-    at_wall = rolling_friction(c.on_wall.rolling_friction.value, c.rolling, "own", on_wall=True)
+    at_wall = c.rolling_friction("own", on_wall=True)
     given = c.on_seed.rolling_friction.value
     how = {
         "restitution": "unchanged, en = es; YADE cuts attraction off, with a damping that gives e all the same (Thornton 2013)",
@@ -101,9 +101,9 @@ def add_seed(position=(0.0, 0.0, 0.0), orientation=Quaternion.Identity):
 
 def _spring(c: Calibrated, *, on_wall: bool) -> float:
     """Rolling stiffness [N m/rad]: 2.25 k_n (μ_r R*)²."""
-    pair, other = (c.on_wall, c.wall) if on_wall else (c.on_seed, c.seed)
+    other = c.wall if on_wall else c.seed
     radius = c.shape.mean_radius_m * (1.0 if on_wall else 0.5)
-    mu_star = rolling_friction(pair.rolling_friction.value, c.rolling, "effective", on_wall=on_wall)
+    mu_star = c.rolling_friction("effective", on_wall=on_wall)
     modulus, _ = effective_moduli(c.seed, other)
     return rolling_spring(mu_star, modulus, radius, 10.0 * c.shape.mass_kg * 9.81) * radius**2
 

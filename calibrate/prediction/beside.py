@@ -9,7 +9,7 @@ from scipy import stats
 from calibrate.prediction.predict import MEAN, QUANTITIES, RIG_OF, Prediction
 from calibrate.statistics.predictive import NORMAL_95
 from twin import Parameters
-from twin.bench_folder import Seen, read_bench
+from twin.bench_folder import RecordingReadings, read_bench
 from twin.job import Job
 from twin.scene import rig_of, section_of
 
@@ -44,7 +44,7 @@ class Comparison:
     said: str
 
 
-def recordings(folder: Path, rig: str) -> list[Seen]:
+def recordings(folder: Path, rig: str) -> list[RecordingReadings]:
     """Recordings of this kind of rig under `folder`, measured, and what cannot be read at all.
     FileNotFoundError without a folder; ValueError where there is none."""
     found = [
@@ -60,7 +60,7 @@ def recordings(folder: Path, rig: str) -> list[Seen]:
     return found
 
 
-def measured(found: list[Seen], rig: str, description: dict) -> Measured:
+def measured(found: list[RecordingReadings], rig: str, description: dict) -> Measured:
     """Readings of the recordings whose rig is the very one that `description` describes; others are
     named and left out.
 
@@ -92,7 +92,7 @@ def measured(found: list[Seen], rig: str, description: dict) -> Measured:
     )
 
 
-def _readings(seen: Seen, quantity: str) -> np.ndarray:
+def _readings(seen: RecordingReadings, quantity: str) -> np.ndarray:
     return seen.readings if seen.response == quantity else seen.further.get(quantity, np.zeros(0))
 
 
@@ -109,7 +109,7 @@ def _whole(rig: str, section: dict) -> dict:
     return known.model_dump(exclude_none=True, mode="json")
 
 
-def described_by(found: list[Seen], rig: str) -> dict:
+def described_by(found: list[RecordingReadings], rig: str) -> dict:
     """{rig: its section} as the first of these recordings has it."""
     first = next(s for s in found if s.rig)
     return {RIG_OF[rig]: _whole(rig, first.description.get(RIG_OF[rig], {}))}

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from calibrate.procedure.rigs import PARAMETERS, SEED_FACTORS
-from calibrate.procedure.simulated import NOT_FOUND
+from calibrate.procedure.simulated import ASSUMED
 from twin.bench_folder import read_numbers
 
 
@@ -83,7 +83,7 @@ def _draws(file: Path) -> tuple[pd.DataFrame, dict[str, float]]:
         )
     limits = dict.fromkeys(PARAMETERS, (0.0, 5.0))
     draws = read_numbers(
-        file, {n: limits[n] for n in SEED_FACTORS}, {n: limits[n] for n in NOT_FOUND}
+        file, {n: limits[n] for n in SEED_FACTORS}, {n: limits[n] for n in ASSUMED}
     )
-    assumed = {n: v for n, v in NOT_FOUND.items() if n not in draws}
+    assumed = {n: v for n, v in ASSUMED.items() if n not in draws}
     return draws.assign(**assumed)[list(PARAMETERS)], assumed

@@ -1,4 +1,4 @@
-"""The whole calibration, step by step, as a person would do it at the bench.
+"""The steps of a calibration.
 
 bench        read every recording                       bench.py
 seed–steel   drop → slide → roll, each curve inverted   steel.py

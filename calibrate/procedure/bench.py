@@ -9,9 +9,9 @@ from scipy import stats
 
 from calibrate.procedure.rigs import STEEL
 from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading
-from twin.bench_folder import WEIGHED, Seen, hashes, read_bench
+from twin.bench_folder import WEIGHED, RecordingReadings, hashes, read_bench
 
-OWN_OF_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg", *WEIGHED}  # not what makes a rig another rig
+PER_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg", *WEIGHED}  # not what makes a rig another rig
 LOT = ("length_mm", "width_mm", "thickness_mm")
 
 
@@ -93,59 +93,59 @@ def contradictory(bench: Bench) -> list[str]:
     return [f"{rig}: {note}" for rig, r in bench.rigs.items() for note in r.notes if " contradicts the other recordings" in note]
 
 
-def _pooled(rig: str, seen: list[Seen]) -> RigReadings:
+def _pooled(rig: str, seen: list[RecordingReadings]) -> RigReadings:
     """Recordings of one rig as one set of readings; those of a differently built rig are left out and named."""
     usable = [s for s in seen if s.readings.size]
-    kinds: dict[str, list[Seen]] = {}
+    by_signature: dict[str, list[RecordingReadings]] = {}
     for s in usable:
-        kinds.setdefault(_built(s), []).append(s)
-    taken = max(kinds.values(), key=lambda group: sum(s.readings.size for s in group))
+        by_signature.setdefault(_signature(s), []).append(s)
+    pooled = max(by_signature.values(), key=lambda group: sum(s.readings.size for s in group))
     notes = [f"{s.recording}: {s.trouble}" for s in seen if s.trouble]
-    for group in kinds.values():
-        if group is not taken:
+    for group in by_signature.values():
+        if group is not pooled:
             names = ", ".join(s.recording for s in group)
-            notes.append(f"{names}: another {rig} than {taken[0].recording} ({_built(group[0]) or 'nothing stated'}); left out")
-    notes += [f"{s.recording}: {s.doubt}" for s in taken if s.doubt]
-    values = np.concatenate([s.readings for s in taken])
-    own = np.concatenate([s.reading_sd for s in taken])
+            notes.append(f"{names}: another {rig} than {pooled[0].recording} ({_signature(group[0]) or 'nothing stated'}); left out")
+    notes += [f"{s.recording}: {s.doubt}" for s in pooled if s.doubt]
+    values = np.concatenate([s.readings for s in pooled])
+    reading_sd = np.concatenate([s.reading_sd for s in pooled])
     table = pd.DataFrame([_row(s) for s in seen])
-    notes += _contradictions(taken)
-    shared = float(max(s.shared_sd for s in taken))
-    columns = dict.fromkeys(column for s in taken for column in s.further)
-    further = {c: np.concatenate([s.further[c] for s in taken if c in s.further]) for c in columns}
-    return RigReadings(rig, taken[0].response, values, own, shared, _without(taken[0]), table, tuple(notes), further)
+    notes += _contradictions(pooled)
+    shared = float(max(s.shared_sd for s in pooled))
+    columns = dict.fromkeys(column for s in pooled for column in s.further)
+    further = {c: np.concatenate([s.further[c] for s in pooled if c in s.further]) for c in columns}
+    return RigReadings(rig, pooled[0].response, values, reading_sd, shared, _rig_description(pooled[0]), table, tuple(notes), further)
 
 
-def _built(s: Seen) -> str:
+def _signature(s: RecordingReadings) -> str:
     """What tells two rigs of one kind apart."""
-    section = {k: v for k, v in s.description.get(s.rig, {}).items() if k not in OWN_OF_RECORDING}
+    section = {k: v for k, v in s.description.get(s.rig, {}).items() if k not in PER_RECORDING}
     return ", ".join(f"{k} = {v}" for k, v in sorted(section.items()))
 
 
-def _without(s: Seen) -> dict:
+def _rig_description(s: RecordingReadings) -> dict:
     """The rig's section, and how many seeds were taped together, for a simulation; the camera of the bench has no part in it."""
-    section = {k: v for k, v in s.description.get(s.rig, {}).items() if k not in OWN_OF_RECORDING}
+    section = {k: v for k, v in s.description.get(s.rig, {}).items() if k not in PER_RECORDING}
     count = {"seed": {"count": s.description["seed"]["count"]}} if "count" in s.description.get("seed", {}) else {}
     return {s.rig: section, **count} if section else count
 
 
-def _row(s: Seen) -> dict:
+def _row(s: RecordingReadings) -> dict:
     n = s.readings.size
     scatter = float(s.readings.std(ddof=1)) if n > 1 else float(s.reading_sd[0]) if n else float("nan")
     mean = float(s.readings.mean()) if n else float("nan")
     return {"recording": s.recording, "n": n, "mean": mean, "sd": scatter, "doubt": s.doubt, "trouble": s.trouble}
 
 
-def _contradictions(taken: list[Seen]) -> list[str]:
+def _contradictions(pooled: list[RecordingReadings]) -> list[str]:
     """Recordings farther from the others than the scatter within recordings allows, as sentences."""
-    several = [s.readings for s in taken if s.readings.size > 1]
+    several = [s.readings for s in pooled if s.readings.size > 1]
     if not several:
-        return _odd_one(taken)
+        return _outlier(pooled)
     spread = float(np.sqrt(np.mean([r.var(ddof=1) for r in several])))
-    if len(taken) < 2 or spread == 0:
+    if len(pooled) < 2 or spread == 0:
         return []
-    sds = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) / np.sqrt(s.readings.size) for s in taken]
-    found = agreement([s.recording for s in taken], [s.readings.mean() for s in taken], sds).table
+    sds = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) / np.sqrt(s.readings.size) for s in pooled]
+    found = agreement([s.recording for s in pooled], [s.readings.mean() for s in pooled], sds).table
     return [
         f"{label}: {value:.4g} contradicts the other recordings ({others:.4g}, {abs(z):.1f} standard deviations apart)"
         for label, value, _, others, z, contradicts in found.itertuples(index=False, name=None)
@@ -153,9 +153,9 @@ def _contradictions(taken: list[Seen]) -> list[str]:
     ]
 
 
-def _odd_one(taken: list[Seen], alpha: float = 0.01) -> list[str]:
+def _outlier(pooled: list[RecordingReadings], alpha: float = 0.01) -> list[str]:
     """Of films of one seed each, the one that Grubbs' test (1969) finds too far off; seeds differ, so it may be right."""
-    x, n = np.array([s.readings[0] for s in taken]), len(taken)
+    x, n = np.array([s.readings[0] for s in pooled]), len(pooled)
     if n < 3 or np.ptp(x) == 0:
         return []
     t = stats.t.ppf(1 - alpha / (2 * n), n - 2)
@@ -165,12 +165,12 @@ def _odd_one(taken: list[Seen], alpha: float = 0.01) -> list[str]:
         return []
     rest = np.delete(x, worst)
     return [
-        f"{taken[worst].recording}: {x[worst]:.4g} lies far from the others ({rest.mean():.4g} ± {rest.std(ddof=1):.2g}): look "
+        f"{pooled[worst].recording}: {x[worst]:.4g} lies far from the others ({rest.mean():.4g} ± {rest.std(ddof=1):.2g}): look "
         "at what was found on it before it is believed"
     ]
 
 
-def _lot(seen: list[Seen]) -> dict:
+def _lot(seen: list[RecordingReadings]) -> dict:
     """[seed] and [air]: of a recording that states ranges, else the mean of what recordings state of single seeds."""
     sections = [s.description.get("seed", {}) for s in seen]
     air: dict = next((s.description["air"] for s in seen if s.description.get("air")), {})

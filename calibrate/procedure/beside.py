@@ -1,4 +1,4 @@
-"""Our simulations beside the tabulated ones they were run in the place of: run by run, and everything read from them."""
+"""Our simulations beside the tabulated ones that they repeat: run by run, and all that is read from them."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -30,10 +30,11 @@ def beside_tables(c: Calibration, printed: Calibration) -> Calibration:
 def _steel_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
     for name in (n for n in printed.steel if n in c.steel):
         rig, ours = printed.steel[name].rig, c.steel[name].rows.set_index(c.steel[name].rig.parameter)
-        for value, said in printed.steel[name].rows[[rig.parameter, rig.response]].itertuples(index=False, name=None):
+        for value, tabulated in printed.steel[name].rows[[rig.parameter, rig.response]].itertuples(index=False, name=None):
             if value in ours.index:
-                own = ours.loc[value]
-                yield name, f"{rig.parameter} = {value:g}", rig.unit, said, own[rig.response], own[rig.sd], int(own["repeats"])
+                row = ours.loc[value]
+                at, found = f"{rig.parameter} = {value:g}", (row[rig.response], row[rig.sd])
+                yield name, at, rig.unit, tabulated, *found, int(row["repeats"])
 
 
 def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
@@ -42,9 +43,9 @@ def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
         return
     if c.pile.path is not None and printed.pile.path is not None:
         ours = c.pile.path.errors.set_index("group")[PILE_RESPONSE]
-        for group, said in printed.pile.path.errors.set_index("group")[PILE_RESPONSE].items():
+        for group, tabulated in printed.pile.path.errors.set_index("group")[PILE_RESPONSE].items():
             if group in ours.index:
-                yield "path", f"group {group:g}", "deg", said, ours[group], float("nan"), c.options["effort"]["path"]
+                yield "path", f"group {group:g}", "deg", tabulated, ours[group], float("nan"), c.options["effort"]["path"]
     ours, theirs = (_points(p.design, list(printed.pile.box.names)) for p in (c.pile, printed.pile))
     for at, row in theirs.iterrows():
         if at in ours.index:
@@ -59,11 +60,11 @@ def _points(design: pd.DataFrame, factors: list[str]) -> pd.DataFrame:
 
 def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
     folder = Path(printed.options["tables"])
-    told = published(folder / "published.toml")
-    ours = [check_steel(c.steel[n], c.bench.rigs[n], told.get(n, {})) for n in c.steel if n in printed.steel]
+    publication = published(folder / "published.toml")
+    ours = [check_steel(c.steel[n], c.bench.rigs[n], publication.get(n, {})) for n in c.steel if n in printed.steel]
     rows = [(f"{n}: parameter", printed.steel[n].inverse.value, c.steel[n].inverse.value) for n in printed.steel if n in c.steel]
     if c.pile is not None and printed.pile is not None:
-        ours.append(check_pile(c.pile, told.get("pile", {}), levels_table(folder / "levels.csv"))[0])
+        ours.append(check_pile(c.pile, publication.get("pile", {}), levels_table(folder / "levels.csv"))[0])
         rows += [(f"pile: optimum, {f}", printed.pile.optimum.point[f], c.pile.optimum.point[f]) for f in c.pile.box.names]
         if c.pile.path is not None and printed.pile.path is not None:
             rows.append(("pile: nearest group of the path", printed.pile.path.group, c.pile.path.group))

@@ -1,25 +1,28 @@
 """All that a calibration found, and its parameters as one table."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from calibrate.procedure.bench import Bench
 from calibrate.procedure.joint import Joint
 from calibrate.procedure.pile import PileFit, weak
 from calibrate.procedure.steel import SteelFit
+from calibrate.statistics.bounds import interval, open_ends
 
 LEVEL = 0.95
 NARROWED_LEAST = 0.5  # share of its prior's sd that a bench must take away for a parameter to count as resolved
+COLUMNS = ["parameter", "value", "low", "high", "level", "unit", "status", "source", "budget"]
 FOLLOWS = ["item", "printed", "recomputed", "follows"]
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed values beside recomputed ones; flags:
-    what a publication contradicts, as sentences; findings: what diagnosis should look at; options: how it was run; seed: of all
-    randomness; finished: False in a report that is written while simulations still run."""
+    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed values
+    beside recomputed ones; flags: contradictions in a publication, as sentences; findings: what a
+    diagnosis should look at; options: how it was run; seed: of all randomness; finished: False in a
+    report that is written while simulations still run; more: further tables, and the pairs shown."""
 
     mode: str
     bench: Bench
@@ -27,96 +30,105 @@ class Calibration:
     pile: PileFit | None
     joint: Joint | None
     refused: dict[str, str]
-    checks: pd.DataFrame
-    flags: tuple[str, ...]
     findings: tuple[str, ...]
     options: dict
     seed: int
+    checks: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=FOLLOWS))
+    flags: tuple[str, ...] = ()
     finished: bool = True
     title: str = ""
     more: dict = field(default_factory=dict)
 
 
-def parameters(c: Calibration) -> pd.DataFrame:
-    """One row a parameter: parameter, value, low, high, level, unit, status, source, budget (shares of the variance, by name).
+def nothing_calibrated(folder: Path, refused: dict[str, str]) -> ValueError:
+    """The error of a bench folder of which no rig could be calibrated."""
+    why = "; ".join(f"{rig}: {reason}" for rig, reason in refused.items())
+    return ValueError(f"{folder}: nothing could be calibrated: {why}")
 
-    status: "calibrated", or a sentence: on what, at which limit of what was simulated, or that it is not resolved.
+
+def parameters(c: Calibration) -> pd.DataFrame:
+    """One row a parameter: parameter, value, low, high, level, unit, status, source, budget.
+
+    status: "calibrated", or a sentence that says on what, that the parameter is bounded on one side
+    only, or that it is not resolved. budget: shares of the variance by name.
     """
     rows = [_steel_row(fit) for fit in c.steel.values()]
     if c.pile is not None and c.joint is not None:
         rows += [_seed_row(c.pile, c.joint, name) for name in c.pile.box.names]
-    columns = ["parameter", "value", "low", "high", "level", "unit", "status", "source", "budget"]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _steel_row(fit: SteelFit) -> tuple:
-    i = fit.inverse
-    source = f"{fit.rig.name}: {fit.rig.response} {fit.bench.value:.4g} ± {fit.bench.sd:.2g} {fit.rig.unit} on the {fit.by}"
-    cut = [n for n in fit.notes if "cut off" in n]
-    status = f"calibrated; {cut[0].partition(':')[0]}" if cut else "calibrated"
+    i, rig = fit.inverse, fit.rig
+    mean = f"{fit.bench.value:.4g} ± {fit.bench.sd:.2g} {rig.unit}"
+    source = f"{rig.name}: {rig.response} {mean} on the {fit.by}"
+    status = bounded(i.low, i.high, i.open_ends)
     if fit.verification is not None and not fit.verification.agrees:
         status = "doubtful: its verification disagrees with the bench"
-    return fit.rig.parameter, i.value, i.low, i.high, i.level, "1", status, source, dict(i.budget)
+    return rig.parameter, i.value, i.low, i.high, i.level, "1", status, source, dict(i.budget)
 
 
 def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
-    """The optimum's coordinate, and the posterior's interval around it; the posterior's median where packing noise hides the
-    angle and something else of the same piles is seen.
+    """The optimum's coordinate, and the posterior's interval around it; the posterior's median
+    where packing noise hides the angle and something else of the same piles is seen.
 
-    At a limit of the box the interval is one-sided. What only the design's box cuts off goes on to the end of
-    the path. A point off the posterior's middle widens it to itself: any point of the sheet fits as well.
+    An end that the posterior does not exclude, or at which the optimum stands, is open. An optimum
+    outside the interval widens it to itself: any point of the sheet fits as well.
     """
     value, draws = pile.optimum.point[name], joint.posterior.draws[name]
     j = pile.box.names.index(name)
-    edge = pile.optimum.boundary.get(name)
+    ends = open_ends(draws, (float(pile.box.low[j]), float(pile.box.high[j])))
     hidden = weak(pile.surface)
-    if hidden and pile.shown:
-        value, edge = float(draws.median()), None
-    tail = 1 - LEVEL
-    ends = {"low": (0.0, 1 - tail), "high": (tail, 1.0)}.get(edge or "", (tail / 2, 1 - tail / 2))
-    low, high = (float(v) for v in np.quantile(draws, ends))
-    if edge:
-        low, high = (float(pile.box.low[j]), high) if edge == "low" else (low, float(pile.box.high[j]))
-    low, high = beyond((low, high), (pile.box.low[j], pile.box.high[j]), _sought(pile, name))
+    if hidden and pile.informative:
+        value = float(draws.median())
+    elif name in pile.optimum.boundary:
+        ends |= {pile.optimum.boundary[name]}
+    low, high = interval(draws, _searched(pile, name), ends, LEVEL)
     low, high = min(low, value), max(high, value)
-    ratio = float(draws.std() / joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)])
-    status = _seed_status(pile, name, edge, 1.0 - ratio, (low, high), hidden=hidden)
-    source = f"pile: repose angle {pile.bench.value:.4g} ± {pile.bench.sd:.2g}°, one point of a sheet that fits"
-    also = [row.removeprefix("pile: ") for row in joint.posterior.tension["observable"] if row.startswith("pile: ")][1:]
+    prior_sd = joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)]
+    status = _seed_status(pile, 1.0 - float(draws.std() / prior_sd), low, high, ends, hidden)
+    mean = f"{pile.bench.value:.4g} ± {pile.bench.sd:.2g}°"
+    source = f"pile: repose angle {mean}, one point of a sheet that fits"
+    names = joint.posterior.tension["observable"]
+    also = [n.removeprefix("pile: ") for n in names if n.startswith("pile: ")][1:]
     source += f"; with {', '.join(also)}" if also else ""
-    return name, value, low, high, LEVEL, "1", status, source, _seed_budget(pile, name, float(draws.var()))
+    budget = _seed_budget(pile, name, float(draws.var()))
+    return name, value, low, high, LEVEL, "1", status, source, budget
 
 
-def _seed_status(pile: PileFit, name: str, edge: str | None, narrowed: float, within: tuple[float, float], *, hidden: bool) -> str:
-    """What the pile says of one seed–seed parameter; narrowed: the share of its prior's sd that the pile takes away."""
-    low, high = (f"{v:.3g}" for v in within)
-    limit = f"at the {edge} limit of what was simulated" if edge else ""
-    if narrowed < NARROWED_LEAST:
-        by = f"the pile narrows it by {100 * narrowed:.0f} %" if narrowed >= 0.05 else "the pile says nothing of it"
-        return f"{f'{limit}, ' if limit else ''}not resolved: {by}; it may be anything from {low} to {high}"
-    if hidden and pile.shown:
-        seen = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.shown)
-        return f"calibrated on {seen}; the scatter between packings hides the angle"
-    if hidden:
+def _seed_status(
+    pile: PileFit, narrowed: float, low: float, high: float, ends: frozenset[str], hidden: bool
+) -> str:
+    """narrowed: the share of its prior's sd that the pile takes away from the parameter."""
+    if narrowed < NARROWED_LEAST or len(ends) == 2:
+        says_something = narrowed >= 0.05
+        by = f"narrows it by {100 * narrowed:.0f} %" if says_something else "says nothing of it"
+        return f"not resolved: the pile {by}; it may be anything from {low:.3g} to {high:.3g}"
+    if not hidden:
+        return bounded(low, high, ends)
+    if not pile.informative:
         return "not calibrated: the scatter between packings hides the pile's angle"
-    return limit or "calibrated"
+    on = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.informative)
+    return f"{bounded(low, high, ends, f' on {on}')}; the scatter between packings hides the angle"
 
 
-def beyond(interval: tuple[float, float], box: tuple[float, float], sought: tuple[float, float]) -> tuple[float, float]:
-    """An interval that comes as near as a tenth of the design's box to an end of it, carried on to the end of what was asked for:
-    the posterior knows nothing beyond the box, and other values may fit there.
+def bounded(low: float, high: float, ends: frozenset[str], on: str = "") -> str:
+    """Status of a parameter whose interval is open at some of its ends.
 
-    >>> beyond((0.555, 0.61), (0.55, 0.65), (0.45, 0.70))
-    (0.45, 0.61)
+    >>> bounded(0.436, 0.7, frozenset({"high"}))
+    'only bounded: at least 0.436; nothing is known beyond 0.7'
     """
-    low, high, tenth = *interval, (box[1] - box[0]) / 10
-    low = min(low, sought[0]) if low < box[0] + tenth else low
-    high = max(high, sought[1]) if high > box[1] - tenth else high
-    return float(low), float(high)
+    if not ends:
+        return f"calibrated{on}"
+    if len(ends) == 2:
+        return f"not bounded{on}: it may be anything from {low:.3g} to {high:.3g}"
+    if "high" in ends:
+        return f"only bounded{on}: at least {low:.3g}; nothing is known beyond {high:.3g}"
+    return f"only bounded{on}: at most {high:.3g}; nothing is known below {low:.3g}"
 
 
-def _sought(pile: PileFit, name: str) -> tuple[float, float]:
-    """Where a parameter was looked for: all of the path, or the box where there was none."""
+def _searched(pile: PileFit, name: str) -> tuple[float, float]:
+    """The range that was simulated: all of the path, or the box where there was none."""
     if pile.path is None:
         j = pile.box.names.index(name)
         return float(pile.box.low[j]), float(pile.box.high[j])

@@ -25,14 +25,14 @@ class Effort:
     design: str = "box-behnken"
     centre: int = 5
     most: int = 2
-    more: int = 24
+    more: int = 16
     piles: int = 10
     power: float = 0.80
     slab: float | None = SLAB_MM
     fill_mm: float = FILL_MM
     draws: int = 1000
 
-    def said(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What a reader of the report must know of it."""
         quick = "a quick calibration: fewer repeats and piles than usual, so wider intervals"
         return (quick,) if self.name == "quick" else ()
@@ -43,7 +43,7 @@ QUICK = Effort("quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1
 
 
 def pile_description(stated: dict, effort: Effort) -> tuple[dict, tuple[str, ...]]:
-    """[pile] of the simulations, and what to say where it is not the bench's own.
+    """[pile] of the simulations, and notes where it is not the bench's own.
 
     stated: the bench's own section. A slice as long as the box between smooth sides takes the place of a pile that is wider or
     filled higher; a bench that is such a slice itself, or a lifted cylinder, is simulated as it is.
@@ -56,14 +56,11 @@ def pile_description(stated: dict, effort: Effort) -> tuple[dict, tuple[str, ...
     width, fill = effort.slab, min(effort.fill_mm, stated.get("fill_height_mm", 100.0))
     kept = {k: v for k, v in stated.items() if k in ("gate_speed_mm_s", "photo_s")}
     slab = {
-        "box_mm": [length, width, height],
-        "gate_mm": [width, height],
-        "plate_mm": [plate, width],
-        "fill_height_mm": fill,
-        "slab": True,
-    }
-    said = (
+        "box_mm": [length, width, height], "gate_mm": [width, height], "plate_mm": [plate, width],
+        "fill_height_mm": fill, "slab": True,
+    }  # fmt: skip
+    note = (
         f"the pile was simulated as a slice {width:g} mm wide between smooth sides, filled {fill:g} mm high, in place of the "
         "pile as described: --whole-pile simulates that"
     )
-    return slab | kept, (said,)
+    return slab | kept, (note,)

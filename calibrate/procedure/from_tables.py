@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from calibrate.procedure.bench import Bench, bench_of, contradictory, missing, trimmed_before
-from calibrate.procedure.calibration import FOLLOWS, Calibration
+from calibrate.procedure.calibration import FOLLOWS, Calibration, nothing_calibrated
 from calibrate.procedure.joint import fit_joint
 from calibrate.procedure.pile import PileFit, fit_pile
 from calibrate.procedure.published import check_pile, check_steel
@@ -60,28 +60,22 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
         except (ValueError, FileNotFoundError) as error:
             refused["pile"] = str(error)
     if not steel and pile is None:
-        raise ValueError(f"{folder}: nothing could be calibrated: " + "; ".join(f"{k}: {v}" for k, v in refused.items()))
-    joint = fit_joint(steel, pile, rng=rng)
-    found = pd.concat([t for t in checks if len(t)], ignore_index=True) if any(len(t) for t in checks) else _none()
-    findings = (*contradictory(bench), *(n for n in (pile.notes if pile else ()) if n.startswith("finding")))
+        raise nothing_calibrated(folder, refused)
+    none = pd.DataFrame(columns=FOLLOWS)
     return Calibration(
-        "tables",
-        bench,
-        steel,
-        pile,
-        joint,
-        refused,
-        found,
-        tuple(flags),
-        findings,
-        {"tables": str(tables)},
-        seed,
+        mode="tables",
+        bench=bench,
+        steel=steel,
+        pile=pile,
+        joint=fit_joint(steel, pile, rng=rng),
+        refused=refused,
+        findings=(*contradictory(bench), *(pile.findings if pile else ())),
+        options={"tables": str(tables)},
+        seed=seed,
+        checks=pd.concat([t for t in checks if len(t)] or [none], ignore_index=True),
+        flags=tuple(flags),
         title=printed.get("title", ""),
     )
-
-
-def _none() -> pd.DataFrame:
-    return pd.DataFrame(columns=FOLLOWS)
 
 
 def published(file: Path) -> dict:
@@ -95,8 +89,9 @@ def published(file: Path) -> dict:
 
 
 def trimmed(printed: dict) -> dict[str, int]:
-    """How many highest and lowest readings each rig's were left of, by rig."""
-    return {rig: told["bench_trimmed"] for rig, told in printed.items() if isinstance(told, dict) and "bench_trimmed" in told}
+    """How many highest and lowest readings were left out before, by rig."""
+    rigs = {rig: keys for rig, keys in printed.items() if isinstance(keys, dict)}
+    return {rig: keys["bench_trimmed"] for rig, keys in rigs.items() if "bench_trimmed" in keys}
 
 
 def _steel(bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.Generator) -> SteelFit:
@@ -157,7 +152,8 @@ def _pile(bench: Bench, tables: Path, printed: dict, rng: np.random.Generator) -
         with naming(tables / "path.csv"):
             path = choose_centre(steps, PILE_RESPONSE, mean.value, factors, noise_sd=noise.sd if noise else 0.0)
     with naming(file):
-        return fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"), path=path, noise=noise, notes=tuple(notes))
+        fit = fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"))
+        return replace(fit, path=path, noise=noise, notes=(*notes, *fit.notes))
 
 
 def _noise(design: pd.DataFrame, factors: tuple[str, ...]) -> Noise | None:

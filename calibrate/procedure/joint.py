@@ -1,13 +1,13 @@
 """What all recordings together say of all parameters: posterior, resolved directions, what else to measure."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from calibrate.procedure.pile import PileFit
-from calibrate.procedure.pile_surrogate import Seen
+from calibrate.procedure.pile_surrogate import PileObservables
 from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS
 from calibrate.procedure.steel import SteelFit
 from calibrate.statistics.box import Box
@@ -27,7 +27,7 @@ ON_STEEL = {"seed_restitution": "drop", "seed_static_friction": "slide", "seed_r
 
 
 @dataclass(frozen=True, eq=False)
-class Direct:
+class DirectReading:
     """An observable that is one parameter itself, as a drop of seed on seed gives the restitution."""
 
     box: Box
@@ -58,15 +58,15 @@ def fit_joint(
     *,
     rng: np.random.Generator,
     level: float = 0.95,
-    given: dict[str, tuple[float, float]] | None = None,
+    priors: dict[str, tuple[float, float]] | None = None,
     candidates: Sequence[Candidate] = (),
     ess: int = 1000,
-    seen: Seen | None = None,
+    seen: PileObservables | None = None,
 ) -> Joint | None:
     """Posterior over all fitted parameters; None where nothing was fitted.
 
-    seen: what stands for the piles, by default the angle's surface over the seed–seed parameters alone; given: {parameter:
-    (mean, sd)} held beforehand, else uniform over what was simulated; candidates: further observables of the piles; to them come
+    seen: what stands for the piles, by default the angle's surface over the seed–seed parameters alone; priors: {parameter:
+    (mean, sd)} of normal ones, else uniform over what was simulated; candidates: further observables of the piles; to them come
     drop, slide and roll of seed on seed, measured as well as on steel.
     """
     observables = [Observable(f"{n}: {f.rig.response}", f.surrogate, f.bench) for n, f in steel.items()]
@@ -74,25 +74,27 @@ def fit_joint(
     correlation = None
     if pile is not None:
         ranges |= {n: (float(a), float(b)) for n, a, b in zip(pile.box.names, pile.box.low, pile.box.high)}
-        own = seen.observables if seen is not None else (Observable(f"pile: {PILE_RESPONSE}", shrink(pile.surface), pile.bench),)
+        angle = Observable(f"pile: {PILE_RESPONSE}", shrink(pile.surface), pile.bench)
+        of_pile = seen.observables if seen is not None else (angle,)
         correlation = seen.correlation if seen is not None else None
-        observables += own
-        ranges = {n: _common(n, ends, own) for n, ends in ranges.items()}
+        observables += of_pile
+        ranges = {n: _shared_range(n, ends, of_pile) for n, ends in ranges.items()}
     if not observables:
         return None
-    held = {n: v for n, v in (given or {}).items() if n in ranges}
-    posterior = _together(observables, Prior(Box.of(ranges), held), rng, ess, correlation)
+    known = {n: v for n, v in (priors or {}).items() if n in ranges}
+    posterior = _joint_posterior(observables, Prior(Box.of(ranges), known), rng, ess, correlation)
     sequential = {f.rig.parameter: f.inverse.value for f in steel.values()} | (pile.optimum.point if pile else {})
     table = summary(posterior, level)
     table.insert(1, "sequential", [sequential[n] for n in table["factor"]])
     notes = [posterior.note] if posterior.note else []
     if pile is None:
         return Joint(posterior, table, pd.DataFrame(), pd.DataFrame(), tuple(notes))
-    seeds = _of_seeds(posterior)
-    return Joint(posterior, table, directions(seeds), narrowing(seeds, [*candidates, *_on_seed(steel, pile)]), tuple(notes))
+    seeds = _seed_marginal(posterior)
+    to_measure = narrowing(seeds, [*candidates, *_seed_rig_candidates(steel, pile)])
+    return Joint(posterior, table, directions(seeds), to_measure, tuple(notes))
 
 
-def _common(name: str, ends: tuple[float, float], observables: tuple[Observable, ...]) -> tuple[float, float]:
+def _shared_range(name: str, ends: tuple[float, float], observables: tuple[Observable, ...]) -> tuple[float, float]:
     """The part of a parameter's range that all surfaces cover which know it."""
     for box in (o.surrogate.box for o in observables):
         if name in box.names:
@@ -101,7 +103,7 @@ def _common(name: str, ends: tuple[float, float], observables: tuple[Observable,
     return ends
 
 
-def _among(observables: list[Observable], correlation: pd.DataFrame | None) -> np.ndarray | None:
+def _correlation_of(observables: list[Observable], correlation: pd.DataFrame | None) -> np.ndarray | None:
     """The correlation of these observables' errors; those it does not name are independent."""
     names = [o.name for o in observables]
     if correlation is None or not set(names) & set(correlation.index):
@@ -111,18 +113,19 @@ def _among(observables: list[Observable], correlation: pd.DataFrame | None) -> n
     return full.to_numpy()
 
 
-def _together(
+def _joint_posterior(
     observables: list[Observable], prior: Prior, rng: np.random.Generator, ess: int, correlation: pd.DataFrame | None
 ) -> Posterior:
     """The posterior over all parameters, drawn block by block: what shares no observable is independent."""
     parts = []
     for names in _blocks(observables, prior):
-        own = [o for o in observables if set(o.surrogate.box.names) <= names]
-        part = _part(prior, names)
+        inside = [o for o in observables if set(o.surrogate.box.names) <= names]
+        part = _prior_of(prior, names)
         if len(names) == 1:
-            parts.append(on_grid(own, part, rng=rng, cells=GRID_CELLS))
+            parts.append(on_grid(inside, part, rng=rng, cells=GRID_CELLS))
         else:
-            parts.append(sample(own, part, rng=rng, ess=ess, correlation=_among(own, correlation)))
+            shared = _correlation_of(inside, correlation)
+            parts.append(sample(inside, part, rng=rng, ess=ess, correlation=shared))
     n = min(len(p.draws) for p in parts)
     picked = [rng.permutation(len(p.draws))[:n] for p in parts]
     draws = pd.concat([p.draws.iloc[i].reset_index(drop=True) for p, i in zip(parts, picked)], axis=1)
@@ -133,15 +136,10 @@ def _together(
     ).loc[order]
     log_density = np.sum([p.log_density[i] for p, i in zip(parts, picked)], axis=0)
     return Posterior(
-        prior,
-        draws[order],
-        log_density,
-        quality["r_hat"].to_numpy(),
-        quality["ess"].to_numpy(),
-        all(p.converged for p in parts),
-        pd.concat([p.tension for p in parts], ignore_index=True),
+        prior, draws[order], log_density, quality["r_hat"].to_numpy(), quality["ess"].to_numpy(),
+        all(p.converged for p in parts), pd.concat([p.tension for p in parts], ignore_index=True),
         "; ".join(p.note for p in parts if p.note),
-    )
+    )  # fmt: skip
 
 
 def _blocks(observables: list[Observable], prior: Prior) -> list[set[str]]:
@@ -154,37 +152,31 @@ def _blocks(observables: list[Observable], prior: Prior) -> list[set[str]]:
     return sorted(blocks, key=lambda b: min(prior.box.names.index(n) for n in b))
 
 
-def _part(prior: Prior, names: set[str]) -> Prior:
+def _prior_of(prior: Prior, names: set[str]) -> Prior:
     """The prior of some of the parameters, which are independent."""
     keep = [i for i, n in enumerate(prior.box.names) if n in names]
     box = Box(tuple(prior.box.names[i] for i in keep), prior.box.low[keep], prior.box.high[keep])
     return Prior(box, {n: v for n, v in prior.given.items() if n in names})
 
 
-def _of_seeds(posterior: Posterior) -> Posterior:
+def _seed_marginal(posterior: Posterior) -> Posterior:
     """The posterior of the seed–seed parameters alone."""
-    own = _part(posterior.prior, set(SEED_FACTORS))
-    keep = [list(posterior.draws.columns).index(n) for n in own.box.names]
-    return Posterior(
-        own,
-        posterior.draws[list(own.box.names)],
-        posterior.log_density,
-        posterior.r_hat[keep],
-        posterior.ess[keep],
-        posterior.converged,
-        posterior.tension,
-        posterior.note,
-    )
+    prior = _prior_of(posterior.prior, set(SEED_FACTORS))
+    names = list(prior.box.names)
+    keep = [list(posterior.draws.columns).index(n) for n in names]
+    r_hat, ess = posterior.r_hat[keep], posterior.ess[keep]
+    return replace(posterior, prior=prior, draws=posterior.draws[names], r_hat=r_hat, ess=ess)
 
 
-def _on_seed(steel: dict[str, SteelFit], pile: PileFit) -> list[Candidate]:
+def _seed_rig_candidates(steel: dict[str, SteelFit], pile: PileFit) -> list[Candidate]:
     """The three rigs with seeds in the steel's place: noise as the same rig has on steel, relative to the parameter."""
     found = []
     for name in pile.box.names:
         fit, (low, high) = steel.get(ON_STEEL.get(name, "")), _range(pile.box, name)
         relative = fit.inverse.sd / abs(fit.inverse.value) if fit is not None and fit.inverse.value else 0.1
         noise = float(max(relative * (low + high) / 2, 1e-3 * (high - low)))
-        found.append(Candidate(f"{ON_SEED.get(name, name)} (± {noise:.2g})", Direct(Box.of({name: (low, high)})), noise))
+        reading = DirectReading(Box.of({name: (low, high)}))
+        found.append(Candidate(f"{ON_SEED.get(name, name)} (± {noise:.2g})", reading, noise))
     return found
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from calibrate.procedure.pile_stage import PileStage
-from calibrate.procedure.pile_surrogate import Seen, observed
+from calibrate.procedure.pile_surrogate import PileObservables, observed
 from calibrate.statistics.box import Box
 from calibrate.statistics.information import Weighted, most_informative, weighted
 from calibrate.statistics.prior import Prior
@@ -41,7 +41,7 @@ def add_piles(stage: PileStage, box: Box, *, shared: bool) -> list[str]:
             f"narrower; {ended}"]  # fmt: skip
 
 
-def next_piles(posterior: Weighted, seen: Seen, count: int, rng: np.random.Generator) -> pd.DataFrame:
+def next_piles(posterior: Weighted, seen: PileObservables, count: int, rng: np.random.Generator) -> pd.DataFrame:
     """The most informative of drawn candidates, a row a pile: corners of the box, points inside it, points of the posterior."""
     low, high = posterior.prior.box.low, posterior.prior.box.high
     corners = np.where(rng.random((CORNERS, len(low))) < 0.5, low, high)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
-from calibrate.procedure.bench import OWN_OF_RECORDING
+from calibrate.procedure.bench import PER_RECORDING
 from calibrate.procedure.calibration import Calibration, parameters
 from calibrate.procedure.effort import Effort, pile_description
 from twin import Parameters
@@ -48,20 +48,20 @@ def _nearest(c: Calibration, rig: str, entries: dict[str, Recording]) -> Recordi
 
 def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, out: Path, engine: Engine) -> Pair:
     """The twin run as the recording states itself; of a pile as it was simulated for the calibration."""
-    _, told = described(recording.toml) if recording.toml.is_file() else (None, {})
+    _, stated = described(recording.toml) if recording.toml.is_file() else (None, {})
     rig = recording.need_rig()
-    section = told.get(rig, {})
-    alike = True
+    section = stated.get(rig, {})
+    same_rig = True
     if rig == "pile":
         section, said = pile_description(section or c.bench.rigs["pile"].description.get("pile", {}), effort)
-        section, alike = {k: v for k, v in section.items() if k not in OWN_OF_RECORDING}, not said
-    camera = _whole_plate(section) if rig == "pile" else {k: v for k, v in told.get("camera", {}).items() if k == "fps"}
-    description = {rig: section, "seed": told.get("seed", {}), "camera": camera, "air": told.get("air", {})}
+        section, same_rig = {k: v for k, v in section.items() if k not in PER_RECORDING}, not said
+    camera = _whole_plate(section) if rig == "pile" else {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
+    description = {rig: section, "seed": stated.get("seed", {}), "camera": camera, "air": stated.get("air", {})}
     if rig == "pile" or not description["seed"]:
         description |= {k: v for k, v in c.bench.seed.items() if k in ("seed", "air")}
     job = Job(rig, at, description, (c.seed,), rendered=rig == "pile", engine=engine)
     folder = out / job.key
-    return pair(recording, job.run(folder), alike=alike)
+    return pair(recording, job.run(folder), alike=same_rig)
 
 
 def _whole_plate(pile: dict) -> dict:

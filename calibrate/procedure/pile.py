@@ -24,16 +24,12 @@ class PileFit:
 
     path: steepest ascent and the levels it chose; noise, pairing, plan: packing noise, what common packings save, replicates;
     design: the runs, factors in natural units; optimum: the point that is reported, central: the one nearest to the box's centre;
-    sheet: all points that give the bench's angle; verification: repeats at the optimum; shown: what else of the bench's piles
+    sheet: all points that give the bench's angle; verification: repeats at the optimum; informative: what else of the bench's piles
     shows, beyond packing noise, what the parameters do (`filled_mass_g` …).
     """
 
     bench: BenchMean
     box: Box
-    path: Centre | None
-    noise: Noise | None
-    pairing: Pairing | None
-    plan: Plan | None
     design: pd.DataFrame
     surface: Surface
     coefficients: pd.DataFrame
@@ -46,9 +42,18 @@ class PileFit:
     optimum: Optimum
     central: Optimum
     sheet: SolutionSet
-    verification: Verification | None
     notes: tuple[str, ...]
-    shown: tuple[str, ...] = ()
+    path: Centre | None = None
+    noise: Noise | None = None
+    pairing: Pairing | None = None
+    plan: Plan | None = None
+    verification: Verification | None = None
+    informative: tuple[str, ...] = ()
+
+    @property
+    def findings(self) -> list[str]:
+        """Notes that are findings for a diagnosis."""
+        return [note for note in self.notes if note.startswith("finding")]
 
 
 def fit_pile(
@@ -59,30 +64,19 @@ def fit_pile(
     rng: np.random.Generator,
     near: dict[str, float] | None = None,
     packing: str | None = None,
-    response: str = PILE_RESPONSE,
-    notes: tuple[str, ...] = (),
-    shown: tuple[str, ...] = (),
-    path: Centre | None = None,
-    noise: Noise | None = None,
-    pairing: Pairing | None = None,
-    plan: Plan | None = None,
 ) -> PileFit:
     """Surface through the design's runs and everything read from it.
 
-    near: of the many points that give the bench's angle the one nearest to this is reported, by default to the box's centre;
-    path, noise, pairing, plan: what came before, where there is any. Raises ValueError as `fit_surface` (singular designs …).
+    near: of the many points that give the bench's angle the one nearest to this is reported, by
+    default to the box's centre. Raises ValueError as `fit_surface` (singular designs …).
     """
-    surface = fit_surface(design, response, box, packing=packing)
+    surface = fit_surface(design, PILE_RESPONSE, box, packing=packing)
     table = anova_table(surface)
     central = optimum(surface, bench.value)
     taken = optimum(surface, bench.value, near=near) if near else central
     return PileFit(
         bench=bench,
         box=box,
-        path=path,
-        noise=noise,
-        pairing=pairing,
-        plan=plan,
         design=design,
         surface=surface,
         coefficients=coefficients(surface),
@@ -95,9 +89,7 @@ def fit_pile(
         optimum=taken,
         central=central,
         sheet=solution_set(surface, bench.value, rng=rng, band_sd=bench.sd),
-        verification=None,
-        notes=(*notes, *_said(surface, taken, bench)),
-        shown=shown,
+        notes=tuple(_notes(surface, taken, bench)),
     )
 
 
@@ -113,7 +105,7 @@ def weak(surface: Surface, alpha: float = 0.05) -> bool:
     return not anova_table(surface)["p"].iloc[0] < alpha
 
 
-def _said(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
+def _notes(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
     """Notes: where the optimum stands, lack of fit."""
     notes = [taken.statement]
     if taken.outcome != "reached":

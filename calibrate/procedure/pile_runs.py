@@ -1,8 +1,6 @@
 """Seed–seed piles simulated: noise, path, design with common packings, piles where they tell most, verification."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -12,7 +10,15 @@ from calibrate.procedure.effort import Effort
 from calibrate.procedure.more_piles import add_piles
 from calibrate.procedure.pile import PileFit, fit_pile
 from calibrate.procedure.pile_stage import PileStage
-from calibrate.procedure.pile_surrogate import KNOWN, Seen, brought, candidates, observed, riding, shown
+from calibrate.procedure.pile_surrogate import (
+    NOT_OBSERVABLES,
+    PileObservables,
+    angles_at,
+    candidates,
+    informative,
+    observed,
+    two_level_pattern,
+)
 from calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
 from calibrate.procedure.simulator import usable
 from calibrate.statistics.ascent import Centre, choose_centre, equal_steps
@@ -24,23 +30,21 @@ from calibrate.statistics.resolution import Candidate
 
 STEPS, MOST_STEPS = 6, 14
 MOST_EFFECT = 5.0  # in packing noise
-DESIGNS: dict[str, Callable[..., pd.DataFrame]] = {  # none leaves the box
-    "box-behnken": box_behnken, "central-composite": partial(central_composite, alpha="face"),
-}  # fmt: skip
+DESIGNS = {"box-behnken": box_behnken, "central-composite": central_composite}
 WIDEST = 5  # groups on either side of the centre that a design may span: all of the path where packing noise asks for it
 
 
 @dataclass(frozen=True, eq=False)
-class PileFound:
+class PileResult:
     """fit: what the paper's way makes of the piles; seen: what stands for them in the posterior; candidates: what else they
     show."""
 
     fit: PileFit
-    seen: Seen
+    seen: PileObservables
     candidates: list[Candidate]
 
 
-def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
+def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileResult:
     """The whole of it. ValueError, SimulationFailed."""
     box = stage.levels or Box.of(stage.ranges)
     noise, pairing, middle, notes = measure_noise(stage, box)
@@ -61,13 +65,14 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFound:
     piles = pd.concat(stage.done, ignore_index=True)
     seen = observed(piles, stage.readings, box, stage.steel, alike=stage.alike, shared=pairing.worth_it)
     at = {n: stage.fixed[n] for n in stage.steel.names} if stage.steel is not None else {}
-    design = design.assign(**{PILE_RESPONSE: brought(design, seen, stage.steel, at)})
-    fit = fit_pile(
-        design, box, bench, rng=rng, near=stage.near, packing=packing, notes=tuple(dict.fromkeys((*notes, *seen.notes))),
-        shown=shown(design, box, packing, seen), path=path, noise=noise, pairing=pairing, plan=chosen,
+    design = design.assign(**{PILE_RESPONSE: angles_at(design, seen, stage.steel, at)})
+    fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing)
+    fit = replace(
+        fit, notes=(*dict.fromkeys((*notes, *seen.notes)), *fit.notes), path=path, noise=noise,
+        pairing=pairing, plan=chosen, informative=informative(design, box, packing, seen),
     )  # fmt: skip
     further = candidates(design, box, packing, stage.readings.values.size, seen.used)
-    return PileFound(_verified(stage, fit), seen, further)
+    return PileResult(_verified(stage, fit), seen, further)
 
 
 def _bench(stage: PileStage, noise: Noise) -> BenchMean:
@@ -198,7 +203,7 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
     cancels within a block and averages out between them. Else, and at the centre, every run has a packing of its own.
     """
     chosen = _plan(box, reach or 4 * noise.sd, noise, pairing, stage.effort)
-    once = _design(box, stage.effort).sort_values("standard", ignore_index=True)
+    once = _design(box, stage.effort)
     outer = once[once["point"] != "centre"]
     blocks = int(outer["block"].max()) + 1
     parts = [outer.assign(packing=outer["block"] + r * blocks, replicate=r + 1) for r in range(chosen.replicates)]
@@ -207,13 +212,13 @@ def run_design(stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach
     if not pairing.worth_it:
         design["packing"] = np.arange(len(design))
     if stage.steel is not None:
-        coded = riding(design[[f"{n}_coded" for n in box.names]].to_numpy(), len(stage.steel.names))
+        coded = two_level_pattern(design[[f"{n}_coded" for n in box.names]].to_numpy(), len(stage.steel.names))
         design[list(stage.steel.names)] = np.vectorize(lambda v: float(f"{v:.9g}"))(stage.steel.natural(coded))
     table = stage.piles(design, 100 + design["packing"])  # packings of their own: the noise's have been seen
     there, notes = usable(table, PILE_RESPONSE, least=0.8)
-    extra = [c for c in table.columns if c not in KNOWN and table[c].dtype.kind == "f"]
+    extra = [c for c in table.columns if c not in NOT_OBSERVABLES and table[c].dtype.kind == "f"]
     read = table[list(dict.fromkeys([PILE_RESPONSE, *extra]))]
-    design = pd.concat([design.drop(columns=["run", "block"]), read], axis=1)[there]
+    design = pd.concat([design.drop(columns="block"), read], axis=1)[there]
     return design.reset_index(drop=True), chosen, notes
 
 

@@ -16,9 +16,9 @@ RANGES = {"seed_restitution": (0.45, 0.70), "seed_static_friction": (0.20, 0.70)
 @dataclass(frozen=True)
 class PileStage:
     """What the pile's simulations need. fixed: seed–steel parameters; ranges: of the factors, for the path; path: one that is
-    prescribed, group and the factors; levels: a box that is prescribed in the place of the path's; near: the point of the
-    sheet to report; steel: seed–steel parameters that ride along in the design; steel_found: their
-    (value, sd) from their own rigs; alike: whether the bench's pile is
+    prescribed, group and the factors; levels: a box that is prescribed instead of the path's; near: the point of the
+    sheet to report; steel: seed–steel parameters that vary along in the design; steel_found: their (value, sd) from
+    their own rigs; alike: whether the bench's pile is
     simulated as it is; done: every pile run so far, for the surrogate."""
 
     readings: RigReadings

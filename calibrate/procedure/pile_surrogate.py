@@ -21,17 +21,17 @@ from calibrate.statistics.resolution import Candidate
 from calibrate.statistics.shrinkage import shrink
 from calibrate.statistics.surface import Surface, fit_surface
 
-RIDE = 0.25  # of a seed–steel parameter: how far to either side it rides at least
+STEEL_HALF_RANGE = 0.25  # of a seed–steel parameter: how far to either side it rides at least
 SPARE_DF = 4  # residual degrees of freedom below which the seed–steel terms are left out
 PATTERNS = 2000
-SHORT = 0.99
-SHOWN = 0.05
-KNOWN = {"true_repose_angle_deg", "true_centroid_angle_deg", "true_photo_s", "true_lies_still", "seconds", "repose_angle_sd_deg",
+MOST_CORRELATION = 0.99
+SIGNIFICANT_P = 0.05
+NOT_OBSERVABLES = {"true_repose_angle_deg", "true_centroid_angle_deg", "true_photo_s", "true_lies_still", "seconds", "repose_angle_sd_deg",
          "centroid_angle_sd_deg", "packing", "replicate"}  # fmt: skip  # not further observables
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class PileObservables:
     """observables of the bench's piles with their surfaces, the angle first; correlation between their errors, by name; used:
     columns they come from; notes; angle: the least-squares surface of the angle, None where it was not seen."""
 
@@ -46,13 +46,13 @@ def steel_box(found: dict[str, tuple[float, float]], limits: dict[str, tuple[flo
     """Ranges over which seed–steel parameters ride along; found: {parameter: (value, sd)}. None without any."""
     ranges = {}
     for name, (value, sd) in found.items():
-        half = max(RIDE * value, 4 * sd)
+        half = max(STEEL_HALF_RANGE * value, 4 * sd)
         low, high = max(limits[name][0], value - half), min(limits[name][1], value + half)
         ranges[name] = (float(f"{low:.3g}"), float(f"{high:.3g}"))
     return Box.of(ranges) if ranges else None
 
 
-def riding(coded: np.ndarray, factors: int) -> np.ndarray:
+def two_level_pattern(coded: np.ndarray, factors: int) -> np.ndarray:
     """−1 or +1 (n, factors) for runs at coded (n, k): of many drawn patterns the one that tells most (D-optimal with a quadratic
     in the k). Runs at the centre keep 0, as they tell the noise. The same design gets the same pattern."""
     rng, moving = np.random.default_rng(0), (coded != 0).any(axis=1)
@@ -63,15 +63,15 @@ def riding(coded: np.ndarray, factors: int) -> np.ndarray:
         trial = np.zeros_like(best)
         trial[moving] = np.column_stack([rng.permutation(half) for _ in range(factors)])
         x = np.column_stack([base, trial])
-        told = np.linalg.slogdet(x.T @ x)[1]
-        if told > most:
-            best, most = trial, told
+        information = np.linalg.slogdet(x.T @ x)[1]
+        if information > most:
+            best, most = trial, information
     return best
 
 
 def observed(
     piles: pd.DataFrame, readings: RigReadings, box: Box, steel: Box | None, *, alike: bool, shared: bool = False
-) -> Seen:
+) -> PileObservables:
     """Surfaces through all piles in the box, a row a run, for the angle and whatever else the bench says of its piles.
 
     alike: whether the bench's piles are the simulated ones' like, so that their scatter may be pooled; shared: whether piles of
@@ -91,9 +91,9 @@ def observed(
         if source not in piles or piles[source].nunique() < 8:
             continue
         there = piles[piles[source].notna()].reset_index(drop=True)
-        plain, said = _surface(there, source, wide, len(box.names), "packing" if shared else None)
-        surface = shrink(plain)
-        angle = plain if column == PILE_RESPONSE else angle
+        least_squares, note = _surface(there, source, wide, len(box.names), "packing" if shared else None)
+        surface = shrink(least_squares)
+        angle = least_squares if column == PILE_RESPONSE else angle
         reading_sd, shared_sd = (readings.reading_sd, readings.shared_sd) if column == PILE_RESPONSE else (np.zeros(1), 0.0)
         try:
             mean = pooled_mean(values, name=column, scatter_sd=surface.noise_sd, df=surface.noise_df, pooled=alike,
@@ -101,18 +101,18 @@ def observed(
         except ValueError as error:
             notes.append(f"not used in the posterior: {error}")
             continue
-        notes += said
+        notes += note
         found.append(Observable(f"pile: {column}", surface, mean))
         errors[f"pile: {column}"] = pd.Series(surface.residuals)
         used.append(source)
-    return Seen(tuple(found), _correlation(errors), tuple(used), tuple(dict.fromkeys(notes)), angle)
+    return PileObservables(tuple(found), _correlation(errors), tuple(used), tuple(dict.fromkeys(notes)), angle)
 
 
 def _correlation(errors: dict[str, pd.Series]) -> pd.DataFrame:
     """Correlation of the surfaces' residuals, a hundredth short of what would make two observables one."""
     names = list(errors)
     found, one = pd.DataFrame(errors).corr().fillna(0.0).to_numpy(), np.eye(len(names))
-    return pd.DataFrame(np.where(one, 1.0, SHORT * found), index=names, columns=names)
+    return pd.DataFrame(np.where(one, 1.0, MOST_CORRELATION * found), index=names, columns=names)
 
 
 def _surface(piles: pd.DataFrame, column: str, wide: Box, quadratic: int, packing: str | None) -> tuple[Surface, list[str]]:
@@ -128,10 +128,10 @@ def _surface(piles: pd.DataFrame, column: str, wide: Box, quadratic: int, packin
     return fit_surface(piles, column, wide, terms=tuple(terms), packing=packing), notes
 
 
-def brought(design: pd.DataFrame, seen: Seen, steel: Box | None, at: dict[str, float]) -> pd.Series:
+def angles_at(design: pd.DataFrame, seen: PileObservables, steel: Box | None, at: dict[str, float]) -> pd.Series:
     """The design's angles as they would be with the seed–steel parameters `at`, by the slopes of the surface over all piles.
 
-    Only by slopes that the piles show (p < SHOWN): bringing by mere noise would make the runs look quieter than they are.
+    Only by slopes that the piles show (p < SIGNIFICANT_P): bringing by mere noise would make the runs look quieter than they are.
     """
     angle = design[PILE_RESPONSE].copy()
     surface = seen.angle
@@ -141,12 +141,12 @@ def brought(design: pd.DataFrame, seen: Seen, steel: Box | None, at: dict[str, f
     p = coefficients(surface)["p"].to_numpy()
     for j, name in enumerate(steel.names):
         term = tuple(int(n == name) for n in surface.box.names)
-        if term in surface.terms and p[surface.terms.index(term)] < SHOWN:
+        if term in surface.terms and p[surface.terms.index(term)] < SIGNIFICANT_P:
             angle -= float(surface.coefficients[surface.terms.index(term)]) * coded[:, j]
     return angle
 
 
-def shown(design: pd.DataFrame, box: Box, packing: str | None, seen: Seen, alpha: float = 0.05) -> tuple[str, ...]:
+def informative(design: pd.DataFrame, box: Box, packing: str | None, seen: PileObservables, alpha: float = 0.05) -> tuple[str, ...]:
     """What, besides the angle, shows beyond packing noise that the parameters do something to a pile: by their main effects, for
     which a quick design has runs to spare."""
     out = []
@@ -162,7 +162,7 @@ def candidates(design: pd.DataFrame, box: Box, packing: str | None, piles: int, 
     """What else the same piles show, as observables to measure: their scatter is the simulated piles', over as many piles."""
     out = []
     for column in design.columns:
-        if column in KNOWN or column in (PILE_RESPONSE, *without, *box.names) or design[column].dtype.kind != "f":
+        if column in NOT_OBSERVABLES or column in (PILE_RESPONSE, *without, *box.names) or design[column].dtype.kind != "f":
             continue
         if column.endswith("_coded") or "_sd" in column or design[column].isna().any() or design[column].nunique() < 8:
             continue

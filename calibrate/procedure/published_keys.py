@@ -48,7 +48,7 @@ class _Published(_Section):
 
 
 def checked(content: dict, file: Path) -> dict:
-    """The content as it is; ValueError, naming file and key, for a key that nobody knows or that holds something else."""
+    """The content as it is; ValueError, naming file and key, for a key that is unknown or holds something else."""
     try:
         _Published.model_validate(content)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""Does the seeds' shape matter here: the rigs at the calibrated parameters with the lot, its typical seed, and ellipsoids."""
+"""Whether the seeds' shape matters: the rigs at the calibrated parameters with the lot, its typical seed, and ellipsoids."""
 
 from dataclasses import dataclass
 
@@ -84,9 +84,9 @@ def pile_question(description: dict, values: dict[str, float], runs: int) -> Que
 
 def verdict(table: pd.DataFrame) -> list[str]:
     """A sentence a rig and kind of seed: how much the reading, and the parameter, would differ."""
-    said: list[str] = []
+    sentences: list[str] = []
     if "difference" not in table:
-        return said
+        return sentences
     for row in table[table["difference"].notna()].itertuples():
         clear = abs(row.difference) > 2 * row.difference_sd
         size = f"{row.difference:+.2g} ± {row.difference_sd:.1g} {row.unit}"
@@ -95,8 +95,8 @@ def verdict(table: pd.DataFrame) -> list[str]:
         shift = getattr(row, "parameter_shift", np.nan)
         if clear and np.isfinite(shift):
             text += f"; {row.parameter} would have come out {shift:+.2g} ± {row.parameter_shift_sd:.1g} off"
-        said.append(text)
-    return said
+        sentences.append(text)
+    return sentences
 
 
 SEEDS = {"typical seed": "the lot's typical seed alone", "ellipsoids": "ellipsoids of the lot's sizes"}

@@ -1,6 +1,6 @@
 """The procedure with simulations of our own: rig after rig, each with what the earlier ones found, then the pile."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from calibrate.procedure.bench import Bench, bench_of, contradictory, missing, trimmed_before
-from calibrate.procedure.calibration import FOLLOWS, Calibration
+from calibrate.procedure.calibration import Calibration, nothing_calibrated
 from calibrate.procedure.effort import FULL, Effort, pile_description
 from calibrate.procedure.joint import Joint, fit_joint
-from calibrate.procedure.pile_runs import PileFound, simulate_pile
+from calibrate.procedure.pile_runs import PileResult, simulate_pile
 from calibrate.procedure.pile_stage import RANGES, PileStage
 from calibrate.procedure.pile_surrogate import steel_box
 from calibrate.procedure.rigs import SEED_LIMITS, STEEL
@@ -22,18 +22,18 @@ from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_ste
 from calibrate.statistics.box import Box
 from twin.parameters import said_of
 
-NOT_FOUND = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}  # the paper's, for a rig that says nothing
+ASSUMED = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}  # the paper's, for a rig that says nothing
 
 
 @dataclass(frozen=True)
-class Wishes:
-    """What may be prescribed. ranges: of the seed–seed factors; held: {parameter: (mean, sd)} known beforehand; values: where a
+class Prescribed:
+    """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter: (mean, sd)}; values: where a
     seed–steel rig is simulated, by rig; path, levels: the pile's path (group and the factors) and its design's box; steel:
-    where the seed–steel parameters ride along in it; near: the seed–seed point to report; trimmed: how many highest and
-    lowest readings a rig's were left of; options: how it was asked for, for the record."""
+    where the seed–steel parameters vary along in it; near: the seed–seed point to report; trimmed: how many highest and
+    lowest readings a rig's were left of; options: what was typed, for the record."""
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
-    held: dict[str, tuple[float, float]] = field(default_factory=dict)
+    priors: dict[str, tuple[float, float]] = field(default_factory=dict)
     values: dict[str, tuple[float, ...]] = field(default_factory=dict)
     path: pd.DataFrame | None = None
     levels: Box | None = None
@@ -49,7 +49,7 @@ def calibrate_simulated(
     *,
     effort: Effort = FULL,
     seed: int = 1,
-    wishes: Wishes | None = None,
+    prescribed: Prescribed | None = None,
     say: Callable[[str], None] = lambda text: None,
     so_far: Callable[[Calibration], None] = lambda calibration: None,
 ) -> Calibration:
@@ -58,12 +58,12 @@ def calibrate_simulated(
     say: told what begins; so_far: given the calibration after every rig. Raises FileNotFoundError, ValueError where nothing can
     be calibrated (a range with low ≥ high included), and what the simulator raises.
     """
-    wishes = wishes or Wishes()
-    ranges = checked_ranges(wishes.ranges)
+    prescribed = prescribed or Prescribed()
+    ranges = checked_ranges(prescribed.ranges)
     say("measuring the bench's recordings")
-    bench = trimmed_before(bench_of(folder), wishes.trimmed)
+    bench = trimmed_before(bench_of(folder), prescribed.trimmed)
     rng = np.random.default_rng(seed)
-    state = State(bench, effort, seed, wishes, missing(bench))
+    state = State(bench, effort, seed, prescribed, missing(bench))
     for name in STEEL:
         if name in bench.rigs:
             say(f"{name}: {STEEL[name].parameter}")
@@ -73,10 +73,10 @@ def calibrate_simulated(
         say("pile: seed on seed")
         state.pile_rig(simulate, ranges, rng)
     if not state.steel and state.pile is None:
-        raise ValueError(f"{folder}: nothing could be calibrated: " + "; ".join(f"{k}: {v}" for k, v in state.refused.items()))
+        raise nothing_calibrated(folder, state.refused)
     if bench.seed.get("seed", {}).get("lot"):
         say("does the seeds' shape matter?")
-        state.shapes(simulate)
+        state.compare_shapes(simulate)
     say("all recordings together")
     return state.calibration(rng, finished=True)
 
@@ -97,47 +97,42 @@ def checked_ranges(asked: dict[str, tuple[float, float]]) -> dict[str, tuple[flo
 class State:
     """What is known so far."""
 
-    def __init__(self, bench: Bench, effort: Effort, seed: int, wishes: Wishes, refused: dict[str, str]) -> None:
-        self.bench, self.effort, self.seed, self.wishes = bench, effort, seed, wishes
+    def __init__(
+        self, bench: Bench, effort: Effort, seed: int, prescribed: Prescribed, refused: dict[str, str]
+    ) -> None:
+        self.bench, self.effort, self.seed, self.prescribed = bench, effort, seed, prescribed
         self.steel: dict[str, SteelFit] = {}
-        self.pile: PileFound | None = None
-        self.refused, self.findings, self.said = refused, contradictory(bench), list(effort.said())
+        self.pile: PileResult | None = None
+        self.refused, self.findings = refused, contradictory(bench)
+        self.notes = list(effort.notes())
         self.shape: pd.DataFrame | None = None
 
     def steel_rig(self, name: str, simulate: Simulator, rng: np.random.Generator) -> None:
         """One rig, with the parameters that those before it found."""
         readings = self.bench.rigs[name]
         before = list(STEEL)[: list(STEEL).index(name)]
-        fixed = {STEEL[n].parameter: self._found(n) for n in before}
         stage = SteelStage(
-            STEEL[name],
-            readings,
-            fixed,
-            self._description(readings.description),
-            simulate,
-            self.effort,
-            self.seed,
-            self.wishes.values.get(name),
-        )
+            STEEL[name], readings, self._steel_parameters(before), self._description(readings.description),
+            simulate, self.effort, self.seed, self.prescribed.values.get(name),
+        )  # fmt: skip
         try:
             self.steel[name] = simulate_steel(stage, rng)
-        except Unreachable as error:
-            self.refused[name] = str(error)
-            self.findings.append(str(error))
         except (ValueError, SimulationFailed) as error:
             self.refused[name] = str(error)
+            if isinstance(error, Unreachable):
+                self.findings.append(str(error))
 
     def pile_stage(self, simulate: Simulator, ranges: dict) -> PileStage:
-        """What the pile's simulations need: all seed–steel parameters, and where they ride along."""
-        readings = self.bench.rigs["pile"]
-        section, said = pile_description(readings.description.get("pile", {}), self.effort)
-        self.said += said
-        description = self._description({**readings.description, "pile": section})
-        fixed = {STEEL[n].parameter: self._found(n) for n in STEEL}
-        own = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
-        steel = self.wishes.steel or steel_box(own, {rig.parameter: rig.limits for rig in STEEL.values()})
-        return PileStage(readings, fixed, description, simulate, self.effort, self.seed, ranges, self.wishes.levels,
-                         self.wishes.near, steel, own, alike=not said, path=self.wishes.path)  # fmt: skip
+        """What the pile's simulations need: all seed–steel parameters, and where they vary along."""
+        description, notes = self._pile_description()
+        self.notes += notes
+        found = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
+        limits = {rig.parameter: rig.limits for rig in STEEL.values()}
+        return PileStage(
+            self.bench.rigs["pile"], self._steel_parameters(STEEL), description, simulate, self.effort,
+            self.seed, ranges, self.prescribed.levels, self.prescribed.near,
+            self.prescribed.steel or steel_box(found, limits), found, alike=not notes, path=self.prescribed.path,
+        )  # fmt: skip
 
     def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
         """The pile."""
@@ -146,60 +141,64 @@ class State:
         except (ValueError, SimulationFailed) as error:
             self.refused["pile"] = str(error)
 
-    def shapes(self, simulate: Simulator) -> None:
+    def compare_shapes(self, simulate: Simulator) -> None:
         """What simpler seeds than the lot's would have given, where the rigs are simulated as they are."""
-        fixed = {STEEL[n].parameter: self._found(n) for n in STEEL}
-        runs = self.effort.verify
-        asked = [
-            steel_question(fit, self._description(self.bench.rigs[name].description), fixed, runs) for name, fit in self.steel.items()
+        fixed = self._steel_parameters(STEEL)
+        stated = {name: self._description(rig.description) for name, rig in self.bench.rigs.items()}
+        questions = [
+            steel_question(fit, stated[name], fixed, self.effort.verify)
+            for name, fit in self.steel.items()
         ]
         if self.pile is not None:
-            section, _ = pile_description(self.bench.rigs["pile"].description.get("pile", {}), self.effort)
-            description = self._description({**self.bench.rigs["pile"].description, "pile": section})
-            asked.append(pile_question(description, fixed | self.pile.fit.optimum.point, self.effort.piles))
-        self.shape = shape_effect(asked, simulate, self.seed)
+            values = fixed | self.pile.fit.optimum.point
+            questions.append(pile_question(self._pile_description()[0], values, self.effort.piles))
+        self.shape = shape_effect(questions, simulate, self.seed)
 
-    def _found(self, rig: str) -> float:
-        name = STEEL[rig].parameter
-        return self.steel[rig].inverse.value if rig in self.steel else NOT_FOUND[name]
+    def _steel_parameters(self, rigs: Iterable[str]) -> dict[str, float]:
+        """{parameter: value} of seed–steel rigs: as calibrated, else as assumed."""
+        found = {f.rig.parameter: f.inverse.value for f in self.steel.values()}
+        return {n: found.get(n, ASSUMED[n]) for n in (STEEL[rig].parameter for rig in rigs)}
 
-    def _description(self, own: dict) -> dict:
-        """The lot's seed and air, with the rig's own section."""
-        seed = self.bench.seed.get("seed", {}) | own.get("seed", {})
+    def _description(self, rig: dict) -> dict:
+        """The lot's seed and air, with the rig's section."""
+        seed = self.bench.seed.get("seed", {}) | rig.get("seed", {})
         air = {"air": self.bench.seed["air"]} if "air" in self.bench.seed else {}
-        return {**own, **({"seed": seed} if seed else {}), **air}
+        return {**rig, **({"seed": seed} if seed else {}), **air}
+
+    def _pile_description(self) -> tuple[dict, tuple[str, ...]]:
+        """Sections of the pile that is simulated, and notes where it is not the bench's own."""
+        stated = self.bench.rigs["pile"].description
+        section, notes = pile_description(stated.get("pile", {}), self.effort)
+        return self._description({**stated, "pile": section}), notes
 
     def _joint(self, rng: np.random.Generator) -> Joint | None:
-        held, draws = self.wishes.held, self.effort.draws
+        priors, draws = self.prescribed.priors, self.effort.draws
         if self.pile is None:
-            return fit_joint(self.steel, None, rng=rng, given=held, ess=draws)
-        found = self.pile
-        return fit_joint(self.steel, found.fit, rng=rng, given=held, ess=draws, seen=found.seen, candidates=found.candidates)
+            return fit_joint(self.steel, None, rng=rng, priors=priors, ess=draws)
+        p = self.pile
+        return fit_joint(
+            self.steel, p.fit, rng=rng, priors=priors, ess=draws, seen=p.seen, candidates=p.candidates
+        )
 
     def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
         """What is known, joined."""
         pile = self.pile.fit if self.pile else None
-        joint = self._joint(rng) if finished else None
-        findings = [*self.findings, *(n for n in (pile.notes if pile else ()) if n.startswith("finding"))]
+        refused = [STEEL[n].parameter for n in STEEL if n in self.refused and (self.steel or self.pile)]
+        rig_of = {rig.parameter: name for name, rig in STEEL.items()}
         assumed = [
-            f"{STEEL[n].parameter} = {NOT_FOUND[STEEL[n].parameter]:g} was assumed, because {n} was not calibrated"
-            for n in STEEL
-            if n in self.refused and (self.steel or self.pile)
+            f"{n} = {ASSUMED[n]:g} was assumed, because {rig_of[n]} was not calibrated" for n in refused
         ]
-        said = [*self.said, *assumed, *said_of(self.bench.seed.get("seed", {}))]
-        options = {**self.wishes.options, "effort": asdict(self.effort), "said": said}
+        notes = [*self.notes, *assumed, *said_of(self.bench.seed.get("seed", {}))]
         return Calibration(
-            "simulated",
-            self.bench,
-            dict(self.steel),
-            pile,
-            joint,
-            dict(self.refused),
-            pd.DataFrame(columns=FOLLOWS),
-            (),
-            tuple(findings),
-            options,
-            self.seed,
+            mode="simulated",
+            bench=self.bench,
+            steel=dict(self.steel),
+            pile=pile,
+            joint=self._joint(rng) if finished else None,
+            refused=dict(self.refused),
+            findings=(*self.findings, *(pile.findings if pile else ())),
+            options={**self.prescribed.options, "effort": asdict(self.effort), "said": notes},
+            seed=self.seed,
             finished=finished,
             more={} if self.shape is None else {"shape_effect": self.shape},
         )

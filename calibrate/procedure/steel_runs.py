@@ -15,7 +15,7 @@ from calibrate.statistics.inversion import OutsideRange
 
 EXTENSIONS = 5
 SHAPE_SHARE = 0.25  # of the variance from the curve's shape, above which the range is narrowed around the answer
-USUAL = {"drop": 0.5, "slide": 0.35, "roll": 0.02}  # where a range begins when the readings say nothing
+DEFAULT_CENTRE = {"drop": 0.5, "slide": 0.35, "roll": 0.02}  # where a range begins when the readings say nothing
 
 
 class Unreachable(ValueError):
@@ -66,12 +66,12 @@ def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
         bench = _bench(stage, rows)
         try:
             fit = fit_steel(stage.rig, rows, bench, rng=rng, description=stage.readings.description)
-            beyond = _cut(fit) if attempt < 2 else None
+            beyond = _beyond_interval(fit) if attempt < 2 else None
         except OutsideRange as error:
             fit, beyond = None, error
         if beyond is None:
             break
-        values = _further(stage.rig, rows, beyond, stage.effort.levels)
+        values = _next_values(stage.rig, rows, beyond, stage.effort.levels)
         if not values.size or attempt == EXTENSIONS:
             break
         notes.append(f"range extended to {stage.rig.parameter} {values.min():.3g} … {values.max():.3g}")
@@ -85,13 +85,13 @@ def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
 def first_values(stage: SteelStage) -> np.ndarray:
     """Where to begin: about the parameter that Eqs. 1–3 give for the bench's mean."""
     rig, middle = stage.rig, float(stage.readings.values.mean())
-    centre = direct(rig.name, middle, stage.readings.description) or USUAL[rig.name]
+    centre = direct(rig.name, middle, stage.readings.description) or DEFAULT_CENTRE[rig.name]
     half = max(min(rig.step, 0.4 * centre), 0.25 * centre)
     low, high = max(rig.limits[0], centre - half), min(rig.limits[1], centre + half)
-    return _nice(np.linspace(low, high, stage.effort.levels))
+    return _three_digits(np.linspace(low, high, stage.effort.levels))
 
 
-def _nice(values: np.ndarray) -> np.ndarray:
+def _three_digits(values: np.ndarray) -> np.ndarray:
     return np.array([float(f"{v:.3g}") for v in values])
 
 
@@ -112,17 +112,17 @@ def _bench(stage: SteelStage, rows: pd.DataFrame) -> BenchMean:
     return stage.readings.mean(other=(sd, float(own.sum())))
 
 
-def _cut(fit: SteelFit) -> OutsideRange | None:
+def _beyond_interval(fit: SteelFit) -> OutsideRange | None:
     """The answer is inside, but its interval is cut off by an end of the range: where to go on."""
     i = fit.inverse
     reach = max(i.high - i.low, 4 * i.sd)
-    if any("cut off" in n for n in i.notes):
+    if i.open_ends:
         side = "low" if i.low <= fit.rows[fit.rig.parameter].min() else "high"
         return OutsideRange("", side, i.value - reach if side == "low" else i.value + reach)
     return None
 
 
-def _further(rig: Rig, rows: pd.DataFrame, beyond: OutsideRange, levels: int) -> np.ndarray:
+def _next_values(rig: Rig, rows: pd.DataFrame, beyond: OutsideRange, levels: int) -> np.ndarray:
     """Values beyond the range on the side that is asked for, up to a little past the guess, within the parameter's limits."""
     x = rows[rig.parameter].to_numpy()
     end, step = (x[0], -1) if beyond.side == "low" else (x[-1], 1)
@@ -134,7 +134,7 @@ def _further(rig: Rig, rows: pd.DataFrame, beyond: OutsideRange, levels: int) ->
         target = max(rig.limits[0], 0.4 * end)
     if abs(target - end) < 1e-3 * np.ptp(x):
         return np.zeros(0)
-    new = _nice(np.linspace(end, target, max(3, levels // 2) + 1)[1:])
+    new = _three_digits(np.linspace(end, target, max(3, levels // 2) + 1)[1:])
     return np.unique(new[~np.isin(new, x)])
 
 
@@ -155,7 +155,7 @@ def _narrowed(stage: SteelStage, fit: SteelFit, rows: pd.DataFrame, rng: np.rand
     x = rows[stage.rig.parameter]
     half = max(0.15 * fit.inverse.value, 3 * fit.inverse.sd, 0.02 * float(np.ptp(x)))
     low, high = np.clip([fit.inverse.value - half, fit.inverse.value + half], *stage.rig.limits)
-    close, notes = _simulated(stage, _nice(np.linspace(low, high, stage.effort.levels)), pd.DataFrame())
+    close, notes = _simulated(stage, _three_digits(np.linspace(low, high, stage.effort.levels)), pd.DataFrame())
     try:
         again = fit_steel(stage.rig, close, _bench(stage, close), rng=rng, description=stage.readings.description)
     except (OutsideRange, ValueError):

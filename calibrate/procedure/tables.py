@@ -32,8 +32,8 @@ def levels_table(file: Path) -> pd.DataFrame:
     """levels.csv: three rows, coded −1, 0, 1, and the factors' values; 0 midway."""
     levels = _numbers(file, {"coded": (-1.0, 1.0), **SEEDS})
     if sorted(levels["coded"]) != [-1, 0, 1]:
-        told = ", ".join(f"{v:g}" for v in levels["coded"])
-        raise ValueError(f"{file}: column coded should hold −1, 0 and 1, a row each; here are {told}")
+        found = ", ".join(f"{v:g}" for v in levels["coded"])
+        raise ValueError(f"{file}: column coded should hold −1, 0 and 1, a row each; here are {found}")
     by = levels.set_index("coded")
     for name in (c for c in levels if c != "coded"):
         low, middle, high = by.loc[-1, name], by.loc[0, name], by.loc[1, name]

@@ -32,20 +32,6 @@ def natural_coefficients(surface: Surface) -> pd.Series:
     return pd.Series({polynomial.name(t): found[t] for t in ordered})
 
 
-def predict(surface: Surface, table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
-    """Prediction at natural points: predicted, se (of the mean), low, high (of the mean), run_low, run_high (of one further
-    run).
-    """
-    coded = surface.box.coded(surface.box.points(table))
-    mean, variance = surface.mean(coded), surface.variance(coded)
-    t = stats.t.ppf((1 + level) / 2, surface.residual_df)
-    mean_reach, run_reach = t * np.sqrt(variance), t * np.sqrt(variance + surface.residual_ms)
-    return table[list(surface.names)].assign(
-        predicted=mean, se=np.sqrt(variance), low=mean - mean_reach, high=mean + mean_reach,
-        run_low=mean - run_reach, run_high=mean + run_reach,
-    )  # fmt: skip
-
-
 def response_grid(
     surface: Surface, across: str, along: str, *, steps: int = 41, at: dict[str, float] | None = None
 ) -> pd.DataFrame:

@@ -50,7 +50,7 @@ class Polynomial(Curve):
 
     coefficients: highest power first, in natural units (what the paper prints); scaled, covariance: ascending in
     u = (x − middle)/half range, (degree + 1); inflation: factor on the simulation's own variance because the rows scatter
-    about the curve more than their sds say, 1 if not; absolute: whether the rows brought sds; r2: of the (weighted) fit; df:
+    about the curve more than their sds say, 1 if not; absolute: whether the rows angles_at sds; r2: of the (weighted) fit; df:
     of the variance.
     """
 

@@ -32,7 +32,8 @@ class Inverse:
 
     value; sd (at the root, error over slope); low, high: interval at `level`; df: effective degrees of freedom there;
     budget: part of sd² by source (bench scatter, measuring, simulation scatter, fit), sums to 1;
-    roots: every x of the range with that mean; notes: what a reader must know (ambiguity, an interval cut off by the range …).
+    roots: every x of the range with that mean; open_ends: ends ("low", "high") where the simulations stop before the curve
+    leaves the bench's mean, so that the interval bounds one side only; notes: what a reader must know (ambiguity …).
     """
 
     name: str
@@ -44,6 +45,7 @@ class Inverse:
     df: float
     budget: dict[str, float]
     roots: tuple[float, ...]
+    open_ends: frozenset[str]
     notes: tuple[str, ...]
 
 
@@ -67,11 +69,15 @@ def invert(curve: Curve, bench: BenchMean, *, level: float = 0.95, beyond: float
     root, branch = _choose(roots, branches, x)
     notes = _ambiguity(curve, roots, root, branches, x)
     sd, budget, df = _budget(curve, bench, root)
-    low, high, cut = _interval(curve, bench, level, root, x[branch], y[branch])
+    low, high, ends = _interval(curve, bench, level, root, x[branch], y[branch])
     if not curve.low <= root <= curve.high:
         notes.append(f"{curve.x_name} {root:.4g} lies outside the simulated range {curve.low:g} to {curve.high:g}: extend it")
-    notes += [f"the interval is cut off at {edge}: it reaches the end of the simulated branch" for edge in cut]
-    return Inverse(curve.x_name, root, sd, low, high, level, df, budget, tuple(roots), tuple(notes))
+    for end in sorted(ends, reverse=True):
+        place = f"{x[branch][0 if end == 'low' else -1]:.4g}"
+        notes.append(f"the interval is cut off at {place}: it reaches the end of the simulated branch")
+    return Inverse(
+        curve.x_name, root, sd, low, high, level, df, budget, tuple(roots), frozenset(ends), tuple(notes)
+    )
 
 
 def _roots(x: np.ndarray, g: np.ndarray) -> list[float]:
@@ -153,18 +159,20 @@ def _budget(curve, bench: BenchMean, root: float) -> tuple[float, dict[str, floa
     return sd, {k: v / total if total else 0.0 for k, v in parts.items()}, float(df[0])
 
 
-def _interval(curve, bench: BenchMean, level: float, root: float, x: np.ndarray, y: np.ndarray) -> tuple[float, float, list[str]]:
-    """Ends of the stretch around the root that agrees with the bench, and those ends at which the branch ended first."""
+def _interval(
+    curve, bench: BenchMean, level: float, root: float, x: np.ndarray, y: np.ndarray
+) -> tuple[float, float, set[str]]:
+    """Ends of the stretch around the root that agrees with the bench, and those at which the branch ended first."""
     total, df = _parts(curve, bench, x)
     excess = abs(y - bench.value) - stats.t.ppf((1 + level) / 2, df) * np.sqrt(total)
     here = int(np.clip(np.searchsorted(x, root), 1, x.size - 1))
-    cut = []
+    open_ends = set()
 
     def end(step: int, at: int) -> float:
         while 0 <= at < x.size and excess[at] <= 0:
             at += step
         if not 0 <= at < x.size:
-            cut.append(f"{x[0 if step < 0 else -1]:.4g}")
+            open_ends.add("low" if step < 0 else "high")
             return float(x[0 if step < 0 else -1])
         inner = at - step
         if excess[inner] > 0:  # an error smaller than a grid step
@@ -172,4 +180,4 @@ def _interval(curve, bench: BenchMean, level: float, root: float, x: np.ndarray,
         return float(x[at] + (x[inner] - x[at]) * excess[at] / (excess[at] - excess[inner]))
 
     low, high = end(-1, here - 1), end(1, here)
-    return min(low, root), max(high, root), cut
+    return min(low, root), max(high, root), open_ends

@@ -180,19 +180,19 @@ class View:
         try:
             self.recording = self.site.recording(self.name)
             if self.is_pile:
-                said = await self._measure_pile()
+                reasons = await self._measure_pile()
             else:
-                said = await self._measure_other()
+                reasons = await self._measure_other()
         except (Refused, OSError, MeasurementError) as error:
-            said = [str(error)]
+            reasons = [str(error)]
         self.busy.clear()
         self.reasons.clear()
         with self.reasons:
-            for text in said:
+            for text in reasons:
                 ui.label(text).classes("text-sm")
         self.form.clear()
         with self.form:
-            self._keys(said)
+            self._keys(reasons)
 
     async def _measure_pile(self) -> list[str]:
         options, plain = measuring.corrected_options(self.recording), measuring.automatic_options(self.recording)
@@ -204,8 +204,7 @@ class View:
             columns = {"corrected": found.quantities, "automatic": self.uncorrected.quantities}
         self._show(layers={k: v for k, v in asdict(found).items() if k not in ("quantities", "notes", "trouble")})
         self.numbers.set_content(quantities_table(columns))
-        said = [q.reason for q in found.quantities if q.reason]
-        return [measuring.shorten_paths(text) for text in dict.fromkeys([*([found.trouble] if found.trouble else []), *said, *found.notes])]
+        return measuring.reasons(found.quantities, found.notes, found.trouble)
 
     async def _listen(self) -> list[str]:
         """The impacts on the waveform and what they say; where there are pictures too, that is the sound's part alone."""
@@ -220,8 +219,7 @@ class View:
         self.plots.clear()
         with self.plots:
             self._overlay("sound")
-        said = [now.trouble, *(q.reason for q in now.quantities if q.reason), *now.said]
-        return [measuring.shorten_paths(text) for text in dict.fromkeys(filter(None, said))]
+        return measuring.reasons(now.quantities, now.notes, now.trouble)
 
     def _overlay(self, name: str) -> None:
         version = hash((self.recording.toml.stat().st_mtime_ns if self.recording.toml.exists() else 0, name))
@@ -229,9 +227,9 @@ class View:
 
     async def _measure_other(self) -> list[str]:
         if self.wave is not None:
-            said = await self._listen()
+            reasons = await self._listen()
             if self.recording.evidence == "sound":
-                return said
+                return reasons
         found = await asyncio.to_thread(self.site.seen, self.recording)
         self.numbers.set_content(quantities_table({"measured": found.quantities}))
         if found.places is not None:
@@ -241,9 +239,9 @@ class View:
         with self.plots:
             for picture in found.pictures:
                 self._overlay(picture)
-        return measuring.reasons(found)
+        return measuring.reasons(found.quantities, found.notes)
 
-    def _keys(self, said: list[str]) -> None:
+    def _keys(self, reasons: list[str]) -> None:
         if not self.recording.path.is_dir():
             ui.label("This photo lies loose in the folder; put it into a folder of its own to say something about it.").classes("soft")
             return
@@ -254,7 +252,7 @@ class View:
             defaults = {}
             ui.label(str(error)).classes("failed")
         ui.label("What is known of this recording").classes("text-h6")
-        keys_form.form_for(self.recording.path / "recording.toml", self.recording.rig, defaults, needed(said), ui.navigate.reload)
+        keys_form.form_for(self.recording.path / "recording.toml", self.recording.rig, defaults, needed(reasons), ui.navigate.reload)
 
     async def _moved(self, what: str, value: Any) -> None:
         """A handle was let go: keep it, measure anew."""

