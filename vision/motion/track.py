@@ -80,8 +80,9 @@ class Track:
 
     def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
-        columns = {name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)}
-        return replace(self, **{k: None if c is None else c[rows] for k, c in columns.items()})
+        columns: dict[str, Any] = {name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)}
+        some: dict[str, Any] = {k: None if c is None else c[rows] for k, c in columns.items()}
+        return replace(self, **some)
 
     def marked(self, outlier: np.ndarray) -> "Track":
         """The same track with more rows marked as outliers."""
