@@ -28,8 +28,8 @@ def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
     found: dict[tuple, Recording | MeasurementError] = {}  # by evidence, which counts once
     for entry in (entry for path in paths for entry in find_recordings(path)):
         for one in split_photos(entry) if isinstance(entry, Recording) else [entry]:
-            evidence = tuple(f.resolve() for f in one.files) if isinstance(one, Recording) else (str(one),)
-            found.setdefault(evidence, one)
+            files = [f.resolve() for f in one.files] if isinstance(one, Recording) else [str(one)]
+            found.setdefault(tuple(files), one)
     times = Counter(entry.id for entry in found.values() if isinstance(entry, Recording))
     unique: list[Recording | MeasurementError] = []
     taken: Counter[str] = Counter()

@@ -37,22 +37,26 @@ class Sound:
 
 def has_sound(file: Path) -> bool:
     """Whether a film or sound file has a sound track; False where it cannot be opened."""
-    return bool(_in_media(file, lambda container: container.streams.audio))
+    return bool(_in_media(file, lambda container: bool(container.streams.audio)))
 
 
 def film_fps(file: Path) -> float | None:
     """Frame rate by the file's clock, which is also that of its sound; None where it has no pictures or cannot be opened."""
-    film = _in_media(file, _picture_stream)
-    return float(film.average_rate) if film is not None and film.average_rate else None
+
+    def rate(container: Any) -> float | None:
+        film = _picture_stream(container)
+        return float(film.average_rate) if film is not None and film.average_rate else None
+
+    return _in_media(file, rate)
 
 
 def only_sound(file: Path) -> bool:
     """Whether a file contains sound and no moving pictures (a cover is none); False where it cannot be opened."""
-    return bool(_in_media(file, lambda c: _picture_stream(c) is None and c.streams.audio))
+    return bool(_in_media(file, lambda c: _picture_stream(c) is None and bool(c.streams.audio)))
 
 
 def _in_media(file: Path, look: Callable[[Any], Any]) -> Any:
-    """`look(container)` of a file, None where it cannot be opened."""
+    """`look(container)` of a file, whose streams are gone afterwards; None where it cannot be opened."""
     try:
         with open_media(file) as container:
             return look(container)

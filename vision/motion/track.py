@@ -81,8 +81,8 @@ class Track:
     def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
         columns: dict[str, Any] = {name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)}
-        taken: dict[str, Any] = {k: None if c is None else c[rows] for k, c in columns.items()}
-        return replace(self, **taken)
+        some: dict[str, Any] = {k: None if c is None else c[rows] for k, c in columns.items()}
+        return replace(self, **some)
 
     def marked(self, outlier: np.ndarray) -> "Track":
         """The same track with more rows marked as outliers."""
