@@ -168,8 +168,8 @@ class _Search:
         }  # fmt: skip
         total = logsumexp(list(weights.values())) if weights else 0.0
         return {
-            (k, names): value for (k, names), value in weights.items() if names not in self.tables[k]
-            and (self.alternatives[k].problem.effects[names[0]].nonlinear or value >= total + np.log(SINGLE_WEIGHT))
+            (k, names): value for (k, names), value in weights.items()
+            if names not in self.tables[k] and (self.alternatives[k].problem.effects[names[0]].nonlinear or value >= total + np.log(SINGLE_WEIGHT))
         }  # fmt: skip
 
     def posterior(self) -> Posterior:
