@@ -54,8 +54,8 @@ def conditions_of(descriptions: list[dict], sessions: list[str]) -> tuple[tuple[
         else:
             found.append(made)
             if missing := sum(v is None for v in values):
-                said = f"is not stated in {missing} of {len(values)} recordings; it is used where it is"
-                notes.append(f"[conditions] {key} {said}")
+                said = f"is not stated in {missing} of {len(values)} recordings"
+                notes.append(f"[conditions] {key} {said}; it is used where it is")
     order = _of_numbers("order", list(range(len(descriptions)))) if len(descriptions) > 3 else None
     kept = []
     for extra in filter(None, (order, _of_words("session", list(sessions)))):
@@ -137,10 +137,10 @@ def with_conditions(problem: Problem, contact: Contact, conditions: tuple[Condit
         return widened(made, False), lambda moved: change(moved[:base])
 
     fast = inner and FastChi2(lambda starts, at: inner.chi2(starts, at[:base]), reduce_free)
-    nil = np.zeros(z.shape[1])
+    further = tuple((s, np.append(v, np.zeros(z.shape[1]))) for s, v in problem.further_starts)
     return replace(
         problem, effects=problem.effects | new, names=(*problem.names, *new), reduce=reduce,
-        fast_chi2=fast, further_starts=tuple((s, np.append(v, nil)) for s, v in problem.further_starts),
+        fast_chi2=fast, further_starts=further,
     )  # fmt: skip
 
 
@@ -159,8 +159,8 @@ def _effects(contact: Contact, c: Condition) -> list[Effect]:
         return [Effect(name, unit=unit, meaning=f"slope on {c.name}", reported=shown, **about)]
     return [
         Effect(
-            name if k == 0 else f"{name}.{level}", unit="1", meaning=f"at {level}, beside the mean", group="" if k == 0 else name,
-            reported=lambda value: value * contact.scale, level=level, **about,
+            f"{name}.{level}" if k else name, unit="1", meaning=f"at {level}, beside the mean",
+            group=name if k else "", reported=lambda value: value * contact.scale, level=level, **about,
         )
         for k, level in enumerate(c.levels)
     ]  # fmt: skip

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from scipy.optimize import minimize
-from scipy.special import logit
 
 CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs longer ones
 CELLS_AT_REST = 3  # the same beside a constant
@@ -156,7 +155,8 @@ def estimate(stretches: list[Stretch]) -> Noise:
     grid = [theta for theta in COARSE if theta[0] < highest]
     start = min(grid, key=lambda theta: loss(*theta))
     rho, white = start if start[0] else (0.2, 0.2)
-    begin = logit(np.clip([rho / highest, white], 0.02, 0.98))
+    shares = np.clip([rho / highest, white], 0.02, 0.98)
+    begin = np.log(shares / (1 - shares))
     found = minimize(
         lambda u: loss(*_from_logits(u, highest)), begin, method="Nelder-Mead",
         options={"xatol": 0.03, "fatol": 0.02, "maxfev": 40, "initial_simplex": begin + 0.7 * np.array([[0, 0], [1, 0], [0, 1]])},

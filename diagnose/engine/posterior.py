@@ -167,10 +167,12 @@ class _Search:
             if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
         }  # fmt: skip
         total = logsumexp(list(weights.values())) if weights else 0.0
-        return {
-            (k, names): value for (k, names), value in weights.items() if names not in self.tables[k]
-            and (self.alternatives[k].problem.effects[names[0]].nonlinear or value >= total + np.log(SINGLE_WEIGHT))
-        }  # fmt: skip
+        heavy, unfitted = total + np.log(SINGLE_WEIGHT), {}
+        for (k, names), value in weights.items():
+            nonlinear = self.alternatives[k].problem.effects[names[0]].nonlinear
+            if names not in self.tables[k] and (nonlinear or value >= heavy):
+                unfitted[k, names] = value
+        return unfitted
 
     def posterior(self) -> Posterior:
         weights = self.weights()

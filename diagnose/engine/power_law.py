@@ -46,9 +46,10 @@ def law_of(base: Fit, families: tuple[Family, ...]) -> str | None:
         without[: len(base.names)] = base.prior_sd  # effects found stay free
         wide = 10 * float(np.linalg.norm(b)) / max(float(np.linalg.norm(a[:, column])), 1e-300)
         term = np.where(np.arange(len(without)) == column, wide, without)
-        errors = [sum(squared_errors(reduced, sd)) for sd in (term, without)]
-        if len(reduced) > 1 and errors[0] >= errors[1]:
-            continue  # it does not predict left-out recordings
+        if len(reduced) > 1:
+            errors = [sum(squared_errors(reduced, sd)) for sd in (term, without)]
+            if errors[0] >= errors[1]:
+                continue  # it does not predict left-out recordings
         low, high = _range(np.array(family.powers), falls, at)
         rises = ridge(a, b, term)[0][column] > 0
         return family.say(bool(rises), in_words(float(family.powers[at]), low, high))

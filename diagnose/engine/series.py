@@ -80,8 +80,9 @@ def problem_of(
         return linearised(starts, values, wanted=wanted)
 
     return Problem(
-        rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start, linearised,
-        rows, level, model, max_iterations, fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
+        rig, tuple(s.recording for s in series), effects, tuple(sizes), known_sd, own.start,
+        linearised, rows, level, model, max_iterations,
+        fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
     )  # fmt: skip
 
 

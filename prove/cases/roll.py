@@ -221,7 +221,8 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     d = scene.diameter_mm
     size = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
-    toml = {"provenance": "measured", "seed": size, "air": {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}}
+    air = {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}
+    toml = {"provenance": "measured", "seed": size, "air": air}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

@@ -233,7 +233,8 @@ def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {"mass_g": float(f"{scene.mass * 1e3:.4g}")}
-    toml = {"provenance": "measured", "seed": seed, "air": {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}}
+    air = {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}
+    toml = {"provenance": "measured", "seed": seed, "air": air}
     return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
 
 

@@ -54,7 +54,8 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     few = alternatives[0].problem.model.impacts is None
     contact = {} if few else {RESTITUTION.name: restitution}
     asked = DiagnosisTask(
-        "drop", tuple(alternatives), windows_of, curves_of, contact, law_in_words, partial(separating_recordings, EFFECTS),
+        "drop", tuple(alternatives), windows_of, curves_of, contact, law_in_words,
+        partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
     )  # fmt: skip
     return finding_of(asked, rng)

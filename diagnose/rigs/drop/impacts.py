@@ -25,7 +25,7 @@ class Seeds:
     radius: np.ndarray  # of the stated volume [m], NaN where no size is stated
     elongation: np.ndarray  # (a − c)/(a + c)
     reach: np.ndarray  # a − c of the half axes [m]
-    gyration: np.ndarray  # its square, I/m in the picture plane [m²]
+    gyration: np.ndarray  # gyration² I/m in the picture plane [m²]
     tilt: np.ndarray  # of the plate as stated [deg], falling towards +x
 
 

@@ -24,7 +24,7 @@ class Session:
     """R recordings, F flights, n rows; [m, s], x right, z up along the stated plumb line."""
 
     names: tuple[str, ...]
-    recording: np.ndarray  # (F,), as the next nine
+    recording: np.ndarray  # (F,), as the next eight
     middle: np.ndarray
     half: np.ndarray
     spin: np.ndarray  # of the silhouette [rad/s], 0 unseen
