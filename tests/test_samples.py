@@ -104,7 +104,7 @@ def test_the_simulate_commands_of_readme_and_samples_run(arguments, tmp_path, mo
     arguments = [a.replace("my-bench/slide-01/recording.toml", "samples/rigs/slide.toml") for a in arguments]
     arguments[arguments.index("--out") + 1] = str(tmp_path / "out")
     quick = ["--set", "pile.fill_height_mm=20", "--set", "pile.photo_s=0.01", "--set", "shear_modulus_pa=1e6"]
-    more = ["--track", *(quick if arguments[1] == "pile" else [])]
+    more = ["--track", "--threads", "1", *(quick if arguments[1] == "pile" else [])]
     result = CliRunner().invoke(app, [*arguments, *more])
     repeats = int(arguments[arguments.index("--repeats") + 1]) if "--repeats" in arguments else 1
     assert len(list((tmp_path / "out").glob("*/simulation.json"))) == repeats, result.output

@@ -27,7 +27,7 @@ def collapse():
     start = init(world, np.random.default_rng(3))
     account = observe.Track(observe.energy)
     push = observe.Track(lambda w, s: (s.wall_push_ns.sum(axis=0), s.masses @ s.velocities))
-    end = run(world, start, 0.4, observers=(Every(0.005, account), Every(0.005, push)), threads=2)
+    end = run(world, start, 0.4, observers=(Every(0.005, account), Every(0.005, push)))
     return world, start, end, account, push
 
 
@@ -85,9 +85,8 @@ def test_a_bed_presses_on_its_floor_with_its_weight():
     sides = [Plane(f"side{k}", slick, p, n) for k, (p, n) in enumerate(
         [((0, 0, 0), (1, 0, 0)), ((0.05, 0, 0), (-1, 0, 0)), ((0, 0, 0), (0, 1, 0)), ((0, 0.05, 0), (0, -1, 0))])]  # fmt: skip
     world = World((Scattered((BEAN,), SOFT, 150, (0, 0, 0), (0.05, 0.05, 0.15)),), (Plane("floor", Q235), *sides), contacts)
-    state = run(
-        world, init(world, np.random.default_rng(1)), observe.Settled(window_s=0.02, displacement=1e-2, kinetic=1e-5), threads=2
-    )
+    at_rest = observe.Settled(window_s=0.02, displacement=1e-2, kinetic=1e-5)
+    state = run(world, init(world, np.random.default_rng(1)), at_rest)
     assert state.time_s < 2.0
     later = run(world, state, state.time_s + 0.05)  # the mean over a while: single moments still hum by 2e-3
     mean = (later.wall_push_ns - state.wall_push_ns)[0, 2] / (later.time_s - state.time_s)

@@ -1,6 +1,7 @@
 """Piles and lifted cylinders, small ones: nothing is lost, the outline is the balls' own, bad rigs are refused."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,18 +10,21 @@ from scenes import NO_AIR
 from sim.engine.observe import Settled
 from sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from sim.motion import Motion
-from sim.rigs import filling
+from sim.rigs import cylinder, filling, pile
 from sim.rigs import heap as heap_rig
 from sim.rigs.bench import Bench, turned
-from sim.rigs.cylinder import LiftedCylinder, run_cylinder
+from sim.rigs.cylinder import LiftedCylinder
 from sim.rigs.filling import settle
-from sim.rigs.pile import Pile, fill_pile, run_pile
+from sim.rigs.pile import Pile
 from sim.rigs.profile import centroid_angle, outline, slope_angle
 from sim.seed import Seed
 
 # soft: quick; nothing here asks for an angle to a degree
 BENCH = Bench(shear_modulus_pa=1e6, air_density_kg_m3=0.0, laws=NO_AIR)
 SMALL = Pile(box_m=(0.06, 0.02, 0.2), gate_m=(0.02, 0.2), plate_m=(0.15, 0.02), fill_height_m=0.03, gate_speed_m_s=0.2, slab=True)
+# One thread: tests run beside each other, and threads that wait for each other take their cores.
+run_cylinder = partial(cylinder.run_cylinder, threads=1)
+fill_pile, run_pile = partial(pile.fill_pile, threads=1), partial(pile.run_pile, threads=1)
 
 
 @pytest.fixture(scope="module")
