@@ -42,7 +42,7 @@ class Calibration:
     @property
     def not_following(self) -> pd.DataFrame:
         """Rows of `checks` whose printed value does not follow from the tables."""
-        return self.checks[~self.checks["follows"].astype(bool)] if len(self.checks) else self.checks
+        return self.checks[~self.checks["follows"].to_numpy(bool)]
 
 
 def nothing_calibrated(folder: Path, refused: dict[str, str]) -> ValueError:
