@@ -210,8 +210,10 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]  # columns and keys as the files have them
     lines = [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
     lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
-    wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
-    lines += [f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}" for r in wrong.itertuples()]
+    lines += [
+        f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}"
+        for r in c.not_following.itertuples()
+    ]
     left = f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"
     print_lines(console, *refused, *map(words, lines), left)
 

@@ -17,12 +17,10 @@ from twin.versions import versions
 
 SCHEMA = 1
 CURVE_POINTS = 101
-ROLLING = {
-    "edem": "torque = μ_r × normal force × own centroid-to-contact distance, against each body's own spin (EDEM standard)",
-    "type_a": "torque = μ_r × normal force × effective radius, against relative rolling (Ai et al. 2011, type A)",
-    "type_c": "torque at most μ_r × normal force × effective radius, elastic–plastic (Ai et al. 2011, type C)",
-}
 CONVENTIONS = {
+    "rolling": "edem",
+    "rolling_means": "torque = μ_r × normal force × own centroid-to-contact distance, against each "
+    "body's own spin (EDEM standard)",
     "restitution": "normal speed after over before impact, at any speed",
     "static_friction": "Coulomb: largest tangential over normal force",
     "repose_angle": "least-squares line through the outline between 20 and 80 % of the crest's height, against the horizontal",
@@ -31,14 +29,14 @@ CONVENTIONS = {
 }
 
 
-def write_result(c: Calibration, out: Path, rolling: str = "edem") -> None:
+def write_result(c: Calibration, out: Path) -> None:
     """result.json and tables/ into `out`. OSError when it cannot be written."""
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)
     for name, table in all_tables(c).items():
         write_whole(tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g"))
     shown = {"pairs": [_beside(p, out) for p in c.more.get("pairs", [])]}
-    plain = _plain(content(c, rolling) | shown)
+    plain = _plain(content(c) | shown)
     text = json.dumps(plain, indent=1, ensure_ascii=False, allow_nan=False)
     write_whole(out / "result.json", text)
 
@@ -50,15 +48,15 @@ def _beside(p: Pair, out: Path) -> dict:
     return {"rig": p.rig, "recording": p.recording, "alike": "crest" not in p.x_name, "twin": twin.as_posix()}
 
 
-def content(c: Calibration, rolling: str = "edem") -> dict:
+def content(c: Calibration) -> dict:
     """result.json as plain values."""
-    materials, shape = materials_and_shape(c.bench.seed, Parameters(rolling_convention=rolling))
+    materials, shape = materials_and_shape(c.bench.seed, Parameters())
     found = {row.pop("parameter"): row for row in parameters(c).to_dict("records")}
     return {
         "schema": SCHEMA,
         "mode": c.mode,
         "parameters": found,
-        "conventions": {"rolling": rolling, "rolling_means": ROLLING[rolling], **CONVENTIONS},
+        "conventions": CONVENTIONS,
         "materials": materials,
         "seed_shape": shape,
         "bench": {
@@ -73,9 +71,7 @@ def content(c: Calibration, rolling: str = "edem") -> dict:
         "not_calibrated": c.refused,
         "unreadable": {name: why for name, _, why in c.bench.trouble},
         "findings": list(c.findings),
-        "printed_but_does_not_follow": c.checks.loc[~c.checks["follows"].astype(bool)].to_dict("records")
-        if len(c.checks)
-        else [],
+        "printed_but_does_not_follow": c.not_following.to_dict("records"),
         "contradictions": list(c.flags),
         "notes": {n: list(f.notes) for n, f in c.steel.items()} | ({"pile": list(c.pile.notes)} if c.pile else {}),
         "options": c.options,

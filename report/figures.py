@@ -22,10 +22,12 @@ def steel(fit: SteelFit) -> dict:
     if fit.monotone is not None:
         data.append(draw.line(x, fit.monotone.mean(x), draw.GREEN, "monotone curve", dash="dot"))
     label = "simulated (± sd of one run)"
-    rows = draw.points(fit.rows[rig.parameter], fit.rows[rig.response], label, color=draw.BLUE, size=8)
+    x, y = fit.rows[rig.parameter], fit.rows[rig.response]
+    rows = draw.points(x, y, label, color=draw.BLUE, size=8)
     if rig.sd in fit.rows:
-        rows["error_y"] = {"type": "data", "color": draw.BLUE, "array": draw.listed(fit.rows[rig.sd])}
-    ends = [float(min(x[0], answer.low)), float(max(x[-1], answer.high))]
+        sds = draw.listed(fit.rows[rig.sd])
+        rows["error_y"] = {"type": "data", "color": draw.BLUE, "array": sds}
+    ends = [float(min(curve.low, answer.low)), float(max(curve.high, answer.high))]
     mean = f"bench mean {fit.bench.value:.4g} {draw.unit(rig.unit)}, ± 95 %"
     met = draw.points(
         [answer.value], [fit.bench.value], "answer, 95 % interval",

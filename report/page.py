@@ -22,7 +22,6 @@ def write_report(c: Calibration, out: Path) -> None:
 
 def render(c: Calibration) -> str:
     """The whole page as text."""
-    wrong = c.checks[~c.checks["follows"].astype(bool)] if len(c.checks) else c.checks
     return fill(
         "page.html.j2",
         _figures(c),
@@ -30,7 +29,7 @@ def render(c: Calibration) -> str:
         c=c,
         answer=_answer(c),
         pile=_pile(c.pile) if c.pile else None,
-        checks={"wrong": wrong, "all": c.checks},
+        checks={"wrong": c.not_following, "all": c.checks},
         rigs=_rigs(c),
         shape=verdict(c.more["shape_effect"]) if "shape_effect" in c.more else [],
         pairs=side_by_side.panels(c.more.get("pairs", [])),

@@ -23,7 +23,8 @@ def path(fit: PileFit) -> dict:
     runs = draw.line(t["group"], t[PILE_RESPONSE], draw.BLUE, "simulated")
     runs |= {"mode": "lines+markers", "marker": {"size": 8}}
     ends = [float(t["group"].min()), float(t["group"].max())]
-    band, bench = draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, f"bench {fit.bench.value:.4g}°")
+    label = f"bench {fit.bench.value:.4g}°"
+    band, bench = draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, label)
     layout = draw.layout("group", draw.name(PILE_RESPONSE))
     layout["xaxis"]["dtick"] = 1
     return {"data": [band, runs, bench], "layout": layout}
@@ -49,7 +50,8 @@ def surface(fit: PileFit, across: str, along: str) -> dict:
     data = [
         drawn | {"z": draw.rows(z), "colorscale": "Viridis", "opacity": 0.9, "contours": lines},
         drawn | plane | {"hoverinfo": "skip"},
-        draw.points_3d(runs[across], runs[along], runs[PILE_RESPONSE], label="runs", size=3, color="black"),
+        draw.points_3d(*(runs[n] for n in (across, along, PILE_RESPONSE)), size=3, color="black")
+        | {"name": "runs"},
     ]
     titles = zip("xyz", (draw.short(across), draw.short(along), "°"))
     named = {k: {"title": {"text": title}} for k, title in titles}

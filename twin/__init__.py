@@ -1,4 +1,5 @@
-"""The bridge: bench and twin seen through the same eyes. The only place that knows both the measuring and the simulating.
+"""The bridge between measuring and simulating, the only package that imports both: recordings of the
+bench and of the twin read by the same code.
 
 from twin import Parameters, observe, simulate
 

@@ -145,7 +145,7 @@ def _contradictions(pooled: list[RecordingReadings]) -> list[str]:
     if len(pooled) < 2 or spread == 0:
         return []
     sds = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) / np.sqrt(s.readings.size) for s in pooled]
-    found = agreement([s.recording for s in pooled], [s.readings.mean() for s in pooled], sds).table
+    found = agreement([s.recording for s in pooled], [s.readings.mean() for s in pooled], sds)
     return [
         f"{label}: {value:.4g} contradicts the other recordings ({others:.4g}, {abs(z):.1f} standard deviations apart)"
         for label, value, _, others, z, contradicts in found.itertuples(index=False, name=None)

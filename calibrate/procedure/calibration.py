@@ -39,6 +39,11 @@ class Calibration:
     title: str = ""
     more: dict = field(default_factory=dict)
 
+    @property
+    def not_following(self) -> pd.DataFrame:
+        """Rows of `checks` whose printed value does not follow from the tables."""
+        return self.checks[~self.checks["follows"].to_numpy(bool)]
+
 
 def nothing_calibrated(folder: Path, refused: dict[str, str]) -> ValueError:
     """The error of a bench folder of which no rig could be calibrated."""

@@ -1,6 +1,6 @@
 """What stands for the piles in the posterior: surfaces over seed–seed and seed–steel parameters, one for each thing seen.
 
-The seed–steel parameters ride along: every pile of the design has them low or high, in a pattern that keeps them apart from the
+The seed–steel parameters vary along: every pile of the design has them low or high, in a pattern that keeps them apart from the
 seed–seed ones, so that what they do to a pile is known without a pile more, and their uncertainty goes into the posterior.
 """
 
@@ -21,13 +21,15 @@ from calibrate.statistics.resolution import Candidate
 from calibrate.statistics.shrinkage import shrink
 from calibrate.statistics.surface import Surface, fit_surface
 
-STEEL_HALF_RANGE = 0.25  # of a seed–steel parameter: how far to either side it rides at least
+STEEL_HALF_RANGE = 0.25  # of a seed–steel parameter: how far to either side it varies at least
 SPARE_DF = 4  # residual degrees of freedom below which the seed–steel terms are left out
 PATTERNS = 2000
 MOST_CORRELATION = 0.99
 SIGNIFICANT_P = 0.05
-NOT_OBSERVABLES = {"true_repose_angle_deg", "true_centroid_angle_deg", "true_photo_s", "true_lies_still", "seconds", "repose_angle_sd_deg",
-         "centroid_angle_sd_deg", "packing", "replicate"}  # fmt: skip  # not further observables
+NOT_OBSERVABLES = {
+    "true_repose_angle_deg", "true_centroid_angle_deg", "true_photo_s", "true_lies_still", "seconds",
+    "repose_angle_sd_deg", "centroid_angle_sd_deg", "packing", "replicate",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,7 @@ class PileObservables:
 
 
 def steel_box(found: dict[str, tuple[float, float]], limits: dict[str, tuple[float, float]]) -> Box | None:
-    """Ranges over which seed–steel parameters ride along; found: {parameter: (value, sd)}. None without any."""
+    """Ranges over which seed–steel parameters vary along; found: {parameter: (value, sd)}. None without any."""
     ranges = {}
     for name, (value, sd) in found.items():
         half = max(STEEL_HALF_RANGE * value, 4 * sd)

@@ -22,15 +22,17 @@ from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_ste
 from calibrate.statistics.box import Box
 from twin.parameters import said_of
 
-ASSUMED = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}  # the paper's, for a rig that says nothing
+# the paper's, of a rig that gives none
+ASSUMED = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}
 
 
 @dataclass(frozen=True)
 class Prescribed:
-    """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter: (mean, sd)}; values: where a
-    seed–steel rig is simulated, by rig; path, levels: the pile's path (group and the factors) and its design's box; steel:
-    where the seed–steel parameters vary along in it; near: the seed–seed point to report; trimmed: how many highest and
-    lowest readings a rig's were left of; options: what was typed, for the record."""
+    """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter: (mean, sd)};
+    values: where a seed–steel rig is simulated, by rig; path, levels: the pile's path (group and the
+    factors) and its design's box; steel: where the seed–steel parameters vary along in it; near: the
+    seed–seed point to report; trimmed: how many highest and lowest readings of each rig were left
+    out before; options: what was typed, for the record."""
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     priors: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -98,7 +100,12 @@ class State:
     """What is known so far."""
 
     def __init__(
-        self, bench: Bench, effort: Effort, seed: int, prescribed: Prescribed, refused: dict[str, str]
+        self,
+        bench: Bench,
+        effort: Effort,
+        seed: int,
+        prescribed: Prescribed,
+        refused: dict[str, str],
     ) -> None:
         self.bench, self.effort, self.seed, self.prescribed = bench, effort, seed, prescribed
         self.steel: dict[str, SteelFit] = {}
@@ -112,8 +119,9 @@ class State:
         readings = self.bench.rigs[name]
         before = list(STEEL)[: list(STEEL).index(name)]
         stage = SteelStage(
-            STEEL[name], readings, self._steel_parameters(before), self._description(readings.description),
-            simulate, self.effort, self.seed, self.prescribed.values.get(name),
+            STEEL[name], readings, self._steel_parameters(before),
+            self._description(readings.description), simulate, self.effort, self.seed,
+            self.prescribed.values.get(name),
         )  # fmt: skip
         try:
             self.steel[name] = simulate_steel(stage, rng)
@@ -123,15 +131,16 @@ class State:
                 self.findings.append(str(error))
 
     def pile_stage(self, simulate: Simulator, ranges: dict) -> PileStage:
-        """What the pile's simulations need: all seed–steel parameters, and where they vary along."""
+        """What the pile's simulations need: all seed–steel parameters, and their ranges."""
         description, notes = self._pile_description()
         self.notes += notes
         found = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
         limits = {rig.parameter: rig.limits for rig in STEEL.values()}
+        p = self.prescribed
         return PileStage(
-            self.bench.rigs["pile"], self._steel_parameters(STEEL), description, simulate, self.effort,
-            self.seed, ranges, self.prescribed.levels, self.prescribed.near,
-            self.prescribed.steel or steel_box(found, limits), found, alike=not notes, path=self.prescribed.path,
+            self.bench.rigs["pile"], self._steel_parameters(STEEL), description, simulate,
+            self.effort, self.seed, ranges, p.levels, p.near, p.steel or steel_box(found, limits),
+            found, alike=not notes, path=p.path,
         )  # fmt: skip
 
     def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
@@ -175,18 +184,19 @@ class State:
         priors, draws = self.prescribed.priors, self.effort.draws
         if self.pile is None:
             return fit_joint(self.steel, None, rng=rng, priors=priors, ess=draws)
-        p = self.pile
+        fit, seen, candidates = self.pile.fit, self.pile.seen, self.pile.candidates
         return fit_joint(
-            self.steel, p.fit, rng=rng, priors=priors, ess=draws, seen=p.seen, candidates=p.candidates
+            self.steel, fit, rng=rng, priors=priors, ess=draws, seen=seen, candidates=candidates
         )
 
     def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
         """What is known, joined."""
         pile = self.pile.fit if self.pile else None
-        refused = [STEEL[n].parameter for n in STEEL if n in self.refused and (self.steel or self.pile)]
-        rig_of = {rig.parameter: name for name, rig in STEEL.items()}
+        used = {rig.parameter: n for n, rig in STEEL.items() if n in self.refused}
         assumed = [
-            f"{n} = {ASSUMED[n]:g} was assumed, because {rig_of[n]} was not calibrated" for n in refused
+            f"{parameter} = {ASSUMED[parameter]:g} was assumed, because {rig} was not calibrated"
+            for parameter, rig in used.items()
+            if self.steel or self.pile
         ]
         notes = [*self.notes, *assumed, *said_of(self.bench.seed.get("seed", {}))]
         return Calibration(

@@ -120,25 +120,17 @@ def verify(repeats: ArrayLike, bench: BenchMean, *, name: str, alpha: float = 0.
     return Verification(float(y.mean()), float(np.sqrt(own)), bench.value, error, float(t), p, p >= alpha)
 
 
-@dataclass(frozen=True, eq=False)
-class Agreement:
-    """Whether recordings of one quantity agree: Cochran's Q on df with p, and per recording its distance from the others.
+def agreement(
+    names: Sequence[str], values: ArrayLike, sds: ArrayLike, alpha: float = 0.01
+) -> pd.DataFrame:
+    """Which recordings of one quantity, each a value with its sd, lie farther from the rest than
+    chance allows.
 
-    table: columns name, value, sd, others (weighted mean of those others that do not contradict), z (distance from it in standard
-    deviations), contradicts.
-    """
-
-    q: float
-    df: int
-    p: float
-    table: pd.DataFrame
-
-
-def agreement(names: Sequence[str], values: ArrayLike, sds: ArrayLike, alpha: float = 0.01) -> Agreement:
-    """Compare recordings of one quantity, each value with its sd; those farther from the rest than chance allows are flagged.
-
-    The farthest is set aside first, at level alpha/n, and the rest compared anew, so that one bad recording does not accuse
-    the others; of two, both are flagged. Raises ValueError with fewer than two recordings or an sd that is not positive.
+    Columns name, value, sd, others (weighted mean of those others that do not contradict), z
+    (distance from it in standard deviations), contradicts. The farthest is set aside first, at
+    level alpha/n, and the rest compared anew, so that one bad recording does not accuse the others;
+    of two, both are flagged. Raises ValueError with fewer than two recordings or an sd that is not
+    positive.
     """
     y, s = np.asarray(values, dtype=float), np.asarray(sds, dtype=float)
     if y.size < 2:
@@ -146,7 +138,6 @@ def agreement(names: Sequence[str], values: ArrayLike, sds: ArrayLike, alpha: fl
     if not (s > 0).all():
         raise ValueError(f"{list(names)[int(np.argmin(s))]}: sd must be positive")
     w = 1 / s**2
-    q = float(np.sum(w * (y - np.sum(w * y) / np.sum(w)) ** 2))
     limit = stats.norm.ppf(1 - alpha / (2 * y.size))
     aside = np.zeros(y.size, dtype=bool)
     while True:
@@ -160,5 +151,5 @@ def agreement(names: Sequence[str], values: ArrayLike, sds: ArrayLike, alpha: fl
             aside[:] = True
             break
         aside[farthest] = True
-    table = pd.DataFrame({"name": list(names), "value": y, "sd": s, "others": others, "z": z, "contradicts": aside})
-    return Agreement(q, y.size - 1, float(stats.chi2.sf(q, y.size - 1)), table)
+    columns = {"name": list(names), "value": y, "sd": s, "others": others, "z": z}
+    return pd.DataFrame(columns | {"contradicts": aside})

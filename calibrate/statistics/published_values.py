@@ -7,11 +7,10 @@ import pandas as pd
 SLACK = 0.02  # of the last printed digit: 0.125 printed as 0.12 or as 0.13 is the same rounding
 
 
-def follows(printed: str, recomputed: float, units_in_last_place: float = 0.5) -> bool:
+def follows(printed: str, recomputed: float) -> bool:
     """Whether `recomputed` rounds to what is printed.
 
     printed: as in print, so that its digits show: "14.40", "4.45E-003", "-10.23", "<0.01", ">0.05".
-    units_in_last_place: how far off, in units of the last printed digit; 0.5 is rounding, 1 forgives truncation.
     Raises ValueError where the text is no number.
 
     >>> follows("0.07", 0.0656), follows("1", 7), follows("<0.01", 0.0294)
@@ -25,7 +24,7 @@ def follows(printed: str, recomputed: float, units_in_last_place: float = 0.5) -
     value, unit = float(text[len(bound) :]), 10.0 ** (int(match[3] or 0) - len(match[2]))
     if bound:
         return recomputed < value if bound == "<" else recomputed > value
-    return abs(recomputed - value) <= (units_in_last_place + SLACK) * unit
+    return abs(recomputed - value) <= (0.5 + SLACK) * unit
 
 
 def compare(printed: dict[str, str], recomputed: dict[str, float]) -> pd.DataFrame:

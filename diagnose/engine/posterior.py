@@ -167,7 +167,8 @@ class _Search:
             if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
         }  # fmt: skip
         total = logsumexp(list(weights.values())) if weights else 0.0
-        heavy, unfitted = total + np.log(SINGLE_WEIGHT), {}
+        heavy = total + np.log(SINGLE_WEIGHT)
+        unfitted: dict[tuple[int, tuple[str, ...]], float] = {}
         for (k, names), value in weights.items():
             nonlinear = self.alternatives[k].problem.effects[names[0]].nonlinear
             if names not in self.tables[k] and (nonlinear or value >= heavy):

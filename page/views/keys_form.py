@@ -14,7 +14,7 @@ from page.views.frame import errors_shown
 
 
 def form_for(
-    path: Path, rig: str | None, defaults: dict, needed: set[tuple[str, str]], saved: Callable[[], Any], sections: tuple[str, ...] = ()
+    path: Path, rig: str | None, defaults: dict, needed: set[tuple[str, str]], saved: Callable[[], Any]
 ) -> None:
     """The form of one TOML file. defaults: what bench.toml says; needed: keys that measuring asked for; saved: called after."""
     try:
@@ -43,8 +43,6 @@ def form_for(
     changed_texts: dict[Field, Any] = {}
     rig = keys.content.get("rig") or rig
     for section in form(rig, keys.content, defaults):
-        if sections and section.name not in sections:
-            continue
         wanted = any((section.name, f.key) in needed for f in section.fields)
         with ui.expansion(section.title, caption=section.help or None, value=wanted or section.name in ("", rig)).classes("w-full"):
             usual = [f for f in section.fields if not f.rare]

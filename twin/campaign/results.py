@@ -89,13 +89,6 @@ class Results:
             table[name] = [getattr(o, name) for o in self.outcomes]
         return table
 
-    @cached_property
-    def measurements(self) -> pd.DataFrame:
-        """A row a quantity: key, quantity, value, sd, unit, quality, reason."""
-        columns = ["key", "quantity", "value", "sd", "unit", "quality", "reason"]
-        rows = [(o.key, m.name, m.value, m.sd, m.unit, m.quality, m.reason) for o in self.outcomes for m in o.measurements]
-        return pd.DataFrame(rows, columns=columns)
-
     @property
     def failed(self) -> tuple[Outcome, ...]:
         """Jobs that did not run to their end, each once."""

@@ -98,6 +98,9 @@ def test_the_command_leaves_a_result_that_export_reads(tmp_path, capsys, few_dra
     assert round(card.on_wall.restitution.value, 2) == 0.54 and card.rolling == "edem" and len(card.shape.balls_m) == 5
     told = json.loads((out / "result.json").read_text())
     assert told["schema"] == 1 and told["random_seed"] == 1 and "numpy" in told["versions"]
+    bounded = told["parameters"]["rolling_friction"]["status"]
+    assert bounded.startswith("only bounded: at most") and bounded in said
+    assert bounded in (out / "report.html").read_text(encoding="utf8")
     assert len(told["bench"]["sha256"]["drop/readings.csv"]) == 64
     assert len(pd.read_csv(out / "tables" / "pile_anova.csv")) == 14
     assert run(PAPER, tmp_path) == MISUSED and "--overwrite" in capsys.readouterr().err

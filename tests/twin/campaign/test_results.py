@@ -37,10 +37,6 @@ def test_a_failure_says_why_and_how_to_run_it(results):
     assert [o.key for o in results.failed] == ["b"]
 
 
-def test_the_long_table_keeps_quality_and_reason(results):
-    assert results.measurements.iloc[1].tolist() == ["a", "restitution", 0.5, 0.01, "1", "doubtful", "short"]
-
-
 def test_no_jobs_make_an_empty_table():
     assert in_order([], {}).table.empty and list(in_order([], {}).table.columns)[:2] == ["key", "status"]
 
