@@ -28,7 +28,9 @@ def find_all(paths: list[Path]) -> list[Recording | MeasurementError]:
     found: dict[tuple, Recording | MeasurementError] = {}  # by evidence, which counts once
     for entry in (entry for path in paths for entry in find_recordings(path)):
         for one in split_photos(entry) if isinstance(entry, Recording) else [entry]:
-            files = [f.resolve() for f in one.files] if isinstance(one, Recording) else [str(one)]
+            files: list[Path | str] = [str(one)]
+            if isinstance(one, Recording):
+                files = [f.resolve() for f in one.files]
             found.setdefault(tuple(files), one)
     times = Counter(entry.id for entry in found.values() if isinstance(entry, Recording))
     unique: list[Recording | MeasurementError] = []
