@@ -5,6 +5,7 @@ import os
 import sys
 import tempfile
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -14,22 +15,23 @@ from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-for command, name in (
-    (recordings.measure, None),
-    (recordings.import_, "import"),
-    (recordings.shape, None),
-    (recordings.clump, None),
-    (simulations.simulate, None),
-    (simulations.calibrate, None),
-    (simulations.predict, None),
-    (simulations.compare_engines, "compare-engines"),
-    (simulations.diagnose, None),
-    (recordings.seeds, None),
-    (simulations.export, None),
-    (simulations.prove, None),
-    (recordings.new, None),
-    (recordings.page, None),
-):
+COMMANDS: dict[str, Callable[..., None]] = {  # in the order of the help
+    "measure": recordings.measure,
+    "import": recordings.import_,
+    "shape": recordings.shape,
+    "clump": recordings.clump,
+    "simulate": simulations.simulate,
+    "calibrate": simulations.calibrate,
+    "predict": simulations.predict,
+    "compare-engines": simulations.compare_engines,
+    "diagnose": simulations.diagnose,
+    "seeds": recordings.seeds,
+    "export": simulations.export,
+    "prove": simulations.prove,
+    "new": recordings.new,
+    "page": recordings.page,
+}
+for name, command in COMMANDS.items():
     app.command(name)(command)
 
 
