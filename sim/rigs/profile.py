@@ -60,7 +60,8 @@ def slope_angle(x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] =
         if (fitted == inside).all():
             break
         inside = fitted
-    return float(-np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0])))
+    angle = float(-np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0])))
+    return angle if angle > 0 else float("nan")  # a heap of a layer or two has no slope
 
 
 def centroid_angle(x_m: np.ndarray, height_m: np.ndarray, wall_m: float | None = None) -> float:

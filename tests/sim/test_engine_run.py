@@ -7,8 +7,9 @@ import pytest
 from scenes import NO_AIR
 
 from sim.engine.observe import Settled, Track
+from sim.engine.pace import Pace
 from sim.engine.state import State
-from sim.engine.step import Every, Pace, Stopped, init, load, run, save, step
+from sim.engine.step import Every, Stopped, init, load, run, save, step
 from sim.engine.walls import Cylinder, Mesh, Plane, Rectangle, Slide, Turn, box
 from sim.engine.world import Placed, Scattered, World
 from sim.laws import LAWS

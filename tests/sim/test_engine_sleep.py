@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scenes import NO_AIR
 
+from sim.engine.pace import Pace
 from sim.engine.sleeping import CALM, SLEEP_EVERY
 from sim.engine.state import State
-from sim.engine.step import Pace, init, load, run, save
+from sim.engine.step import init, load, run, save
 from sim.engine.walls import Plane, Rectangle, Slide, box
 from sim.engine.world import Placed, Scattered, World
 from sim.laws import LAWS

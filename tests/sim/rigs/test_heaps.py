@@ -131,6 +131,8 @@ def test_the_line_through_a_bumpy_slope_of_known_angle():
     height = np.where(height > 0, height + 5e-4 * np.sin(2 * np.pi * x / 6e-3), 0)
     assert slope_angle(x, height) == pytest.approx(27.0, abs=0.5)
     assert np.isnan(slope_angle(x, np.full_like(x, 0.05)))
+    layer = np.where(x < 0.01, 0.02, 0.006 + 0.02 * x)  # a seed on a layer that rises outwards: no slope
+    assert np.isnan(slope_angle(x, layer))
 
 
 @pytest.mark.parametrize("wall", [0.0, None])
