@@ -22,12 +22,12 @@ def simulate_command(
     """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the exit code."""
 
     def simulated() -> None:
-        todo = jobs_of(rig, numbers, repeats, rng, settings, like, rendered, Engine(engine, ranks))
-        todo[0].engine.ready()
-        for line in () if quiet else todo[0].converted():
+        jobs = jobs_of(rig, numbers, repeats, rng, settings, like, rendered, Engine(engine, ranks))
+        jobs[0].engine.ready()
+        for line in () if quiet else jobs[0].converted():
             print(line)
-        run_jobs(todo, rig, out, threads, quiet)
-        for line in () if quiet else said_of(todo[0].description.get("seed", {})):
+        run_jobs(jobs, rig, out, threads, quiet)
+        for line in () if quiet else said_of(jobs[0].description.get("seed", {})):
             print(line)
 
     def work() -> int:
@@ -62,19 +62,19 @@ def jobs_of(
     return jobs(rig, parameters, description, repeats=repeats, rng=rng, rendered=rendered, engine=engine)
 
 
-def run_jobs(todo: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
+def run_jobs(jobs: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
     """Run the jobs into RIG-01, RIG-02 … below the bench folder `out`; those that are done already are left as they are."""
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
     out.mkdir(parents=True, exist_ok=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
-        for n, job in enumerate(todo, start=1):
-            name = f"{rig}-{n:0{max(2, len(str(len(todo))))}d}"
+        for n, job in enumerate(jobs, start=1):
+            name = f"{rig}-{n:0{max(2, len(str(len(jobs))))}d}"
             task = progress.add_task(name, total=1.0)
 
             def watch(stage: str, share: float, task=task, name=name) -> None:
-                progress.update(task, description=f"{name} of {len(todo)}: {stage}", completed=share)
+                progress.update(task, description=f"{name} of {len(jobs)}: {stage}", completed=share)
 
             there = job.is_done(out / name)
             job.run(out / name, watch=watch, threads=threads)

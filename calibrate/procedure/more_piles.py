@@ -14,12 +14,13 @@ from calibrate.statistics.shrinkage import ShrinkageSurface
 
 BATCH = 4  # piles chosen and simulated at a time
 WAIT, LEAST_GAIN = 2, 0.03  # stop when the intervals are not this share narrower than so many batches before
-CORNERS, INSIDE, LIKELY, DRAWS = 150, 150, 100, 200
+CORNERS, INSIDE, LIKELY = 150, 150, 100  # candidates
+DRAWS = 200  # points of the posterior over which information is averaged
 PACKINGS = 500  # first packing number: none that the design has
 
 
 def add_piles(stage: PileStage, box: Box, *, shared: bool) -> list[str]:
-    """Simulate up to `stage.effort.more` piles, which `stage.done` then holds too; a note of how many and what for."""
+    """Simulate up to `stage.effort.more` piles, which `stage.done` then holds too; a note of how many, and what they did."""
     rng = np.random.default_rng([stage.seed, PACKINGS])
     prior, widths, added = _prior(stage, box), [], 0
     while True:
@@ -36,9 +37,9 @@ def add_piles(stage: PileStage, box: Box, *, shared: bool) -> list[str]:
         added += len(points)
     if not added:
         return []
-    ended = "then the intervals shrank no more" if settled else "more would narrow them further"
-    return [f"{added} piles more than the design's, where they tell most: seed–seed intervals {1 - widths[-1] / widths[0]:.0%} "
-            f"narrower; {ended}"]  # fmt: skip
+    ended = "then they shrank no more" if settled else "they were still shrinking when no more were allowed"
+    return [f"{added} piles more than the design's, where they tell most: seed–seed intervals came to "
+            f"{widths[-1] / widths[0]:.0%} of their width; {ended}"]  # fmt: skip
 
 
 def next_piles(posterior: Weighted, seen: PileObservables, count: int, rng: np.random.Generator) -> pd.DataFrame:

@@ -54,18 +54,18 @@ def compare_command(asked: Compared) -> int:
 def _compare(asked: Compared) -> int:
     check_out(asked.out, OURS_IN_OUT, "comparison")
     rows, ignored = read_rows(asked.rows)
-    todo = {name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()}
-    said = [*(f"{name}: no parameter, not used" for name in ignored), *todo[LAMMPS][0].converted()]
+    jobs = {name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()}
+    notes = [*(f"{name}: no parameter, not used" for name in ignored), *jobs[LAMMPS][0].converted()]
     if len(rows) > 1:
-        said.append("these numbers are row 1's; other rows are converted in the same way")
-    for line in [] if asked.quiet else said:
+        notes.append("these numbers are row 1's; other rows are converted in the same way")
+    for line in [] if asked.quiet else notes:
         print(line)
-    runs, failed = _runs(asked, rows, todo)
+    runs, failed = _runs(asked, rows, jobs)
     table = differences(runs)
     if table.empty:
         why = failed[0] if failed else "none was run"
         raise RuntimeError(f"no pile of both engines was measured: {why}")
-    _write(asked.out, table, runs, [*said, *failed])
+    _write(asked.out, table, runs, [*notes, *failed])
     if not asked.quiet:
         _show(table, runs, failed, asked.out)
     return FINISHED
@@ -89,14 +89,14 @@ def _jobs(asked: Compared, rows: list[dict[str, Any]], engine: Engine) -> list[J
     return made
 
 
-def _runs(asked: Compared, rows: list[dict[str, Any]], todo: dict[str, list[Job]]) -> tuple[pd.DataFrame, list[str]]:
+def _runs(asked: Compared, rows: list[dict[str, Any]], jobs: dict[str, list[Job]]) -> tuple[pd.DataFrame, list[str]]:
     """A line a run: row, parameters, packing, engine, quantities, seconds; and sentences on runs that failed."""
     with progress_line(asked.quiet) as show:
         found = run_campaign(
-            [job for jobs in todo.values() for job in jobs], asked.out / "runs", progress=show,
+            [job for of_engine in jobs.values() for job in of_engine], asked.out / "runs", progress=show,
             scheduler=asked.scheduler, workers=asked.workers or workers_for(asked.ranks),
         ).table  # fmt: skip
-    place = [(n + 1, label(row), k, engine) for engine in todo for n, row in enumerate(rows) for k in range(asked.packings)]
+    place = [(n + 1, label(row), k, engine) for engine in jobs for n, row in enumerate(rows) for k in range(asked.packings)]
     runs = pd.DataFrame(place, columns=["row", "parameters", "packing", "engine"])
     runs["status"] = found["status"]
     for name in (*QUANTITIES, "lies_still", "photo_s"):
@@ -110,11 +110,11 @@ def _runs(asked: Compared, rows: list[dict[str, Any]], todo: dict[str, list[Job]
     return runs, failed
 
 
-def _write(out: Path, table: pd.DataFrame, runs: pd.DataFrame, said: list[str]) -> None:
+def _write(out: Path, table: pd.DataFrame, runs: pd.DataFrame, notes: list[str]) -> None:
     table.to_csv(out / "compared.csv", index=False, float_format="%.6g")
     runs.to_csv(out / "runs.csv", index=False, float_format="%.6g")
-    (out / "compared.html").write_text(page(table, runs, verdict(table), said), encoding="utf8")
-    told = {"versions": versions() | {"lammps": Engine(LAMMPS).version}, "said": said, "verdict": verdict(table)}
+    (out / "compared.html").write_text(page(table, runs, verdict(table), notes), encoding="utf8")
+    told = {"versions": versions() | {"lammps": Engine(LAMMPS).version}, "notes": notes, "verdict": verdict(table)}
     (out / "compared.json").write_text(json.dumps(told, indent=1), encoding="utf8")
 
 

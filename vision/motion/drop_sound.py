@@ -90,8 +90,8 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
 
 def _too_few(onsets: Onsets) -> str:
     message = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
-    todo = "lay the phone beside the plate, let nothing else sound, and record until all is still"
-    return f"{message if len(onsets) else 'no impact is heard'}; {todo}"
+    advice = "lay the phone beside the plate, let nothing else sound, and record until all is still"
+    return f"{message if len(onsets) else 'no impact is heard'}; {advice}"
 
 
 def _longest_complete_run(chain: Chain, onsets: Onsets) -> tuple[np.ndarray, bool, list[str]]:
